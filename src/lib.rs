@@ -1,0 +1,2 @@
+//! Afterimage
+#![forbid(unsafe_code)]
