@@ -1,0 +1,204 @@
+//! Where camera, models and lights are at one frame, in world space, ready for use.
+
+use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
+
+use super::Transform;
+use crate::scene::camera::Aim;
+use crate::scene::{CameraTrack, Light, LightKind, Scene};
+
+/// Everything that moves, at one frame. Two poses compare exactly: what is equal did not move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// The frame's number.
+    pub frame: i32,
+    /// The eye and what it sees.
+    pub camera: CameraPose,
+    /// Object to world, one for each of [`Scene::models`].
+    pub models: Vec<Transform>,
+    /// One for each of [`Scene::lights`].
+    pub lights: Vec<LightPose>,
+}
+
+impl Pose {
+    /// The pose of `scene` at `frame`: a function of the frame's number alone.
+    pub fn of(scene: &Scene, frame: i32) -> Self {
+        let at = f64::from(frame);
+        Self {
+            frame,
+            camera: CameraPose::of(&scene.camera, at),
+            models: scene.models.iter().map(|model| model.track.at(at)).collect(),
+            lights: scene.lights.iter().map(|light| LightPose::of(light, at)).collect(),
+        }
+    }
+}
+
+/// A pinhole camera. The axes have unit length and stand at right angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraPose {
+    /// World space.
+    pub eye: Vec3,
+    /// To the right of the picture.
+    pub right: Vec3,
+    /// To the top of the picture.
+    pub up: Vec3,
+    /// Into the picture.
+    pub forward: Vec3,
+    /// Tangent of half the vertical field of view.
+    pub tan_half_fov: f32,
+}
+
+impl CameraPose {
+    /// The camera at `frame`.
+    pub fn of(track: &CameraTrack, frame: f64) -> Self {
+        let eye = track.eye.at(frame);
+        let axes = match &track.aim {
+            Aim::Target { target, roll } => looking_at(target.at(frame) - eye, roll.at(frame)),
+            Aim::Rotation(angles) => rotated(angles.at(frame)),
+        };
+        Self {
+            eye: eye.as_vec3(),
+            right: axes.x_axis.as_vec3(),
+            up: axes.y_axis.as_vec3(),
+            forward: -axes.z_axis.as_vec3(),
+            tan_half_fov: (track.fov.at(frame).to_radians() * 0.5).tan() as f32,
+        }
+    }
+
+    /// World to camera, column vectors; the camera looks along -Z.
+    pub fn world_to_camera(&self) -> Mat4 {
+        let rows = [self.right, self.up, -self.forward];
+        Mat4::from_cols(
+            Vec4::new(rows[0].x, rows[1].x, rows[2].x, 0.0),
+            Vec4::new(rows[0].y, rows[1].y, rows[2].y, 0.0),
+            Vec4::new(rows[0].z, rows[1].z, rows[2].z, 0.0),
+            Vec4::new(-rows[0].dot(self.eye), -rows[1].dot(self.eye), -rows[2].dot(self.eye), 1.0),
+        )
+    }
+
+    /// World to normalised device coordinates (x, y in -1..1 over the picture, y upwards).
+    /// `aspect` is width over height.
+    pub fn world_to_ndc(&self, aspect: f32) -> Mat4 {
+        // near and far planes only scale z: the picture has none, compositors want some
+        let (near, far) = (0.1, 10_000.0);
+        let focal = 1.0 / self.tan_half_fov;
+        Mat4::from_cols(
+            Vec4::new(focal / aspect, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, focal, 0.0, 0.0),
+            Vec4::new(0.0, 0.0, (near + far) / (near - far), -1.0),
+            Vec4::new(0.0, 0.0, 2.0 * near * far / (near - far), 0.0),
+        ) * self.world_to_camera()
+    }
+}
+
+/// Camera axes as columns (right, up, back) for a view along `way`, banked by `roll` degrees.
+fn looking_at(way: DVec3, roll: f64) -> DMat3 {
+    let forward = way.try_normalize().unwrap_or(DVec3::NEG_Z);
+    // straight up or down has no horizon: take -Z (or +Z) for the top of the picture
+    let level = forward.cross(DVec3::Y);
+    let right = level.try_normalize().unwrap_or(DVec3::X);
+    let up = right.cross(forward);
+    DMat3::from_cols(right, up, -forward) * DMat3::from_rotation_z(-roll.to_radians())
+}
+
+/// Camera axes as columns for pitch, yaw and roll in degrees.
+fn rotated(angles: DVec3) -> DMat3 {
+    let [pitch, yaw, roll] = angles.to_array().map(f64::to_radians);
+    DMat3::from_euler(EulerRot::YXZ, yaw, pitch, roll)
+}
+
+/// A light at one frame, world space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightPose {
+    /// What decides who is lit.
+    pub shape: LightShape,
+    /// Irradiance of a directional light; intensity of the others. Linear RGB.
+    pub strength: Vec3,
+}
+
+/// The part of a light that visibility depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightShape {
+    /// All around.
+    Point {
+        /// World space.
+        position: Vec3,
+    },
+    /// From infinitely far away.
+    Directional {
+        /// Unit length, from the scene to the light.
+        to_light: Vec3,
+    },
+    /// All within a cone.
+    Spot {
+        /// World space.
+        position: Vec3,
+        /// Unit length, the way the light travels.
+        axis: Vec3,
+        /// Cosine of the half angle at which the light ends.
+        cos_outer: f32,
+        /// Cosine of the half angle up to which it is full.
+        cos_inner: f32,
+    },
+}
+
+impl LightPose {
+    /// The light at `frame`.
+    pub fn of(light: &Light, frame: f64) -> Self {
+        let strength = light.color.at(frame) * light.power.at(frame) as f32;
+        let shape = match &light.kind {
+            LightKind::Point { position } => LightShape::Point { position: position.at(frame).as_vec3() },
+            LightKind::Directional { direction } => LightShape::Directional {
+                to_light: -direction.at(frame).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
+            },
+            LightKind::Spot { position, target, cone, soft } => {
+                let (position, target) = (position.at(frame), target.at(frame));
+                let half = (cone * 0.5).to_radians();
+                LightShape::Spot {
+                    position: position.as_vec3(),
+                    axis: (target - position).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
+                    cos_outer: half.cos() as f32,
+                    cos_inner: (half * (1.0 - soft)).cos() as f32,
+                }
+            }
+        };
+        Self { shape, strength }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_rotation_looks_along_minus_z() {
+        let axes = rotated(DVec3::ZERO);
+        assert_eq!(axes, DMat3::IDENTITY);
+        assert!(looking_at(DVec3::NEG_Z, 0.0).abs_diff_eq(DMat3::IDENTITY, 1e-12));
+    }
+
+    #[test]
+    fn yaw_turns_left_pitch_turns_up_and_roll_banks_clockwise() {
+        let forward = |angles| -rotated(angles).z_axis;
+        assert!(forward(DVec3::new(0.0, 90.0, 0.0)).abs_diff_eq(DVec3::NEG_X, 1e-12));
+        assert!(forward(DVec3::new(90.0, 0.0, 0.0)).abs_diff_eq(DVec3::Y, 1e-12));
+        let banked = looking_at(DVec3::NEG_Z, 90.0);
+        assert!(banked.y_axis.abs_diff_eq(DVec3::X, 1e-12), "{banked}");
+    }
+
+    #[test]
+    fn matrices_agree_with_the_axes() {
+        let axes = looking_at(DVec3::new(1.0, -0.5, -2.0), 10.0);
+        let camera = CameraPose {
+            eye: Vec3::new(3.0, 2.0, 1.0),
+            right: axes.x_axis.as_vec3(),
+            up: axes.y_axis.as_vec3(),
+            forward: -axes.z_axis.as_vec3(),
+            tan_half_fov: 0.5,
+        };
+        let point = camera.eye + camera.forward * 4.0 + camera.up * 2.0 + camera.right;
+        let seen = camera.world_to_camera().transform_point3(point);
+        assert!(seen.abs_diff_eq(Vec3::new(1.0, 2.0, -4.0), 1e-5), "{seen}");
+        let ndc = camera.world_to_ndc(2.0).project_point3(point);
+        assert!((ndc.x - 0.25).abs() < 1e-5 && (ndc.y - 1.0).abs() < 1e-5, "{ndc}");
+    }
+}

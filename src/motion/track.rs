@@ -1,0 +1,165 @@
+//! A value that is keyed at some frames and known at all of them.
+
+use glam::{DVec3, Vec3};
+
+/// How a track passes from key to key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Interpolation {
+    /// Straight from key to key; the speed jumps at each.
+    #[default]
+    Linear,
+    /// A cubic Hermite curve through the keys with finite-difference tangents (Catmull-Rom for keys
+    /// that are evenly spaced), at rest in the first and the last.
+    Smooth,
+}
+
+/// What can be keyed: a vector space over f64.
+pub trait Keyed: Copy + PartialEq {
+    /// `self * k`
+    fn scaled(self, k: f64) -> Self;
+    /// `self + other`
+    fn plus(self, other: Self) -> Self;
+}
+
+impl Keyed for f64 {
+    fn scaled(self, k: f64) -> Self {
+        self * k
+    }
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+impl Keyed for DVec3 {
+    fn scaled(self, k: f64) -> Self {
+        self * k
+    }
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+impl Keyed for Vec3 {
+    fn scaled(self, k: f64) -> Self {
+        self * k as f32
+    }
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+/// Keys in rising order of frame, never empty. Before the first key and after the last the value rests.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track<T> {
+    keys: Vec<(f64, T)>,
+    interpolation: Interpolation,
+}
+
+impl<T: Keyed> Track<T> {
+    /// A track that never changes.
+    pub fn constant(value: T) -> Self {
+        Self { keys: vec![(0.0, value)], interpolation: Interpolation::Linear }
+    }
+
+    /// A track through `keys`, pairs of frame and value in any order.
+    ///
+    /// `None` where there are no keys, where two share a frame, or where a frame is not finite.
+    pub fn through(mut keys: Vec<(f64, T)>, interpolation: Interpolation) -> Option<Self> {
+        if keys.is_empty() || keys.iter().any(|(frame, _)| !frame.is_finite()) {
+            return None;
+        }
+        keys.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let twice = keys.windows(2).any(|pair| pair[0].0 == pair[1].0);
+        (!twice).then_some(Self { keys, interpolation })
+    }
+
+    /// The value at `frame`.
+    pub fn at(&self, frame: f64) -> T {
+        let after = self.keys.partition_point(|(key, _)| *key <= frame);
+        if after == 0 {
+            return self.keys[0].1;
+        }
+        if after == self.keys.len() {
+            return self.keys[after - 1].1;
+        }
+        let ((f0, v0), (f1, v1)) = (self.keys[after - 1], self.keys[after]);
+        let t = (frame - f0) / (f1 - f0);
+        match self.interpolation {
+            // a value that is the same at both keys must be the same between them, to the bit:
+            // "did it move?" compares poses exactly
+            _ if v0 == v1 && self.interpolation == Interpolation::Linear => v0,
+            Interpolation::Linear => v0.scaled(1.0 - t).plus(v1.scaled(t)),
+            Interpolation::Smooth => self.hermite(after - 1, t),
+        }
+    }
+
+    /// Whether any frame differs from any other.
+    pub fn is_constant(&self) -> bool {
+        self.keys.iter().all(|(_, value)| *value == self.keys[0].1)
+    }
+
+    /// The cubic Hermite curve between keys `i` and `i + 1` at `t` in 0..1.
+    fn hermite(&self, i: usize, t: f64) -> T {
+        let ((f0, v0), (f1, v1)) = (self.keys[i], self.keys[i + 1]);
+        let (m0, m1) = (self.tangent(i), self.tangent(i + 1));
+        if v0 == v1 && m0 == v0.scaled(0.0) && m1 == m0 {
+            return v0;
+        }
+        let (t2, t3, span) = (t * t, t * t * t, f1 - f0);
+        v0.scaled(2.0 * t3 - 3.0 * t2 + 1.0)
+            .plus(m0.scaled((t3 - 2.0 * t2 + t) * span))
+            .plus(v1.scaled(3.0 * t2 - 2.0 * t3))
+            .plus(m1.scaled((t3 - t2) * span))
+    }
+
+    /// Change per frame at key `i`: the slope from its neighbour before to its neighbour after,
+    /// none at the two ends.
+    fn tangent(&self, i: usize) -> T {
+        if i == 0 || i + 1 == self.keys.len() {
+            return self.keys[i].1.scaled(0.0);
+        }
+        let ((f0, v0), (f1, v1)) = (self.keys[i - 1], self.keys[i + 1]);
+        v1.plus(v0.scaled(-1.0)).scaled(1.0 / (f1 - f0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn smooth(keys: &[(f64, f64)]) -> Track<f64> {
+        Track::through(keys.to_vec(), Interpolation::Smooth).expect("keys are good")
+    }
+
+    #[test]
+    fn rests_outside_its_keys() {
+        let track = Track::through(vec![(10.0, 1.0), (20.0, 2.0)], Interpolation::Linear).expect("good");
+        assert_eq!((track.at(-5.0), track.at(15.0), track.at(99.0)), (1.0, 1.5, 2.0));
+    }
+
+    #[test]
+    fn smooth_meets_every_key_and_keeps_a_steady_slope() {
+        let track = smooth(&[(0.0, 0.0), (10.0, 10.0), (20.0, 20.0), (30.0, 30.0)]);
+        for frame in [0.0, 10.0, 20.0, 30.0] {
+            assert!((track.at(frame) - frame).abs() < 1e-12);
+        }
+        assert!((track.at(13.7) - 13.7).abs() < 1e-9, "inner spans of a straight line stay straight");
+    }
+
+    #[test]
+    fn a_rest_between_equal_keys_is_exact() {
+        let track = Track::through(vec![(1.0, 0.1), (7.0, 0.1), (9.0, 3.0)], Interpolation::Linear);
+        let track = track.expect("good");
+        for frame in 1..=7 {
+            assert_eq!(track.at(f64::from(frame)), 0.1);
+        }
+        assert!(!track.is_constant());
+    }
+
+    #[test]
+    fn refuses_two_keys_in_one_frame() {
+        assert!(Track::through(vec![(1.0, 0.0), (1.0, 1.0)], Interpolation::Linear).is_none());
+        assert!(Track::<f64>::through(vec![], Interpolation::Linear).is_none());
+    }
+}

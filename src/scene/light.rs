@@ -1,0 +1,45 @@
+//! Lights: keyed place, direction, colour and power.
+
+use glam::{DVec3, Vec3};
+
+use crate::motion::Track;
+
+/// One light of a shot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Light {
+    /// As the shot names it.
+    pub name: String,
+    /// Its shape, with what can be keyed of it.
+    pub kind: LightKind,
+    /// Linear RGB, unitless.
+    pub color: Track<Vec3>,
+    /// Irradiance for a directional light; intensity, which falls with the square of the distance,
+    /// for point and spot lights.
+    pub power: Track<f64>,
+}
+
+/// The shape of a light.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LightKind {
+    /// Shines from a point to all sides.
+    Point {
+        /// World space.
+        position: Track<DVec3>,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// The way that the light travels; world space, any length but zero.
+        direction: Track<DVec3>,
+    },
+    /// A point light behind a round stop.
+    Spot {
+        /// World space.
+        position: Track<DVec3>,
+        /// World space.
+        target: Track<DVec3>,
+        /// Degrees of the whole cone, 0..180.
+        cone: f64,
+        /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
+        soft: f64,
+    },
+}

@@ -1,0 +1,78 @@
+//! A surface's optical properties, as MTL states them.
+
+use glam::Vec3;
+
+/// MTL's Phong material with the meaning that `illum` gives to it settled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// As `newmtl` names it.
+    pub name: String,
+    /// Kd. Multiplied with the texture where there is one.
+    pub diffuse: Vec3,
+    /// Ka; Kd where the file gives none.
+    pub ambient: Vec3,
+    /// Ks, for highlights.
+    pub specular: Vec3,
+    /// Ke, radiance.
+    pub emission: Vec3,
+    /// Ns, the exponent of the highlight.
+    pub shininess: f32,
+    /// How light bounces off beside diffuse and highlight.
+    pub optics: Optics,
+    /// map_Kd: index into [`Scene::textures`](super::Scene::textures).
+    pub diffuse_map: Option<u32>,
+}
+
+/// What a surface does with the ray from the eye.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Optics {
+    /// Nothing: the ray ends.
+    Opaque,
+    /// Reflects it, weighted with `tint` (Ks; `illum` 3). `fresnel` (`illum` 5): by Schlick's formula
+    /// from `tint` head-on to white at grazing angles.
+    Mirror {
+        /// Ks.
+        tint: Vec3,
+        /// Grows towards grazing angles.
+        fresnel: bool,
+    },
+    /// Lets a share of it through (`d` below 1).
+    Glass {
+        /// Colour of what comes through: 1 - d, times Tf.
+        transmission: Vec3,
+        /// Ni. 1: straight through, and nothing reflects.
+        index: f32,
+        /// Ks for `illum` 4, 6, 7, 9: tint of the reflection; Fresnel's formula weighs it.
+        reflection: Vec3,
+    },
+}
+
+impl Material {
+    /// Grey, for faces without a material.
+    pub fn fallback() -> Self {
+        Self {
+            name: String::from("(none)"),
+            diffuse: Vec3::splat(0.6),
+            ambient: Vec3::splat(0.6),
+            specular: Vec3::ZERO,
+            emission: Vec3::ZERO,
+            shininess: 1.0,
+            optics: Optics::Opaque,
+            diffuse_map: None,
+        }
+    }
+
+    /// Whether shadow rays pass: clear glass casts no shadow, everything else a full one. Visibility
+    /// stays a yes or no that can be kept as a tag.
+    pub fn casts_shadow(&self) -> bool {
+        match self.optics {
+            Optics::Glass { transmission, .. } => transmission.max_element() < 0.5,
+            _ => true,
+        }
+    }
+
+    /// Whether what is seen at the surface depends on rays beyond it.
+    pub fn has_secondary_rays(&self) -> bool {
+        self.optics != Optics::Opaque
+    }
+}

@@ -1,0 +1,89 @@
+//! What is to be rendered, as plain data, and its loaders.
+//!
+//! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space.
+//! Units are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
+
+pub mod camera;
+pub mod error;
+pub mod light;
+pub mod material;
+pub mod mesh;
+pub mod obj;
+pub mod shot;
+pub mod texture;
+pub mod turntable;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+pub use camera::CameraTrack;
+pub use error::{SceneError, Warning};
+pub use light::{Light, LightKind};
+pub use material::Material;
+pub use mesh::Mesh;
+pub use texture::Texture;
+
+use crate::motion::TransformTrack;
+
+/// All that a shot shows. Ids are indices into these lists.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// What the camera sees and how it moves.
+    pub camera: CameraTrack,
+    /// Each moves as one.
+    pub models: Vec<Model>,
+    /// Of all models, one list.
+    pub materials: Vec<Material>,
+    /// Of all materials, each file once.
+    pub textures: Vec<Texture>,
+    /// In the order of the shot.
+    pub lights: Vec<Light>,
+    /// Light that reaches everything: multiplies a material's `ambient`.
+    pub ambient: Vec3,
+    /// What a ray sees that meets nothing.
+    pub background: Background,
+}
+
+/// A mesh at a place that may change with time.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// As the shot names it, or the file's stem.
+    pub name: String,
+    /// Where the mesh came from, for messages.
+    pub path: PathBuf,
+    /// In object space; models of the same file share it.
+    pub mesh: Arc<Mesh>,
+    /// Object to world, per frame.
+    pub track: TransformTrack,
+}
+
+/// Radiance of the sky by direction; linear, scene-referred.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Background {
+    /// Straight up.
+    pub zenith: Vec3,
+    /// At the height of the eye, seen from above.
+    pub horizon: Vec3,
+    /// Below the horizon.
+    pub ground: Vec3,
+}
+
+impl Background {
+    /// The same colour all around.
+    pub fn uniform(color: Vec3) -> Self {
+        Self { zenith: color, horizon: color, ground: color }
+    }
+
+    /// Radiance from `direction` (world space, unit length).
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        if direction.y >= 0.0 {
+            // a root keeps the bright band at the horizon narrow, as in a clear sky
+            self.horizon.lerp(self.zenith, direction.y.min(1.0).sqrt())
+        } else {
+            // a short ramp instead of an edge: an edge would alias
+            self.horizon.lerp(self.ground, (-direction.y * 20.0).min(1.0))
+        }
+    }
+}

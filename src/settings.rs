@@ -1,0 +1,48 @@
+//! What decides a picture beside the scene: size, samples, filter, depth, mode.
+
+use serde::{Deserialize, Serialize};
+
+/// How a frame gets its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Reprojects where that pays.
+    #[default]
+    Auto,
+    /// Reprojects every frame that has one before it.
+    Reproject,
+    /// Traces every frame from nothing: the baseline.
+    Full,
+}
+
+/// How samples become pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Filter {
+    /// The mean of a pixel's own samples.
+    #[default]
+    Box,
+    /// Mitchell and Netravali's cubic, B = C = 1/3, two pixels in each direction.
+    Mitchell,
+}
+
+/// Settings of a whole run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Settings {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// N, for N x N samples a pixel.
+    pub samples: u32,
+    /// Samples to pixels.
+    pub filter: Filter,
+    /// Bounces that a ray from the eye may take at mirrors and glass.
+    pub depth: u32,
+    /// Reuse or not.
+    pub mode: Mode,
+    /// A base frame every so many frames, counted from the shot's first; 0: the first alone.
+    pub base_every: u32,
+    /// Trace every sample again and count what differs.
+    pub audit: bool,
+}
