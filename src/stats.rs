@@ -118,6 +118,14 @@ pub struct Memory {
     pub bytes_per_sample: f64,
 }
 
+/// The most memory that this process ever held, resident; 0 where the system does not tell.
+pub fn peak_resident_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|rest| rest.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    kib.unwrap_or(0) * 1024
+}
+
 macro_rules! sum_fields {
     ($type:ty: $($field:ident),+) => {
         impl AddAssign for $type {

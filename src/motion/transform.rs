@@ -86,6 +86,12 @@ impl Transform {
         (self.normal * Vec3A::from(normal)).normalize_or_zero().into()
     }
 
+    /// A normal, object to world, of any length: for questions about its sign alone.
+    #[inline]
+    pub fn facet(&self, normal: Vec3) -> Vec3 {
+        (self.normal * Vec3A::from(normal)).into()
+    }
+
     /// Column-major 3x4, as Embree takes it.
     pub fn columns(&self) -> [f32; 12] {
         self.to_world.to_cols_array()

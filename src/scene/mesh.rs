@@ -18,6 +18,8 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// v = 0 at the bottom of the picture, as in OBJ.
     pub uvs: Vec<Vec2>,
+    /// How many of `triangles`, from the first on, cast shadows; the rest lets shadow rays pass.
+    pub shadow_casting: usize,
     /// Index into [`Scene::materials`](super::Scene::materials) for each triangle.
     pub material_of: Vec<u16>,
 }

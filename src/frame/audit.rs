@@ -1,0 +1,273 @@
+//! The proof of exactness: every sample of a finished frame is traced and shaded again, from nothing.
+//!
+//! For each sample the ray from the frame's camera through the sample's own position is traced, and:
+//! 1. it must meet the sample's triangle, in the sample's point, first ([`check_sight`]);
+//! 2. what the store keeps of the surface must be what the mesh has there ([`check_surface`]);
+//! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
+//!    ([`check_shadows`]), and the light summed anew must be the light that was kept.
+//!
+//! Highlights, reflections and refractions are made anew in every frame anyway.
+//!
+//! **Tolerances**, all of them: a sample holds *on an edge*, and is counted as such, where a displacement
+//! by [`TOLERANCE`] of the distance decides: the ray meets a neighbouring or coinciding surface at the same
+//! place, or slips through between two triangles in front of which nothing stands; the shadow ray grazes an
+//! edge. Colours may differ by [`COLOR_TOLERANCE`], by what half floats round.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::light::{Placed, ShadowQueue, sum_light};
+use super::plan::ShadowCheck;
+use super::stage::Stage;
+use super::verify::SEGMENT_END;
+use super::view::cell_place;
+use crate::samples::{BACKGROUND, Cold, EMPTY, Hot, Tag, Tile, from_half};
+use crate::shade::light::arrival;
+use crate::shade::phong;
+use crate::shade::surface::{albedo, interpolate};
+use crate::stats::AuditCounts;
+use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
+
+/// Of the distance from the eye to a sample: how far rounding may displace it. Single floats keep 6e-8 of
+/// the largest coordinate at every step from the triangle's corners over the model's matrix to the ray;
+/// this leaves room for a dozen steps and for coordinates ten times the distance. Not less than what the
+/// verification segment leaves open at its end (see [`SEGMENT_END`]).
+pub const TOLERANCE: f32 = 2e-5;
+const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
+
+/// Of a colour's largest part: two roundings to a half float.
+pub const COLOR_TOLERANCE: f32 = 1e-3;
+
+/// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes, and
+/// what [`TOLERANCE`] moves an interpolated normal.
+const NORMAL_COSINE: f32 = 1.0 - 1e-5;
+
+/// In cells: how far outside its cell rounding may project a sample.
+const CELL_TOLERANCE: f32 = 0.02;
+
+/// How a check ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Holds,
+    OnEdge,
+    Differs,
+}
+
+impl Verdict {
+    /// `Holds` if `true`.
+    fn of(holds: bool) -> Self {
+        if holds { Verdict::Holds } else { Verdict::Differs }
+    }
+
+    /// What fails may still hold on an edge.
+    fn or_on_edge(self, on_edge: impl FnOnce() -> bool) -> Self {
+        if self == Verdict::Differs && on_edge() { Verdict::OnEdge } else { self }
+    }
+}
+
+/// Checks all samples of tile number `number`.
+pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
+    let sampled = || tile.hot.iter().enumerate().filter(|(_, hot)| hot.model != EMPTY);
+    let mut verdicts = vec![Verdict::Holds; tile.hot.len()];
+    let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
+
+    let sights = trace_all(stage, sampled().map(|(_, hot)| (stage.view.camera.eye, stage.offset(hot))));
+    for (ray, (cell, hot)) in sampled().enumerate() {
+        let cold = &tile.cold[cell];
+        raise(cell, check_sight(stage, hot, cold, sights.get(ray)));
+        raise(cell, check_position(stage, number, cell, hot));
+        if hot.model != BACKGROUND {
+            raise(cell, check_surface(stage, hot, cold));
+            raise(cell, check_light(stage, tile, cell));
+        }
+    }
+    for light in 0..stage.pose.lights.len() {
+        check_shadows(stage, tile, light, &mut raise);
+    }
+    let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
+    AuditCounts {
+        checked: sampled().count() as u64,
+        differing: count(Verdict::Differs),
+        on_edge: count(Verdict::OnEdge),
+    }
+}
+
+fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
+    let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
+    rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
+    stage.tracer.closest(&batch, Coherence::Coherent, &mut hits);
+    hits
+}
+
+/// Directions (any unit) at right angles to `way`, all around it.
+fn around(way: Vec3) -> [Vec3; 8] {
+    let (a, b) = way.normalize().any_orthonormal_pair();
+    [a, -a, b, -b, a + b, a - b, b - a, -a - b]
+}
+
+/// Whether the camera meets the sample first.
+fn check_sight(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> Verdict {
+    Verdict::of(meets(stage, hot, cold, met)).or_on_edge(|| {
+        let (eye, offset) = (stage.view.camera.eye, stage.offset(hot));
+        let reach = offset.length() * TOLERANCE;
+        let beside = around(offset).map(|aside| (eye, offset + aside * reach));
+        let met = trace_all(stage, beside.into_iter());
+        (0..beside.len()).any(|ray| meets(stage, hot, cold, met.get(ray)))
+            || met.get(0).is_some() && coincides(stage, hot, cold, &met)
+    })
+}
+
+/// Whether a ray to the sample that met `met` met the sample.
+fn meets(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
+    let Some(met) = met else { return hot.model == BACKGROUND };
+    if (met.model, met.triangle) != (hot.model, cold.triangle) {
+        return false;
+    }
+    let offset = stage.offset(hot);
+    let facet = stage.transform(hot.model).normal(cold.facet.unfold());
+    ((met.t - 1.0) * offset).dot(facet).abs() <= TOLERANCE * offset.length()
+}
+
+/// Whether another surface lies where the sample's does: then either is the first.
+fn coincides(stage: &Stage, hot: &Hot, cold: &Cold, met: &HitBatch) -> bool {
+    if hot.model == BACKGROUND {
+        return false;
+    }
+    let facet = stage.transform(hot.model).normal(cold.facet.unfold());
+    let offset = stage.offset(hot);
+    let near = |hit: Hit| ((hit.t - 1.0) * offset).dot(facet).abs() <= TOLERANCE * offset.length();
+    (0..8).any(|ray| met.get(ray).is_some_and(near))
+}
+
+/// Whether the sample lies in its cell.
+fn check_position(stage: &Stage, number: usize, cell: usize, hot: &Hot) -> Verdict {
+    let (corner, place) = (stage.view.tile_corner(number), cell_place(cell));
+    let Some(seen) = stage.view.project(stage.offset(hot)) else { return Verdict::Differs };
+    let from = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32;
+    let inside = |along: f32| (-CELL_TOLERANCE..=1.0 + CELL_TOLERANCE).contains(&along);
+    Verdict::of(inside(from(0, seen.x)) && inside(from(1, seen.y)))
+}
+
+/// Whether what is kept of the surface is what the mesh has there.
+fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
+    let mesh = &stage.scene.models[hot.model as usize].mesh;
+    let corners = mesh.triangles[cold.triangle as usize]
+        .map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]).as_dvec3());
+    let reach = f64::from(TOLERANCE) * largest(stage.offset(hot), hot.point);
+    let Some(at) = barycentric(corners, hot.point.as_dvec3(), reach) else { return Verdict::Differs };
+
+    let side = if cold.from_behind { -1.0 } else { 1.0 };
+    let seen = stage.transform(hot.model).normal(cold.facet.unfold()).dot(stage.offset(hot).normalize());
+    let material = stage.material(hot, cold);
+    let kept = from_half(cold.albedo);
+    let holds = |at: DVec2, slack: f32| {
+        let corner = interpolate(mesh, cold.triangle, at.x as f32, at.y as f32);
+        let fresh = albedo(stage.scene, material, corner.uv);
+        cold.normal.unfold().dot(corner.normal * side) >= NORMAL_COSINE
+            && cold.facet.unfold().dot(corner.facet * side) >= NORMAL_COSINE
+            && (fresh - kept).abs().max_element() <= slack * kept.max_element().max(1.0)
+            && seen < 1e-4
+    };
+    Verdict::of(holds(at, COLOR_TOLERANCE)).or_on_edge(|| {
+        // where a texture or a normal changes fast, what lies a rounding further may be it
+        let edge = (corners[1] - corners[0]).length().min((corners[2] - corners[0]).length());
+        let step = reach / edge.max(f64::MIN_POSITIVE);
+        let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
+        let mut tries = steps.iter().flat_map(|u| steps.iter().map(|v| DVec2::new(*u, *v) * step));
+        tries.any(|aside| holds(at + aside, 10.0 * COLOR_TOLERANCE))
+    })
+}
+
+fn largest(offset: Vec3, point: Vec3) -> f64 {
+    f64::from(offset.length().max(point.length()))
+}
+
+/// Barycentric coordinates (second and third corner) of `point` in a triangle; `None` where it lies
+/// farther than `reach` from it.
+fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2> {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let area = normal.length_squared();
+    if area == 0.0 {
+        return None;
+    }
+    let at = DVec2::new(ap.cross(ac).dot(normal) / area, ab.cross(ap).dot(normal) / area);
+    let clamped = {
+        let inside = at.max(DVec2::ZERO);
+        inside / (inside.x + inside.y).max(1.0)
+    };
+    let nearest = a + ab * clamped.x + ac * clamped.y;
+    (nearest.distance(point) <= reach).then_some(clamped)
+}
+
+/// Whether the light that is kept is the light that the tags and lights give.
+fn check_light(stage: &Stage, tile: &Tile, cell: usize) -> Verdict {
+    let (kept, fresh) = (from_half(tile.cold[cell].lit), sum_light(stage, tile, cell));
+    let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(1e-4);
+    Verdict::of((kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack)
+}
+
+/// Whether the tags of one light say what fresh shadow rays say.
+fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMut(usize, Verdict)) {
+    let lights = stage.pose.lights.len();
+    let mut queue = ShadowQueue::default();
+    for (cell, hot) in tile.hot.iter().enumerate().filter(|(_, hot)| hot.model < EMPTY) {
+        let placed = Placed::of(stage, hot, &tile.cold[cell]);
+        if !ask(stage, light, &placed, Vec3::ZERO, cell as u32, &mut queue) {
+            raise(cell, Verdict::of(!tile.tags[cell * lights + light].is_lit()));
+        }
+    }
+    let mut doubtful = Vec::new();
+    answer(stage, &mut queue, |cell, tag| {
+        if tag.is_lit() != tile.tags[cell as usize * lights + light].is_lit() {
+            doubtful.push(cell as usize);
+        }
+    });
+    for cell in doubtful {
+        let (hot, lit) = (&tile.hot[cell], tile.tags[cell * lights + light].is_lit());
+        let placed = Placed::of(stage, hot, &tile.cold[cell]);
+        let reach = stage.offset(hot).length() * TOLERANCE;
+        queue.clear();
+        for aside in around(placed.facet) {
+            ask(stage, light, &placed, aside * reach, 0, &mut queue);
+        }
+        let mut grazes = false;
+        answer(stage, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
+        raise(cell, Verdict::Differs.or_on_edge(|| grazes));
+    }
+}
+
+/// Queues a shadow ray to `light` from `aside` of the sample; `false` where the surface is averted.
+fn ask(
+    stage: &Stage,
+    light: usize,
+    placed: &Placed,
+    aside: Vec3,
+    owner: u32,
+    queue: &mut ShadowQueue,
+) -> bool {
+    let arrival = arrival(&stage.pose.lights[light], placed.point + aside);
+    let faces = phong::faces(placed.normal, placed.facet, arrival.direction);
+    let reaches = faces && arrival.irradiance != Vec3::ZERO;
+    if reaches {
+        queue.push(placed.point + aside, placed.facet, &arrival, owner);
+    }
+    reaches
+}
+
+fn answer(stage: &Stage, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
+    queue.answer(ShadowCheck::StillThenMovable, Coherence::Coherent, stage.tracer, say);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_off_its_triangle_is_found_out() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 0.0), 1e-6), Some(DVec2::new(0.25, 0.5)));
+        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 1e-3), 1e-6), None);
+        assert_eq!(barycentric(corners, DVec3::new(0.8, 0.5, 0.0), 1e-6), None);
+        assert!(barycentric(corners, DVec3::new(0.5, 0.5 + 1e-7, 0.0), 1e-6).is_some());
+    }
+}

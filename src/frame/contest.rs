@@ -1,0 +1,100 @@
+//! Which of the samples that fall into a cell stays: the one nearest to the eye, as in the paper.
+
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
+
+/// One entry a cell. Samples enter from any number of threads in any order, and the winner is always the
+/// same: entries are compared as one integer, depth before sample number.
+#[derive(Debug, Default)]
+pub struct Contest {
+    entries: Vec<AtomicU64>,
+    /// A bit for each cell that more than one sample fell into.
+    crowded: Vec<AtomicU32>,
+}
+
+/// The winner of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Winner {
+    /// Its number in the store of the frame before.
+    pub sample: u32,
+    /// Whether others fell into the cell.
+    pub overlapped: bool,
+}
+
+const VACANT: u64 = u64::MAX;
+
+impl Contest {
+    /// Makes room for `cells` cells; all must have been taken since the contest before.
+    pub fn open(&mut self, cells: usize) {
+        if self.entries.len() != cells {
+            self.entries = std::iter::repeat_with(|| AtomicU64::new(VACANT)).take(cells).collect();
+            self.crowded = std::iter::repeat_with(AtomicU32::default).take(cells.div_ceil(32)).collect();
+        }
+    }
+
+    /// `sample` falls into `cell` at `depth` (positive; infinite for the background).
+    #[inline]
+    pub fn enter(&self, cell: u32, depth: f32, sample: u32) {
+        // the bits of positive floats are in the order of their values
+        let entry = u64::from(depth.to_bits()) << 32 | u64::from(sample);
+        let before = self.entries[cell as usize].fetch_min(entry, Relaxed);
+        if before != VACANT {
+            self.crowded[cell as usize / 32].fetch_or(1 << (cell % 32), Relaxed);
+        }
+    }
+
+    /// Who won `cell`. Clears it for the next frame.
+    #[inline]
+    pub fn take(&self, cell: u32) -> Option<Winner> {
+        let entry = &self.entries[cell as usize];
+        let won = entry.load(Relaxed);
+        if won == VACANT {
+            return None;
+        }
+        entry.store(VACANT, Relaxed);
+        let (word, bit) = (&self.crowded[cell as usize / 32], 1 << (cell % 32));
+        let overlapped = word.load(Relaxed) & bit != 0;
+        if overlapped {
+            word.fetch_and(!bit, Relaxed);
+        }
+        Some(Winner { sample: won as u32, overlapped })
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.entries.len() * size_of::<AtomicU64>() + self.crowded.len() * size_of::<AtomicU32>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    #[test]
+    fn the_nearest_wins_and_ties_go_to_the_first_sample() {
+        let mut contest = Contest::default();
+        contest.open(4);
+        contest.enter(1, 5.0, 7);
+        contest.enter(2, 5.0, 9);
+        contest.enter(2, 0.5, 30);
+        contest.enter(3, f32::INFINITY, 4);
+        contest.enter(3, f32::INFINITY, 3);
+        assert_eq!(contest.take(0), None);
+        assert_eq!(contest.take(1), Some(Winner { sample: 7, overlapped: false }));
+        assert_eq!(contest.take(2), Some(Winner { sample: 30, overlapped: true }));
+        assert_eq!(contest.take(3), Some(Winner { sample: 3, overlapped: true }));
+        assert_eq!(contest.take(3), None, "taking clears");
+    }
+
+    #[test]
+    fn the_order_of_entry_does_not_matter() {
+        let mut contest = Contest::default();
+        contest.open(64);
+        let enter = |i: u32| contest.enter(i % 64, ((i * 7919) % 1009) as f32 + 1.0, i);
+        (0..10_000).for_each(enter);
+        let one_by_one: Vec<_> = (0..64).map(|cell| contest.take(cell)).collect();
+        (0..10_000_u32).into_par_iter().rev().for_each(enter);
+        let all_at_once: Vec<_> = (0..64).map(|cell| contest.take(cell)).collect();
+        assert_eq!(one_by_one, all_at_once);
+    }
+}

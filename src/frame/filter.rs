@@ -1,0 +1,378 @@
+//! Filtering: samples to pixels (the paper's "Filtering").
+//!
+//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`] then adds the tiles up in
+//! their order, so that the picture does not depend on who was done first.
+//!
+//! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
+//! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::enhance::Radiance;
+use super::light::Placed;
+use super::stage::{CellRays, Stage, Workbench};
+use super::view::{View, cell_place};
+use crate::film::{Film, Plane, PlaneKind};
+use crate::samples::{BACKGROUND, EMPTY, Status, TILE, Tile, from_half};
+use crate::settings::Filter;
+
+/// `Z` of the background: finite, and far behind everything.
+pub const BACKGROUND_Z: f32 = 1e10;
+
+/// Filtered channels, in the order of [`CHANNELS`], and last the sum of the weights.
+const SUMS: usize = 20;
+
+/// A pixel's sums.
+type Sums = [f32; SUMS];
+
+/// What a pixel shows of its sample nearest to the centre.
+#[derive(Debug, Clone, Copy)]
+struct Data {
+    /// Squared, in cells, from the pixel's centre.
+    distance: f32,
+    /// Z, P, N, id, age.
+    values: [f32; 9],
+}
+
+const NO_DATA: Data = Data { distance: f32::INFINITY, values: [0.0; 9] };
+
+/// Samples by status (base, good, overlapped, missed, obscured), and rays by kind.
+type Counts = [u32; 9];
+
+/// The pixels that one tile's samples reach. Keeps its memory from frame to frame.
+#[derive(Debug, Default)]
+pub struct TileFilm {
+    /// Of the first pixel; left of and above the picture for the halo of tiles at its rim.
+    corner: [i32; 2],
+    size: [usize; 2],
+    sums: Vec<Sums>,
+    data: Vec<Data>,
+    counts: Vec<Counts>,
+}
+
+impl TileFilm {
+    fn begin(&mut self, view: &View, number: usize, filter: Filter) {
+        let (cells, halo) = (view.tile_corner(number), radius(filter).ceil() as i32);
+        let edge = |cell: u32| (cell / view.samples) as i32;
+        let last = |cell: u32, of: u32| (cell + TILE as u32).min(of).div_ceil(view.samples) as i32;
+        let first = cells.map(|cell| edge(cell) - halo);
+        let end = [last(cells[0], view.cells_x) + halo, last(cells[1], view.cells_y) + halo];
+        self.corner = first;
+        self.size = [(end[0] - first[0]) as usize, (end[1] - first[1]) as usize];
+        let pixels = self.size[0] * self.size[1];
+        refill(&mut self.sums, pixels, [0.0; SUMS]);
+        refill(&mut self.data, pixels, NO_DATA);
+        refill(&mut self.counts, pixels, [0; 9]);
+    }
+
+    fn at(&self, x: i32, y: i32) -> usize {
+        (y - self.corner[1]) as usize * self.size[0] + (x - self.corner[0]) as usize
+    }
+
+    /// The part of row `y` of the picture that this tile reaches: first column and indices.
+    fn row(&self, y: i32) -> Option<(i32, std::ops::Range<usize>)> {
+        let row = usize::try_from(y - self.corner[1]).ok().filter(|row| *row < self.size[1])?;
+        Some((self.corner[0], row * self.size[0]..(row + 1) * self.size[0]))
+    }
+}
+
+fn refill<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
+    list.clear();
+    list.resize(len, value);
+}
+
+/// Sums the samples of tile number `number` into `film`.
+pub fn filter(
+    stage: &Stage,
+    number: usize,
+    tile: &Tile,
+    bench: &Workbench,
+    kernel: Filter,
+    film: &mut TileFilm,
+) {
+    film.begin(stage.view, number, kernel);
+    let corner = stage.view.tile_corner(number);
+    let scale = (stage.view.samples as f32).recip();
+    for (cell, (hot, cold)) in tile.hot.iter().zip(&tile.cold).enumerate() {
+        if hot.model == EMPTY {
+            continue;
+        }
+        let place = cell_place(cell);
+        let place = [corner[0] + place[0], corner[1] + place[1]];
+        // a sample's own cell holds it; rounding on the way back may say the next one
+        let seen = stage.view.project(stage.offset(hot));
+        let inside = |at: Option<f32>, cell: u32| {
+            at.unwrap_or(cell as f32 + 0.5).clamp(cell as f32, (cell + 1) as f32) * scale
+        };
+        let at = [inside(seen.map(|s| s.x), place[0]), inside(seen.map(|s| s.y), place[1])];
+        let pixel = place.map(|cell| (cell / stage.view.samples) as i32);
+        let index = film.at(pixel[0], pixel[1]);
+
+        let values = channels(&bench.radiance[cell], hot.model != BACKGROUND, from_half(cold.albedo));
+        match kernel {
+            Filter::Box => add(&mut film.sums[index], &values, 1.0),
+            Filter::Mitchell => splat(film, at, &values),
+        }
+        count(&mut film.counts[index], cold.status, bench.cell_rays[cell]);
+        let distance = (0..2).map(|axis| (at[axis] - pixel[axis] as f32 - 0.5).powi(2)).sum();
+        if distance < film.data[index].distance {
+            let depth = seen.map_or(BACKGROUND_Z, |seen| seen.depth);
+            film.data[index] = Data { distance, values: data(stage, tile, cell, depth) };
+        }
+    }
+}
+
+/// What is filtered of a sample, in the order of [`CHANNELS`].
+#[inline]
+fn channels(radiance: &Radiance, surface: bool, albedo: Vec3) -> Sums {
+    let parts = [
+        radiance.total(),
+        radiance.diffuse,
+        radiance.specular,
+        radiance.reflection,
+        radiance.refraction,
+        if surface { albedo } else { Vec3::ZERO },
+    ];
+    let mut sums = [0.0; SUMS];
+    for (i, part) in parts.iter().enumerate() {
+        sums[i * 3..i * 3 + 3].copy_from_slice(&part.to_array());
+    }
+    sums[18] = if surface { 1.0 } else { 0.0 };
+    sums[19] = 1.0;
+    sums
+}
+
+#[inline]
+fn add(sums: &mut Sums, values: &Sums, weight: f32) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += value * weight;
+    }
+}
+
+/// Adds a sample at `at` (pixels) to all pixels that the Mitchell filter spreads it over.
+fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums) {
+    // the centres of pixels first .. first + 3 are within two pixels
+    let first = at.map(|along| (along - 1.5).floor() as i32);
+    let weights =
+        [0, 1].map(|axis| [0, 1, 2, 3].map(|i| mitchell((first[axis] + i) as f32 + 0.5 - at[axis])));
+    for (row, down) in weights[1].iter().enumerate() {
+        let start = film.at(first[0], first[1] + row as i32);
+        for (sums, across) in film.sums[start..start + 4].iter_mut().zip(&weights[0]) {
+            add(sums, values, across * down);
+        }
+    }
+}
+
+/// How far a filter reaches, in pixels, beyond a sample's own pixel.
+fn radius(filter: Filter) -> f32 {
+    match filter {
+        Filter::Box => 0.0,
+        Filter::Mitchell => 2.0,
+    }
+}
+
+/// The cubic with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics",
+/// SIGGRAPH 1988, equation 8), at `x` pixels.
+fn mitchell(x: f32) -> f32 {
+    const B: f32 = 1.0 / 3.0;
+    const C: f32 = 1.0 / 3.0;
+    let x = x.abs();
+    let near = ((12.0 - 9.0 * B - 6.0 * C) * x + (-18.0 + 12.0 * B + 6.0 * C)) * x * x + (6.0 - 2.0 * B);
+    let far =
+        (((-B - 6.0 * C) * x + (6.0 * B + 30.0 * C)) * x + (-12.0 * B - 48.0 * C)) * x + (8.0 * B + 24.0 * C);
+    match x {
+        ..1.0 => near / 6.0,
+        ..2.0 => far / 6.0,
+        _ => 0.0,
+    }
+}
+
+#[inline]
+fn count(counts: &mut Counts, status: Status, rays: CellRays) {
+    let status = match status {
+        Status::Base => 0,
+        Status::Good => 1,
+        Status::Overlapped => 2,
+        Status::Missed => 3,
+        Status::Obscured => 4,
+        Status::Outside | Status::Empty => return,
+    };
+    counts[status] += 1;
+    for (count, rays) in
+        counts[5..].iter_mut().zip([rays.primary, rays.verification, rays.shadow, rays.secondary])
+    {
+        *count += u32::from(rays);
+    }
+}
+
+/// The data channels of a sample, seen at `depth`.
+fn data(stage: &Stage, tile: &Tile, cell: usize, depth: f32) -> [f32; 9] {
+    let (hot, cold) = (&tile.hot[cell], &tile.cold[cell]);
+    let age = f32::from(cold.age);
+    if hot.model == BACKGROUND {
+        return [BACKGROUND_Z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, age];
+    }
+    let Placed { point: p, normal: n, .. } = Placed::of(stage, hot, cold);
+    [depth, p.x, p.y, p.z, n.x, n.y, n.z, (hot.model + 1) as f32, age]
+}
+
+/// The contract's planes: name, kind, and where the value comes from.
+const CHANNELS: [(&str, PlaneKind, Source); 37] = {
+    use PlaneKind::{Float, Half};
+    use Source::{Filtered, Nearest, Rays, Share};
+    [
+        ("R", Half, Filtered(0)),
+        ("G", Half, Filtered(1)),
+        ("B", Half, Filtered(2)),
+        ("A", Half, Filtered(18)),
+        ("diffuse.R", Half, Filtered(3)),
+        ("diffuse.G", Half, Filtered(4)),
+        ("diffuse.B", Half, Filtered(5)),
+        ("specular.R", Half, Filtered(6)),
+        ("specular.G", Half, Filtered(7)),
+        ("specular.B", Half, Filtered(8)),
+        ("reflection.R", Half, Filtered(9)),
+        ("reflection.G", Half, Filtered(10)),
+        ("reflection.B", Half, Filtered(11)),
+        ("refraction.R", Half, Filtered(12)),
+        ("refraction.G", Half, Filtered(13)),
+        ("refraction.B", Half, Filtered(14)),
+        ("albedo.R", Half, Filtered(15)),
+        ("albedo.G", Half, Filtered(16)),
+        ("albedo.B", Half, Filtered(17)),
+        ("Z", Float, Nearest(0)),
+        ("P.X", Float, Nearest(1)),
+        ("P.Y", Float, Nearest(2)),
+        ("P.Z", Float, Nearest(3)),
+        ("N.X", Half, Nearest(4)),
+        ("N.Y", Half, Nearest(5)),
+        ("N.Z", Half, Nearest(6)),
+        ("id.object", Float, Nearest(7)),
+        ("status.age", Half, Nearest(8)),
+        ("status.base", Half, Share(0)),
+        ("status.good", Half, Share(1)),
+        ("status.overlapped", Half, Share(2)),
+        ("status.missed", Half, Share(3)),
+        ("status.obscured", Half, Share(4)),
+        ("rays.primary", Half, Rays(5)),
+        ("rays.verification", Half, Rays(6)),
+        ("rays.shadow", Half, Rays(7)),
+        ("rays.secondary", Half, Rays(8)),
+    ]
+};
+
+/// Where a plane's value comes from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    /// This sum, over the sum of weights.
+    Filtered(usize),
+    /// This value of the sample nearest to the centre.
+    Nearest(usize),
+    /// This count, over the pixel's samples.
+    Share(usize),
+    /// This count.
+    Rays(usize),
+}
+
+/// Adds up the tiles and writes the planes of the finished frame.
+pub fn develop(view: &View, tiles: &[TileFilm]) -> Film {
+    let (width, height) = (view.cells_x / view.samples, view.cells_y / view.samples);
+    let mut planes: Vec<Plane> = CHANNELS
+        .iter()
+        .map(|(name, kind, _)| Plane { name, kind: *kind, data: vec![0.0; (width * height) as usize] })
+        .collect();
+    let mut rows: Vec<Vec<&mut [f32]>> = (0..height).map(|_| Vec::with_capacity(CHANNELS.len())).collect();
+    for plane in &mut planes {
+        for (row, part) in rows.iter_mut().zip(plane.data.chunks_mut(width as usize)) {
+            row.push(part);
+        }
+    }
+    rows.into_par_iter().enumerate().with_min_len(8).for_each_init(
+        || Row::new(width as usize),
+        |row, (y, planes)| {
+            row.add_up(view, tiles, y as i32);
+            row.write(planes);
+        },
+    );
+    Film { width, height, planes }
+}
+
+/// One row of pixels while it is added up.
+struct Row {
+    sums: Vec<Sums>,
+    data: Vec<Data>,
+    counts: Vec<Counts>,
+}
+
+impl Row {
+    fn new(width: usize) -> Self {
+        Self { sums: vec![[0.0; SUMS]; width], data: vec![NO_DATA; width], counts: vec![[0; 9]; width] }
+    }
+
+    /// Adds up what the tiles have for row `y`, in the tiles' order.
+    fn add_up(&mut self, view: &View, tiles: &[TileFilm], y: i32) {
+        self.sums.fill([0.0; SUMS]);
+        self.data.fill(NO_DATA);
+        self.counts.fill([0; 9]);
+        for tile_row in tiles.chunks(view.tiles_x as usize) {
+            // all tiles of a row reach the same rows of pixels
+            if tile_row[0].row(y).is_none() {
+                continue;
+            }
+            for tile in tile_row {
+                self.add_tile(tile, y);
+            }
+        }
+    }
+
+    fn add_tile(&mut self, tile: &TileFilm, y: i32) {
+        let Some((first, indices)) = tile.row(y) else { return };
+        for (x, index) in (first..).zip(indices) {
+            let Some(x) = usize::try_from(x).ok().filter(|x| *x < self.sums.len()) else { continue };
+            add(&mut self.sums[x], &tile.sums[index], 1.0);
+            if tile.data[index].distance < self.data[x].distance {
+                self.data[x] = tile.data[index];
+            }
+            for (sum, count) in self.counts[x].iter_mut().zip(&tile.counts[index]) {
+                *sum += count;
+            }
+        }
+    }
+
+    /// Writes the row into the row of each plane.
+    fn write(&self, planes: Vec<&mut [f32]>) {
+        for ((_, _, source), plane) in CHANNELS.iter().zip(planes) {
+            for (x, value) in plane.iter_mut().enumerate() {
+                *value = self.value(x, *source);
+            }
+        }
+    }
+
+    fn value(&self, x: usize, source: Source) -> f32 {
+        let counts = &self.counts[x];
+        match source {
+            // the Mitchell filter's negative lobes must not make negative light
+            Source::Filtered(i) => (self.sums[x][i] / self.sums[x][19]).max(0.0),
+            Source::Nearest(i) => self.data[x].values[i],
+            Source::Share(i) => counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32,
+            Source::Rays(i) => counts[i] as f32,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mitchells_weights_add_up_to_one_wherever_the_sample_is() {
+        for step in 0..=20 {
+            let at = step as f32 / 20.0;
+            let sum: f32 = (-3..4).map(|pixel| mitchell(pixel as f32 + 0.5 - at)).sum();
+            assert!((sum - 1.0).abs() < 1e-6, "{at}: {sum}");
+        }
+        assert!((mitchell(0.0) - 8.0 / 9.0).abs() < 1e-6 && (mitchell(1.0) - 1.0 / 18.0).abs() < 1e-6);
+        assert!(mitchell(1.5) < 0.0 && mitchell(2.0) == 0.0);
+    }
+}

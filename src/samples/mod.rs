@@ -1,0 +1,46 @@
+//! The sample store: what a frame keeps for the next one.
+//!
+//! A picture of `width x height` pixels with N x N samples a pixel is a grid of *cells*, one sample in
+//! each. Cells are stored in [tiles](Tile) of 32 x 32, a tile in blocks of 4 x 4: sixteen neighbours lie
+//! side by side and make one packet of rays.
+//!
+//! Positions and normals are in the *object space* of the sample's model: however long a shot is, motion
+//! adds no drift. What projection reads ([`Hot`]) is apart from what only a sample that won its cell
+//! needs ([`Cold`]).
+
+mod octahedral;
+mod store;
+mod tag;
+
+pub use octahedral::Octahedral;
+pub use store::{BACKGROUND, CELLS, Cold, EMPTY, Hot, SampleStore, TILE, Tile, from_half, to_half};
+pub use tag::Tag;
+
+/// What became of a cell's sample in this frame. `Empty` and `Outside` are states on the way and beyond
+/// the picture's rim; the others are the contract's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Status {
+    /// Beyond the picture's rim: no sample.
+    Outside,
+    /// Nothing yet.
+    #[default]
+    Empty,
+    /// Traced because the whole frame was.
+    Base,
+    /// Reprojected alone into its cell, and it holds.
+    Good,
+    /// Several samples fell into the cell; this one won, and it holds.
+    Overlapped,
+    /// Nothing fell into the cell; traced.
+    Missed,
+    /// What fell into the cell is hidden now; traced.
+    Obscured,
+}
+
+impl Status {
+    /// Whether the sample came from the frame before.
+    pub fn is_reused(self) -> bool {
+        matches!(self, Status::Good | Status::Overlapped)
+    }
+}

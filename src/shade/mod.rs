@@ -1,0 +1,8 @@
+//! Pure functions from surfaces and lights to colours. No ray is traced here.
+
+pub mod light;
+pub mod optics;
+pub mod phong;
+pub mod surface;
+
+pub use surface::Surface;

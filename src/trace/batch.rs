@@ -1,0 +1,210 @@
+//! Rays in packets of 16, as structures of arrays.
+
+use glam::Vec3;
+
+/// Rays in a packet: the width that Embree's widest kernels take.
+pub const LANES: usize = 16;
+
+/// `model` of a lane that met nothing.
+pub const NO_HIT: u32 = u32::MAX;
+
+/// Whether the rays of a packet go about the same way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coherence {
+    /// Neighbours of one picture or shadow rays of neighbours: traversed as a bundle.
+    Coherent,
+    /// Bounced rays: each for itself.
+    Incoherent,
+}
+
+/// Sixteen rays in world space: points `origin + t * direction` for t in `near..far`. Directions have
+/// any length but zero.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct RayPacket {
+    /// x, y and z of the origins.
+    pub origin: [[f32; LANES]; 3],
+    /// x, y and z of the directions.
+    pub direction: [[f32; LANES]; 3],
+    /// Least t.
+    pub near: [f32; LANES],
+    /// Greatest t.
+    pub far: [f32; LANES],
+    /// For [`Purpose::Sight`](super::Purpose::Sight): the model of the sample at the ray's end, or
+    /// [`NO_HIT`].
+    pub own_model: [u32; LANES],
+    /// And its triangle.
+    pub own_triangle: [u32; LANES],
+}
+
+impl RayPacket {
+    const EMPTY: Self = Self {
+        origin: [[0.0; LANES]; 3],
+        direction: [[0.0; LANES]; 3],
+        near: [0.0; LANES],
+        far: [0.0; LANES],
+        own_model: [NO_HIT; LANES],
+        own_triangle: [NO_HIT; LANES],
+    };
+}
+
+/// Any number of rays, packed in the order in which they were pushed: rays that were pushed together
+/// are traced together. Keeps its memory when cleared.
+#[derive(Debug, Default)]
+pub struct RayBatch {
+    packets: Vec<RayPacket>,
+    len: usize,
+}
+
+impl RayBatch {
+    /// No rays, and the memory of those before.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// How many rays.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds the ray `origin + t * direction`, `near <= t <= far`.
+    #[inline]
+    pub fn push(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
+        self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);
+    }
+
+    /// Adds a ray that ends in a sample on `triangle` of `model`, which never blocks it.
+    #[inline]
+    pub fn push_to_sample(
+        &mut self,
+        origin: Vec3,
+        direction: Vec3,
+        near: f32,
+        far: f32,
+        model: u32,
+        triangle: u32,
+    ) {
+        let (at, lane) = (self.len / LANES, self.len % LANES);
+        if at == self.packets.len() {
+            self.packets.push(RayPacket::EMPTY);
+        }
+        let packet = &mut self.packets[at];
+        for axis in 0..3 {
+            packet.origin[axis][lane] = origin[axis];
+            packet.direction[axis][lane] = direction[axis];
+        }
+        packet.near[lane] = near;
+        packet.far[lane] = far;
+        packet.own_model[lane] = model;
+        packet.own_triangle[lane] = triangle;
+        self.len += 1;
+    }
+
+    /// The packets, each with the bits of its lanes in use.
+    pub fn packets(&self) -> impl Iterator<Item = (&RayPacket, u16)> {
+        let used = self.len.div_ceil(LANES);
+        self.packets[..used].iter().enumerate().map(|(i, packet)| (packet, self.lanes_in_use(i)))
+    }
+
+    /// Packets in use.
+    pub fn packet_count(&self) -> usize {
+        self.len.div_ceil(LANES)
+    }
+
+    fn lanes_in_use(&self, packet: usize) -> u16 {
+        match self.len - packet * LANES {
+            LANES.. => u16::MAX,
+            rest => (1 << rest) - 1,
+        }
+    }
+}
+
+/// What sixteen rays met.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct HitPacket {
+    /// Where along the ray.
+    pub t: [f32; LANES],
+    /// Barycentric weight of the triangle's second corner.
+    pub u: [f32; LANES],
+    /// And of its third.
+    pub v: [f32; LANES],
+    /// Index into [`Scene::models`](crate::scene::Scene::models), or [`NO_HIT`].
+    pub model: [u32; LANES],
+    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    pub triangle: [u32; LANES],
+}
+
+impl HitPacket {
+    /// No lane met anything.
+    pub const NONE: Self = Self {
+        t: [f32::INFINITY; LANES],
+        u: [0.0; LANES],
+        v: [0.0; LANES],
+        model: [NO_HIT; LANES],
+        triangle: [NO_HIT; LANES],
+    };
+}
+
+/// One hit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Where along the ray.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second corner.
+    pub u: f32,
+    /// And of its third.
+    pub v: f32,
+    /// Index into [`Scene::models`](crate::scene::Scene::models).
+    pub model: u32,
+    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    pub triangle: u32,
+}
+
+/// The hits of a [`RayBatch`], packet by packet.
+#[derive(Debug, Default)]
+pub struct HitBatch {
+    /// One for each packet of rays.
+    pub packets: Vec<HitPacket>,
+}
+
+impl HitBatch {
+    /// What ray number `ray` met.
+    #[inline]
+    pub fn get(&self, ray: usize) -> Option<Hit> {
+        let (packet, lane) = (&self.packets[ray / LANES], ray % LANES);
+        (packet.model[lane] != NO_HIT).then(|| Hit {
+            t: packet.t[lane],
+            u: packet.u[lane],
+            v: packet.v[lane],
+            model: packet.model[lane],
+            triangle: packet.triangle[lane],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_packet_knows_its_lanes() {
+        let mut rays = RayBatch::default();
+        for i in 0..35 {
+            rays.push(Vec3::splat(i as f32), Vec3::X, 0.0, 1.0);
+        }
+        let lanes: Vec<u16> = rays.packets().map(|(_, lanes)| lanes).collect();
+        assert_eq!(lanes, [u16::MAX, u16::MAX, 0b111]);
+        rays.clear();
+        assert_eq!(rays.packets().count(), 0);
+        for _ in 0..16 {
+            rays.push(Vec3::ZERO, Vec3::X, 0.0, 1.0);
+        }
+        assert_eq!(rays.packets().map(|(_, lanes)| lanes).collect::<Vec<_>>(), [u16::MAX]);
+    }
+}

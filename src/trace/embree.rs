@@ -1,0 +1,331 @@
+//! Embree behind the [`Tracer`] trait: the only file that names it.
+//!
+//! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
+//! put them there), built once with the best quality. *Movable* holds an instance of each model that moves
+//! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances.
+//!
+//! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
+//! this order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads
+//! to its [`Part`]; in *movable* the instance's id leads to the model and the geometry's to its part.
+//!
+//! Masks. A ray meets what shares a bit with it at every level: see [`mask`].
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use embree::{
+    BuildQuality, Coherence as EmbreeCoherence, Committed, Device, FrozenScene, Geometry, GeometryId,
+    INVALID, OwnPrims16, Ray16, RayHit16, Scene as EmbreeScene, Valid16,
+};
+
+use super::{
+    Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
+    TraceError, Tracer,
+};
+use crate::motion::Pose;
+use crate::scene::{Mesh, Scene};
+
+/// Bits of rays and of what they meet. Instances carry one of the first two, geometries one of the others.
+mod mask {
+    /// An instance that is where it was in the frame before.
+    pub const RESTS: u32 = 1;
+    /// An instance that moved since the frame before.
+    pub const MOVED: u32 = 2;
+    /// Triangles that cast shadows.
+    pub const CASTS_SHADOW: u32 = 4;
+    /// Triangles that do not.
+    pub const CLEAR: u32 = 8;
+    /// Meets everything.
+    pub const ALL: u32 = RESTS | MOVED | CASTS_SHADOW | CLEAR;
+}
+
+/// Where a geometry's triangles are in the program's own lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Part {
+    model: u32,
+    /// Index of its first triangle in the mesh.
+    first: u32,
+}
+
+/// The ids of one model's triangles in Embree, to keep a segment from being blocked by its own end.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// In *movable*; [`INVALID`] for still models.
+    instance: u32,
+    /// The geometry of the triangles that cast shadows, and of the others.
+    geometries: [u32; 2],
+    /// How many cast shadows.
+    split: u32,
+}
+
+/// Owns both scenes.
+pub struct EmbreeBackend {
+    still: EmbreeScene,
+    movable: EmbreeScene,
+    still_parts: Vec<Part>,
+    /// By instance.
+    movable_parts: Vec<[Part; 2]>,
+    /// By model.
+    places: Vec<Place>,
+}
+
+impl EmbreeBackend {
+    /// Builds both scenes. Call it outside of rayon's pool: Embree brings its own threads.
+    pub fn new(scene: &Scene) -> Result<Self, TraceError> {
+        let device = Device::new("")?;
+        let mut backend = Self {
+            still: EmbreeScene::new(&device, BuildQuality::High, false)?,
+            movable: EmbreeScene::new(&device, BuildQuality::Low, false)?,
+            still_parts: Vec::new(),
+            movable_parts: Vec::new(),
+            places: Vec::new(),
+        };
+        let mut frozen = HashMap::new();
+        for (number, model) in scene.models.iter().enumerate() {
+            let place = if model.track.is_constant() {
+                backend.add_still(&device, number as u32, &model.mesh)?
+            } else {
+                let shared = Arc::as_ptr(&model.mesh);
+                let parts = match frozen.get(&shared) {
+                    Some(parts) => Arc::clone(parts),
+                    None => {
+                        let made = Arc::new(freeze(&device, &model.mesh)?);
+                        frozen.insert(shared, Arc::clone(&made));
+                        made
+                    }
+                };
+                backend.add_movable(number as u32, &model.mesh, &parts)?
+            };
+            backend.places.push(place);
+        }
+        // the still scene is built here, and found unchanged in every frame
+        backend.still.commit()?;
+        Ok(backend)
+    }
+
+    fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<Place, TraceError> {
+        let mut geometries = [INVALID; 2];
+        for (half, (geometry, first)) in geometries_of(device, mesh)? {
+            let GeometryId(id) = self.still.attach(&geometry)?;
+            debug_assert_eq!(id as usize, self.still_parts.len());
+            self.still_parts.push(Part { model, first });
+            geometries[half] = id;
+        }
+        Ok(Place { instance: INVALID, geometries, split: mesh.shadow_casting as u32 })
+    }
+
+    fn add_movable(&mut self, model: u32, mesh: &Mesh, frozen: &Frozen) -> Result<Place, TraceError> {
+        let identity = crate::motion::Transform::IDENTITY.columns();
+        let GeometryId(instance) = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
+        debug_assert_eq!(instance as usize, self.movable_parts.len());
+        self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));
+        Ok(Place { instance, geometries: frozen.geometries, split: mesh.shadow_casting as u32 })
+    }
+}
+
+/// A movable model's own scene.
+struct Frozen {
+    scene: Arc<FrozenScene>,
+    /// First triangle by geometry id.
+    firsts: [u32; 2],
+    /// Geometry id of the triangles that cast shadows, and of the others.
+    geometries: [u32; 2],
+}
+
+fn freeze(device: &Device, mesh: &Mesh) -> Result<Frozen, TraceError> {
+    let mut scene = EmbreeScene::new(device, BuildQuality::High, false)?;
+    let (mut firsts, mut geometries) = ([0; 2], [INVALID; 2]);
+    for (half, (geometry, first)) in geometries_of(device, mesh)? {
+        let GeometryId(id) = scene.attach(&geometry)?;
+        firsts[id as usize] = first;
+        geometries[half] = id;
+    }
+    Ok(Frozen { scene: scene.freeze()?, firsts, geometries })
+}
+
+/// A half of a mesh (0: casts shadows, 1: does not) with its first triangle.
+type Half = (usize, (Geometry, u32));
+
+/// The geometries of `mesh` that have triangles.
+fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> {
+    let (all, split) = (&mesh.triangles, mesh.shadow_casting);
+    let ranges = [(0..split, mask::CASTS_SHADOW), (split..all.len(), mask::CLEAR)];
+    let mut halves = Vec::new();
+    for (half, (range, mask)) in ranges.into_iter().enumerate() {
+        if range.is_empty() {
+            continue;
+        }
+        let first = range.start as u32;
+        let triangles = if range.len() == all.len() { Arc::clone(all) } else { Arc::from(&all[range]) };
+        let geometry = Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?;
+        halves.push((half, (geometry, first)));
+    }
+    Ok(halves)
+}
+
+impl Backend for EmbreeBackend {
+    fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
+        for (model, place) in self.places.iter().enumerate().filter(|(_, place)| place.instance != INVALID) {
+            let id = GeometryId(place.instance);
+            self.movable.set_instance_transform(id, pose.models[model].columns())?;
+            self.movable.set_mask(id, if moved[model] { mask::MOVED } else { mask::RESTS })?;
+        }
+        Ok(Box::new(EmbreeTracer {
+            still: self.still.commit()?,
+            movable: self.movable.commit()?,
+            has_movable: !self.movable_parts.is_empty(),
+            still_parts: &self.still_parts,
+            movable_parts: &self.movable_parts,
+            places: &self.places,
+        }))
+    }
+}
+
+/// Both scenes, open for rays.
+struct EmbreeTracer<'a> {
+    still: Committed<'a>,
+    movable: Committed<'a>,
+    has_movable: bool,
+    still_parts: &'a [Part],
+    movable_parts: &'a [[Part; 2]],
+    places: &'a [Place],
+}
+
+impl Tracer for EmbreeTracer<'_> {
+    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+        hits.packets.resize(rays.packet_count(), HitPacket::NONE);
+        for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
+            let valid = valid(lanes);
+            let mut both = RayHit16 { ray: to_embree(packet, mask::ALL), ..RayHit16::default() };
+            self.still.intersect16(&valid, &mut both, to_embree_coherence(coherence));
+            if self.has_movable {
+                self.movable.intersect16(&valid, &mut both, to_embree_coherence(coherence));
+            }
+            self.convert_hits(&both, lanes, out);
+        }
+    }
+
+    fn blocked(
+        &self,
+        rays: &RayBatch,
+        by: Blockers,
+        purpose: Purpose,
+        coherence: Coherence,
+        blocked: &mut [u16],
+    ) {
+        let scene = if by == Blockers::Still { &self.still } else { &self.movable };
+        if by != Blockers::Still && !self.has_movable {
+            return;
+        }
+        let mask = ray_mask(by, purpose);
+        let coherence = to_embree_coherence(coherence);
+        for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
+            let open = lanes & !*blocked;
+            if open == 0 {
+                continue;
+            }
+            let mut ray = to_embree(packet, mask);
+            match purpose {
+                Purpose::Shadow => scene.occluded16(&valid(open), &mut ray, coherence),
+                Purpose::Sight => {
+                    let own = self.own_ids(packet, by);
+                    scene.occluded16_past_own(&valid(open), &mut ray, &own, coherence);
+                }
+            }
+            // Embree sets the end of a ray that is blocked to minus infinity
+            for lane in 0..LANES {
+                let hit = ray.tfar[lane] == f32::NEG_INFINITY;
+                *blocked |= u16::from(hit && open >> lane & 1 != 0) << lane;
+            }
+        }
+    }
+}
+
+impl EmbreeTracer<'_> {
+    fn convert_hits(&self, both: &RayHit16, lanes: u16, out: &mut HitPacket) {
+        out.t = both.ray.tfar;
+        out.u = both.hit.u;
+        out.v = both.hit.v;
+        for lane in 0..LANES {
+            let geometry = both.hit.geom_id[lane];
+            if geometry == INVALID || lanes >> lane & 1 == 0 {
+                out.model[lane] = NO_HIT;
+                continue;
+            }
+            let part = match both.hit.inst_id[lane] {
+                INVALID => self.still_parts[geometry as usize],
+                instance => self.movable_parts[instance as usize][geometry as usize],
+            };
+            out.model[lane] = part.model;
+            out.triangle[lane] = part.first + both.hit.prim_id[lane];
+        }
+    }
+
+    /// What `packet`'s rays end on, in the ids of the scene that is asked.
+    fn own_ids(&self, packet: &RayPacket, by: Blockers) -> OwnPrims16 {
+        let mut own = OwnPrims16 { geom_id: [INVALID; 16], prim_id: [INVALID; 16], inst_id: [INVALID; 16] };
+        for lane in 0..LANES {
+            let model = packet.own_model[lane];
+            if model == NO_HIT {
+                continue;
+            }
+            let place = &self.places[model as usize];
+            if (place.instance == INVALID) != (by == Blockers::Still) {
+                continue;
+            }
+            let triangle = packet.own_triangle[lane];
+            let half = usize::from(triangle >= place.split);
+            own.geom_id[lane] = place.geometries[half];
+            own.prim_id[lane] = if half == 0 { triangle } else { triangle - place.split };
+            own.inst_id[lane] = place.instance;
+        }
+        own
+    }
+}
+
+fn ray_mask(by: Blockers, purpose: Purpose) -> u32 {
+    let models = match by {
+        Blockers::Still | Blockers::Movable => mask::RESTS | mask::MOVED,
+        Blockers::Moved => mask::MOVED,
+    };
+    let triangles = match purpose {
+        Purpose::Sight => mask::CASTS_SHADOW | mask::CLEAR,
+        Purpose::Shadow => mask::CASTS_SHADOW,
+    };
+    models | triangles
+}
+
+fn to_embree(packet: &RayPacket, mask: u32) -> Ray16 {
+    Ray16 {
+        org_x: packet.origin[0],
+        org_y: packet.origin[1],
+        org_z: packet.origin[2],
+        tnear: packet.near,
+        dir_x: packet.direction[0],
+        dir_y: packet.direction[1],
+        dir_z: packet.direction[2],
+        time: [0.0; LANES],
+        tfar: packet.far,
+        mask: [mask; LANES],
+        id: [0; LANES],
+        flags: [0; LANES],
+    }
+}
+
+fn to_embree_coherence(coherence: Coherence) -> EmbreeCoherence {
+    match coherence {
+        Coherence::Coherent => EmbreeCoherence::Coherent,
+        Coherence::Incoherent => EmbreeCoherence::Incoherent,
+    }
+}
+
+/// Embree's -1 for each lane whose bit is set.
+fn valid(lanes: u16) -> Valid16 {
+    Valid16(std::array::from_fn(|lane| if lanes >> lane & 1 != 0 { -1 } else { 0 }))
+}
+
+impl From<embree::Error> for TraceError {
+    fn from(error: embree::Error) -> Self {
+        Self(error.to_string())
+    }
+}

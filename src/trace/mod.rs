@@ -1,0 +1,73 @@
+//! The questions that the frame loop asks of a scene, and who answers them.
+//!
+//! A [`Tracer`] answers two: what does a ray meet first ([`closest`](Tracer::closest)), and is anything
+//! in its way ([`blocked`](Tracer::blocked))? Both take whole [batches](RayBatch) of 16-wide packets, so
+//! that a call costs nothing beside its rays. What stands still for the whole shot is apart from what
+//! moves: the paper's rules (see [`frame::plan`](crate::frame::plan)) often ask about one of the two only.
+//!
+//! A [`Backend`] owns the acceleration structures. [`commit`](Backend::commit) borrows it mutably for as
+//! long as its tracer lives: the compiler keeps change and trace apart.
+
+mod batch;
+pub mod embree;
+
+pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, RayPacket};
+
+use crate::motion::Pose;
+
+/// What may be in a ray's way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blockers {
+    /// Models that never move in the shot.
+    Still,
+    /// Models that move in some frame of the shot, at their place in this one.
+    Movable,
+    /// Those of the movable ones that moved since the frame before, at their new place.
+    Moved,
+}
+
+/// What a segment is for: it decides what blocks it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// From the eye to a sample. Everything blocks but the sample's own primitive.
+    Sight,
+    /// From a sample to a light. What casts a shadow blocks (see
+    /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)).
+    Shadow,
+}
+
+/// Answers rays about the scene as it was committed.
+pub trait Tracer: Sync {
+    /// For each ray of `rays` the first hit in all of the scene.
+    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch);
+
+    /// Sets the bit of each ray of `rays` that `by` blocks; rays whose bit is set are not asked again.
+    /// `blocked` has one word a packet.
+    fn blocked(
+        &self,
+        rays: &RayBatch,
+        by: Blockers,
+        purpose: Purpose,
+        coherence: Coherence,
+        blocked: &mut [u16],
+    );
+}
+
+/// Owns what a tracer searches.
+pub trait Backend: Send {
+    /// Moves the models to their place in `pose` (`moved`: those that are not where they were in the
+    /// frame before) and opens the scene for rays.
+    fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError>;
+}
+
+/// A backend that failed, in its own words.
+#[derive(Debug, Clone)]
+pub struct TraceError(pub String);
+
+impl std::fmt::Display for TraceError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the ray tracing kernel failed: {}", self.0)
+    }
+}
+
+impl std::error::Error for TraceError {}
