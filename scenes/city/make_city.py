@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the city: `python3 scenes/city/make_city.py` (numpy and Pillow) writes the OBJ, MTL and PNG files beside it.
+"""Builds the city: `python3 scenes/city/make_city.py` (numpy and Pillow) writes OBJ, MTL and PNG files beside it.
 
 Metres, Y up; the avenue runs north along -Z, the reflecting pool lies on it, the mirror tower closes
 it. The sun stands in the south-west, so the eastern row is lit and the western row casts the shadows.
@@ -10,9 +10,7 @@ import math
 from pathlib import Path
 
 import textures
-from mesh import (
-    Mesh, antiprism, box_ring, cone, geodesic, rectangle, ring, walls,
-)
+from mesh import Mesh, antiprism, box_ring, cone, geodesic, rectangle, ring, walls
 
 POLYGONS = 755
 FOLDER = Path(__file__).resolve().parent

@@ -1,4 +1,4 @@
-"""The textures of the city: small pictures, drawn by rule and by a fixed seed. All but the hull tile."""
+"""The textures of the city: small pictures, drawn by rule and by a fixed seed. Facades, roads and paving tile."""
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -226,6 +226,7 @@ def _words(text, size, colour):
 
 def write_all(folder):
     """Draw every texture into `folder` as `<name>.png`."""
-    for make in (limestone, brick, deco, ribbon, curtain, mirror, shops, roof, garden, tram, paving, road, hull):
+    facades = (limestone, brick, deco, ribbon, curtain, mirror, shops)
+    for make in (*facades, roof, garden, tram, paving, road, hull):
         picture = make().convert("RGB").quantize(64, dither=Image.Dither.NONE)
         picture.save(folder / f"{make.__name__}.png", optimize=True)
