@@ -1,2 +1,5 @@
 //! Afterimage
 #![forbid(unsafe_code)]
+
+pub mod film;
+pub mod output;
