@@ -1,38 +1,39 @@
 //! The planes of one finished frame.
 
-/// How a plane is stored in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How a plane is stored in a file. In memory every plane is `f32`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneKind {
-    /// 16 bits: colours and fractions.
+    /// 16-bit float: colours, normals, fractions.
     Half,
-    /// 32 bits: positions and distances.
+    /// 32-bit float: distances, positions, motion, ids.
     Float,
 }
 
-/// One channel.
-#[derive(Debug, Clone, PartialEq)]
+/// One channel of a frame.
+#[derive(Clone, Debug)]
 pub struct Plane {
-    /// As in the EXR file.
+    /// Its name in the EXR file: `R`, `Z`, `P.X`, `status.good`.
     pub name: &'static str,
-    /// As in the EXR file.
+    /// How it is stored.
     pub kind: PlaneKind,
-    /// `width * height` values in rows, the top one first. Finite.
+    /// `width * height` finite values, row-major, top row first.
     pub data: Vec<f32>,
 }
 
 /// A finished frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Film {
-    /// Pixels.
+    /// Pixels across.
     pub width: u32,
-    /// Pixels.
+    /// Pixels down.
     pub height: u32,
-    /// In no promised order.
+    /// In any order; no two of the same name.
     pub planes: Vec<Plane>,
 }
 
 impl Film {
-    /// The plane called `name`.
+    /// The plane of that name.
+    #[must_use]
     pub fn plane(&self, name: &str) -> Option<&Plane> {
         self.planes.iter().find(|plane| plane.name == name)
     }

@@ -4,6 +4,7 @@
 pub mod film;
 pub mod frame;
 pub mod motion;
+pub mod output;
 pub mod samples;
 pub mod scene;
 pub mod settings;

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// A unit vector, folded onto an octahedron and flattened to a square of 65535 x 65535 steps: wrong by
-/// less than 5e-5 radians (Cigolla et al., "A Survey of Efficient Representations for Independent Unit
+/// less than 7e-5 radians (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
 /// Vectors", JCGT 2014, `oct32`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Octahedral(u32);
@@ -52,7 +52,7 @@ mod tests {
             let unit = Vec3::new(ring * cos, ring * sin, z).normalize();
             worst = worst.max(unit.cross(Octahedral::fold(unit).unfold()).length());
         }
-        assert!(worst < 5e-5, "{worst}");
+        assert!(worst < 7e-5, "{worst}");
     }
 
     #[test]

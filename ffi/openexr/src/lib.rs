@@ -1,1 +1,107 @@
-//! (to be filled)
+//! Writes multi-layer EXR files, whole or not at all, and reads them back.
+//!
+//! [`write()`] makes one scanline part. Its chunks are packed and compressed on all threads of rayon's
+//! pool; OpenEXR's C library makes the header and the file's structure. The file is written under a
+//! hidden temporary name beside its final one and renamed when it is complete, so that a reader never
+//! sees half a frame. [`read()`] is for tests and for `info`: it takes every scanline file's first part.
+//!
+//! Planes are `f32`, row-major, top row first, `width * height` long. No NaN and no infinity goes into
+//! a file.
+
+mod attributes;
+mod check;
+mod compress;
+mod error;
+mod header;
+mod library;
+mod pack;
+mod piz;
+mod read;
+mod staged;
+mod write;
+
+pub use error::Error;
+pub use library::version;
+pub use read::{ReadChannel, ReadImage, read};
+pub use write::{write, write_at_level};
+
+/// How a channel's samples are stored in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleType {
+    /// 16-bit float. Finite values beyond 65504 are stored as 65504, with their sign.
+    Half,
+    /// 32-bit float: stored as it is.
+    Float,
+    /// 32-bit unsigned integer: rounded to the nearest, clamped to 0 and the largest.
+    Uint,
+}
+
+/// One plane to write.
+#[derive(Clone, Copy, Debug)]
+pub struct Channel<'a> {
+    /// `R`, or `layer.R`: at most 31 bytes and one dot.
+    pub name: &'a str,
+    /// The type in the file.
+    pub stored: SampleType,
+    /// `width * height` finite values, row-major, top row first.
+    pub data: &'a [f32],
+}
+
+/// A value of the header.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// UTF-8 text without a zero byte.
+    Text(String),
+    /// A number.
+    Float(f32),
+    /// A whole number.
+    Int(i32),
+    /// A fraction, such as 24000/1001 frames per second.
+    #[allow(missing_docs, reason = "the names say it")]
+    Rational { numerator: i32, denominator: u32 },
+    /// A matrix, rows one after the other, for row vectors (`p' = p * M`): the translation stands in
+    /// elements 12, 13 and 14, as in Imath.
+    M44f([f32; 16]),
+    /// Two floats.
+    V2f([f32; 2]),
+    /// Two whole numbers.
+    V2i([i32; 2]),
+    /// Three floats.
+    V3f([f32; 3]),
+    /// CIE x and y of red, green, blue and white.
+    Chromaticities([f32; 8]),
+    /// SMPTE 12M time code as OpenEXR packs it: binary-coded digits and flags, and user data.
+    #[allow(missing_docs, reason = "the names are the file format's")]
+    TimeCode { time_and_flags: u32, user_data: u32 },
+    /// Found in a file, of a type that is not listed above; its type's name. It cannot be written.
+    Other(String),
+}
+
+/// How chunks are compressed. All are lossless.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Deflate, one scanline a chunk: compositors read single lines, and read it fastest.
+    #[default]
+    Zips,
+    /// Deflate, 16 scanlines a chunk: a little smaller.
+    Zip,
+    /// Wavelet, 32 scanlines a chunk: smaller for grainy pictures.
+    Piz,
+}
+
+/// Everything that goes into one file.
+#[derive(Clone, Debug)]
+pub struct Image<'a> {
+    /// Pixels across, at least 1.
+    pub width: u32,
+    /// Pixels down, at least 1.
+    pub height: u32,
+    /// In any order: the file has them sorted by name.
+    pub channels: Vec<Channel<'a>>,
+    /// Names are at most 31 bytes; later ones replace earlier ones of the same name.
+    pub attributes: Vec<(String, Attribute)>,
+    /// For all channels.
+    pub compression: Compression,
+}

@@ -1,0 +1,87 @@
+//! Refuses what would make a file that readers reject, before anything is created.
+
+use std::path::Path;
+
+use crate::{Channel, Error, Image};
+
+/// Longer names need a file feature that many readers lack.
+const LONGEST_NAME: usize = 31;
+
+/// The channels in the file's order, by name, all of them sound.
+pub(crate) fn sorted_channels<'a>(
+    path: &Path,
+    image: &Image<'a>,
+) -> Result<Vec<Channel<'a>>, Error> {
+    check_size(path, image)?;
+    let mut channels = image.channels.clone();
+    channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
+    for channel in &channels {
+        check_channel(path, image, channel)?;
+    }
+    match channels
+        .windows(2)
+        .find(|pair| pair[0].name == pair[1].name)
+    {
+        Some(pair) => Err(Error::image(
+            path,
+            format!("channel {:?} is given twice", pair[0].name),
+        )),
+        None => Ok(channels),
+    }
+}
+
+fn check_size(path: &Path, image: &Image<'_>) -> Result<(), Error> {
+    let (width, height) = (image.width, image.height);
+    // OpenEXR keeps windows as i32, and counts the bytes of a line as i32.
+    let bytes_per_line = u64::from(width) * 4 * image.channels.len() as u64;
+    if width == 0 || height == 0 || i32::try_from(height).is_err() {
+        return Err(Error::image(
+            path,
+            format!("{width}x{height} is no size for an image"),
+        ));
+    }
+    if image.channels.is_empty() {
+        return Err(Error::image(path, "it has no channel"));
+    }
+    if bytes_per_line * 32 > i32::MAX as u64 {
+        return Err(Error::image(
+            path,
+            format!("lines of {bytes_per_line} bytes are too long"),
+        ));
+    }
+    Ok(())
+}
+
+fn check_channel(path: &Path, image: &Image<'_>, channel: &Channel<'_>) -> Result<(), Error> {
+    let name = channel.name;
+    let refuse = |what: String| Err(Error::image(path, format!("channel {name:?}: {what}")));
+    if let Some(what) = fault_of_name(name) {
+        return refuse(what.to_owned());
+    }
+    if name.bytes().filter(|&byte| byte == b'.').count() > 1 {
+        return refuse("a name may have one dot, between layer and channel".to_owned());
+    }
+    let pixels = image.width as usize * image.height as usize;
+    if channel.data.len() != pixels {
+        return refuse(format!(
+            "it has {} values, and {}x{} pixels need {pixels}",
+            channel.data.len(),
+            image.width,
+            image.height
+        ));
+    }
+    Ok(())
+}
+
+/// What is wrong with the name of a channel or an attribute.
+pub(crate) fn fault_of_name(name: &str) -> Option<&'static str> {
+    if name.is_empty() {
+        Some("a name may not be empty")
+    } else if name.len() > LONGEST_NAME {
+        Some("a name may have 31 bytes at most")
+    } else if name.bytes().any(|byte| byte < b' ') {
+        Some("a name may not hold control characters")
+    } else {
+        None
+    }
+}

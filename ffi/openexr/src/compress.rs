@@ -1,0 +1,61 @@
+//! The bytes of one chunk, compressed.
+//!
+//! ZIP and ZIPS are done here and not by the library: OpenEXR 3.1 calls zlib, which needs twice as long
+//! as zlib-rs (`examples/write_speed.rs`), and packs under a lock of the whole file.
+
+use flate2::{Compress, Compression as Level, FlushCompress, Status};
+
+/// What one thread needs to deflate chunk after chunk.
+pub(crate) struct Deflater {
+    stream: Compress,
+    split: Vec<u8>,
+    differences: Vec<u8>,
+}
+
+impl Deflater {
+    /// `level` is zlib's, 1 to 9.
+    pub(crate) fn new(level: u32) -> Self {
+        let stream = Compress::new(Level::new(level), true);
+        Self {
+            stream,
+            split: Vec::new(),
+            differences: Vec::new(),
+        }
+    }
+
+    /// The chunk as ZIP and ZIPS have it; `None` if that would not be smaller, whereupon the file
+    /// format wants the packed bytes themselves.
+    pub(crate) fn deflate(&mut self, packed: &[u8]) -> Option<Vec<u8>> {
+        self.prepare(packed);
+        self.stream.reset();
+        // The space ends one byte short of the packed size: what does not fit is not worth it.
+        let mut deflated = Vec::with_capacity(packed.len().saturating_sub(1));
+        let status =
+            self.stream
+                .compress_vec(&self.differences, &mut deflated, FlushCompress::Finish);
+        let whole = matches!(status, Ok(Status::StreamEnd));
+        (whole && deflated.len() < packed.len()).then_some(deflated)
+    }
+
+    /// Bytes at even places first, then those at odd places, then each minus the one before it: high
+    /// bytes of neighbouring samples are alike, and become runs.
+    fn prepare(&mut self, packed: &[u8]) {
+        let count = packed.len();
+        self.split.resize(count, 0);
+        self.differences.resize(count, 0);
+        let (even, odd) = self.split.split_at_mut(count.div_ceil(2));
+        for ((pair, even), odd) in packed.chunks_exact(2).zip(even.iter_mut()).zip(odd) {
+            *even = pair[0];
+            *odd = pair[1];
+        }
+        if let (1, Some(last)) = (count % 2, packed.last()) {
+            even[count / 2] = *last;
+        }
+        self.differences[..count.min(1)].copy_from_slice(&self.split[..count.min(1)]);
+        let (earlier, later) = (&self.split, self.split.get(1..).unwrap_or_default());
+        let differences = self.differences.iter_mut().skip(1);
+        for ((difference, later), earlier) in differences.zip(later).zip(earlier) {
+            *difference = later.wrapping_sub(*earlier).wrapping_add(128);
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What can go wrong with a file, in sentences that say what to do.
+
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Why a file was not written or read. Its text names the file and says what to do.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system refused.
+    File {
+        /// The final name of the file, not that of the temporary one.
+        path: PathBuf,
+        /// `write` or `read`.
+        doing: &'static str,
+        /// Its answer.
+        source: io::Error,
+    },
+    /// The image given to the writer breaks a rule of the format or of this crate.
+    Image {
+        /// The file that would have been written.
+        path: PathBuf,
+        /// Which rule, and where.
+        what: String,
+    },
+    /// OpenEXR refused.
+    Library {
+        /// The file.
+        path: PathBuf,
+        /// The step that failed.
+        doing: &'static str,
+        /// OpenEXR's own words.
+        message: String,
+    },
+}
+
+impl Error {
+    pub(crate) fn image(path: &Path, what: impl Into<String>) -> Self {
+        Self::Image {
+            path: path.to_owned(),
+            what: what.into(),
+        }
+    }
+
+    pub(crate) fn writing(path: &Path, source: io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            doing: "write",
+            source,
+        }
+    }
+
+    pub(crate) fn reading(path: &Path, source: io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            doing: "read",
+            source,
+        }
+    }
+
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File { path, .. } | Self::Image { path, .. } | Self::Library { path, .. } => path,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.path().display();
+        match self {
+            Self::File {
+                path,
+                doing,
+                source,
+            } => {
+                write!(f, "cannot {doing} {file}: {source}")?;
+                advice(path, doing, source.kind()).map_or(Ok(()), |advice| write!(f, "; {advice}"))
+            }
+            Self::Image { what, .. } => write!(f, "cannot write {file}: {what}"),
+            Self::Library { doing, message, .. } => {
+                write!(f, "{file}: OpenEXR failed to {doing}: {message}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::File { source, .. } => Some(source),
+            Self::Image { .. } | Self::Library { .. } => None,
+        }
+    }
+}
+
+fn advice(path: &Path, doing: &str, kind: ErrorKind) -> Option<String> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.display().to_string(),
+        _ => String::from("."),
+    };
+    let writing = doing == "write";
+    Some(match kind {
+        ErrorKind::NotFound if writing => format!("create the folder {folder} first"),
+        ErrorKind::NotFound => String::from("check the name"),
+        ErrorKind::PermissionDenied if writing => {
+            format!("allow writing in {folder}, or choose another folder")
+        }
+        ErrorKind::PermissionDenied => String::from("allow reading it"),
+        ErrorKind::ReadOnlyFilesystem => format!("{folder} is read-only: choose another folder"),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            format!("free space for {folder}, or choose another folder")
+        }
+        ErrorKind::NotADirectory => format!("{folder} is not a folder: choose another one"),
+        ErrorKind::IsADirectory => String::from("it is a folder: give a file name"),
+        _ => return None,
+    })
+}

@@ -1,0 +1,103 @@
+//! From planes of `f32` to the bytes of a chunk: line by line, and in it channel by channel.
+
+use std::fmt;
+use std::ops::Range;
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+
+use crate::{Channel, SampleType};
+
+/// The largest finite half.
+const HALF_MAX: f32 = 65504.0;
+
+/// The first value that must not be stored.
+#[derive(Debug)]
+pub(crate) struct NotFinite {
+    pub channel: String,
+    pub column: usize,
+    pub line: usize,
+    pub value: f32,
+}
+
+impl fmt::Display for NotFinite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            channel,
+            column,
+            line,
+            value,
+        } = self;
+        write!(
+            f,
+            "channel {channel:?} holds {value} at pixel ({column}, {line}), not a finite number"
+        )
+    }
+}
+
+/// Puts the lines `lines` of all channels into `packed`, in the order and byte order of the file.
+pub(crate) fn pack_lines(
+    channels: &[Channel<'_>],
+    width: usize,
+    lines: Range<usize>,
+    packed: &mut Vec<u8>,
+) -> Result<(), NotFinite> {
+    packed.clear();
+    for line in lines {
+        for channel in channels {
+            let values = &channel.data[line * width..(line + 1) * width];
+            check_finite(channel.name, line, values)?;
+            pack_values(channel.stored, values, packed);
+        }
+    }
+    Ok(())
+}
+
+fn check_finite(channel: &str, line: usize, values: &[f32]) -> Result<(), NotFinite> {
+    // The branch-free sum vectorises; only a line that fails it is searched.
+    let all_finite = values
+        .iter()
+        .fold(true, |finite, value| finite & value.is_finite());
+    if all_finite {
+        return Ok(());
+    }
+    let column = values
+        .iter()
+        .position(|value| !value.is_finite())
+        .unwrap_or(0);
+    Err(NotFinite {
+        channel: channel.to_owned(),
+        column,
+        line,
+        value: values[column],
+    })
+}
+
+fn pack_values(stored: SampleType, values: &[f32], packed: &mut Vec<u8>) {
+    match stored {
+        SampleType::Half => pack_halves(values, packed),
+        SampleType::Float => packed.extend(values.iter().flat_map(|value| value.to_le_bytes())),
+        SampleType::Uint => {
+            // `as` saturates: negative values become 0.
+            packed.extend(
+                values
+                    .iter()
+                    .flat_map(|value| (value.round() as u32).to_le_bytes()),
+            );
+        }
+    }
+}
+
+fn pack_halves(values: &[f32], packed: &mut Vec<u8>) {
+    const BLOCK: usize = 256; // stays in the first-level cache, and on the stack
+    let mut clamped = [0.0_f32; BLOCK];
+    let mut halves = [f16::ZERO; BLOCK];
+    for block in values.chunks(BLOCK) {
+        let count = block.len();
+        for (to, from) in clamped.iter_mut().zip(block) {
+            *to = from.clamp(-HALF_MAX, HALF_MAX);
+        }
+        halves[..count].convert_from_f32_slice(&clamped[..count]);
+        packed.extend(halves[..count].iter().flat_map(|value| value.to_le_bytes()));
+    }
+}

@@ -1,0 +1,296 @@
+//! From a file to its planes: the first part of any scanline file.
+
+use std::ffi::{CStr, CString, c_char};
+use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+
+use openexr_sys as sys;
+
+use crate::header::PART;
+use crate::library::{Context, check, initializer};
+use crate::{Attribute, Compression, Error, SampleType};
+
+/// More than this many samples in one file is taken for a damaged header: 64 GiB of planes.
+const MOST_SAMPLES: u64 = 1 << 34;
+
+/// A file, read whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadImage {
+    /// Pixels across the data window.
+    pub width: u32,
+    /// Pixels down the data window.
+    pub height: u32,
+    /// Sorted by name, as in the file.
+    pub channels: Vec<ReadChannel>,
+    /// All but those that every file has and that are told by the other fields; in the file's order.
+    pub attributes: Vec<(String, Attribute)>,
+    /// `None` for a method that this crate does not write.
+    pub compression: Option<Compression>,
+}
+
+/// One plane of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadChannel {
+    /// Its whole name, `layer.R`.
+    pub name: String,
+    /// Its type in the file.
+    pub stored: SampleType,
+    /// `width * height` values, row-major, top row first.
+    pub data: Vec<f32>,
+}
+
+impl ReadImage {
+    /// The channel of that whole name.
+    #[must_use]
+    pub fn channel(&self, name: &str) -> Option<&ReadChannel> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// The header's value of that name.
+    #[must_use]
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes
+            .iter()
+            .find(|(key, _)| key == name)
+            .map(|(_, value)| value)
+    }
+}
+
+/// Reads the first part of a scanline file.
+///
+/// # Errors
+/// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels.
+pub fn read(path: &Path) -> Result<ReadImage, Error> {
+    // Opened once by us, because the library does not tell why it could not.
+    drop(File::open(path).map_err(|error| Error::reading(path, error))?);
+    let context = open(path)?;
+    let mut image = describe(path, &context)?;
+    read_pixels(path, &context, &mut image)?;
+    Ok(image)
+}
+
+fn refuse(path: &Path, message: impl Into<String>) -> Error {
+    Error::Library {
+        path: path.to_owned(),
+        doing: "read it",
+        message: message.into(),
+    }
+}
+
+fn open(path: &Path) -> Result<Context<'static>, Error> {
+    let name = CString::new(path.as_os_str().as_bytes())
+        .map_err(|_| refuse(path, "the file's name holds a zero byte"))?;
+    let mut initializer = initializer();
+    // What is missing shall be an error, not a guess.
+    initializer.flags = sys::EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION as i32;
+    let mut raw: sys::exr_context_t = std::ptr::null_mut();
+    // SAFETY: name and initializer are copied during the call; there are no callbacks with data.
+    unsafe {
+        check(
+            path,
+            "open it",
+            sys::exr_start_read(&mut raw, name.as_ptr(), &initializer),
+        )?;
+        Ok(Context::owning(raw))
+    }
+}
+
+/// Size, channels with empty planes, attributes.
+fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
+    let raw = context.raw();
+    let mut storage = sys::EXR_STORAGE_SCANLINE;
+    let mut compression = sys::EXR_COMPRESSION_NONE;
+    let mut corners = [0_i32; 4];
+    let mut list: *const sys::exr_attr_chlist_t = std::ptr::null();
+    // SAFETY: the context is open; the places for the answers live through the calls, and a box of
+    // integers is four `i32` without padding (minimum x and y, maximum x and y).
+    unsafe {
+        check(
+            path,
+            "read its type",
+            sys::exr_get_storage(raw, PART, &mut storage),
+        )?;
+        let window = corners.as_mut_ptr().cast();
+        check(
+            path,
+            "read its size",
+            sys::exr_get_data_window(raw, PART, window),
+        )?;
+        check(
+            path,
+            "read its compression",
+            sys::exr_get_compression(raw, PART, &mut compression),
+        )?;
+        check(
+            path,
+            "read its channels",
+            sys::exr_get_channels(raw, PART, &mut list),
+        )?;
+    }
+    if storage != sys::EXR_STORAGE_SCANLINE {
+        return Err(refuse(
+            path,
+            "it is tiled or deep; only scanline files are read",
+        ));
+    }
+    let [left, top, right, bottom] = corners.map(i64::from);
+    let size = |first: i64, last: i64| u32::try_from(last - first + 1).ok().filter(|&n| n > 0);
+    let (Some(width), Some(height)) = (size(left, right), size(top, bottom)) else {
+        return Err(refuse(path, "its data window is empty"));
+    };
+    // SAFETY: the list belongs to the context, which is open.
+    let channels = unsafe { describe_channels(path, list)? };
+    let samples = u64::from(width).saturating_mul(u64::from(height));
+    if samples.saturating_mul(channels.len() as u64) > MOST_SAMPLES {
+        return Err(refuse(
+            path,
+            format!("{width}x{height} pixels are too many to be true"),
+        ));
+    }
+    let compression = match compression {
+        sys::EXR_COMPRESSION_NONE => Some(Compression::None),
+        sys::EXR_COMPRESSION_ZIPS => Some(Compression::Zips),
+        sys::EXR_COMPRESSION_ZIP => Some(Compression::Zip),
+        sys::EXR_COMPRESSION_PIZ => Some(Compression::Piz),
+        _ => None,
+    };
+    let attributes = crate::attributes::read_attributes(path, context)?;
+    Ok(ReadImage {
+        width,
+        height,
+        channels,
+        attributes,
+        compression,
+    })
+}
+
+unsafe fn describe_channels(
+    path: &Path,
+    list: *const sys::exr_attr_chlist_t,
+) -> Result<Vec<ReadChannel>, Error> {
+    // SAFETY: null or valid (the caller's promise).
+    let entries = match unsafe { list.as_ref() } {
+        Some(list) if list.num_channels > 0 && !list.entries.is_null() => {
+            // SAFETY: the library keeps as many entries as it says.
+            unsafe { std::slice::from_raw_parts(list.entries, list.num_channels as usize) }
+        }
+        _ => return Err(refuse(path, "it has no channel")),
+    };
+    let describe = |entry: &sys::exr_attr_chlist_entry_t| {
+        // SAFETY: names end with a zero and live as long as the list.
+        let name = unsafe { text(entry.name.str_) };
+        if (entry.x_sampling, entry.y_sampling) != (1, 1) {
+            return Err(refuse(path, format!("channel {name:?} is subsampled")));
+        }
+        let stored = match entry.pixel_type {
+            sys::EXR_PIXEL_HALF => SampleType::Half,
+            sys::EXR_PIXEL_FLOAT => SampleType::Float,
+            _ => SampleType::Uint,
+        };
+        Ok(ReadChannel {
+            name,
+            stored,
+            data: Vec::new(),
+        })
+    };
+    entries.iter().map(describe).collect()
+}
+
+/// A C string as text; bytes that are not UTF-8 become U+FFFD.
+///
+/// # Safety
+/// `from` is null, or ends with a zero byte.
+pub(crate) unsafe fn text(from: *const c_char) -> String {
+    if from.is_null() {
+        return String::new();
+    }
+    // SAFETY: not null; the caller's promise.
+    unsafe { CStr::from_ptr(from) }
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn read_pixels(path: &Path, context: &Context<'_>, image: &mut ReadImage) -> Result<(), Error> {
+    let pixels = image.width as usize * image.height as usize;
+    for channel in &mut image.channels {
+        let room = channel.data.try_reserve_exact(pixels);
+        room.map_err(|_| refuse(path, "its planes do not fit into memory"))?;
+        channel.data.resize(pixels, 0.0);
+    }
+    let step = context.lines_per_chunk(path)?;
+    let mut pipeline = sys::decode_pipeline();
+    let mut outcome = Ok(());
+    for first in (0..image.height as usize).step_by(step) {
+        // SAFETY: the pipeline is empty the first time and of this context afterwards, and every
+        // plane has `width * height` values.
+        outcome = unsafe { read_chunk(path, context, image, first, &mut pipeline) };
+        if outcome.is_err() {
+            break;
+        }
+    }
+    // SAFETY: the context is open, and the pipeline is empty or of this context.
+    unsafe { sys::exr_decoding_destroy(context.raw(), &mut pipeline) };
+    outcome
+}
+
+/// Reads the chunk that begins `first` lines below the top.
+unsafe fn read_chunk(
+    path: &Path,
+    context: &Context<'_>,
+    image: &mut ReadImage,
+    first: usize,
+    pipeline: &mut sys::exr_decode_pipeline_t,
+) -> Result<(), Error> {
+    const DOING: &str = "read the pixels";
+    let raw = context.raw();
+    let mut corners = [0_i32; 4];
+    // SAFETY: a chunk's description is plain numbers; for the window see `describe`.
+    let (mut chunk, code) = unsafe {
+        let chunk: sys::exr_chunk_info_t = std::mem::zeroed();
+        (
+            chunk,
+            sys::exr_get_data_window(raw, PART, corners.as_mut_ptr().cast()),
+        )
+    };
+    check(path, DOING, code)?;
+    let line = corners[1] + first as i32;
+    // SAFETY: the context is open, and `chunk` lives through the call.
+    check(path, DOING, unsafe {
+        sys::exr_read_scanline_chunk_info(raw, PART, line, &mut chunk)
+    })?;
+    if first + chunk.height.max(0) as usize > image.height as usize {
+        return Err(refuse(path, "a chunk reaches below the data window"));
+    }
+    let is_first = pipeline.channels.is_null();
+    // SAFETY: the pipeline is empty, or of this context and part (the caller's promise).
+    let code = unsafe {
+        if is_first {
+            sys::exr_decoding_initialize(raw, PART, &chunk, pipeline)
+        } else {
+            sys::exr_decoding_update(raw, PART, &chunk, pipeline)
+        }
+    };
+    check(path, DOING, code)?;
+    // SAFETY: initialised; the library keeps as many descriptions as it says.
+    let targets = unsafe {
+        std::slice::from_raw_parts_mut(pipeline.channels, pipeline.channel_count as usize)
+    };
+    let start = first * image.width as usize;
+    for (target, channel) in targets.iter_mut().zip(&mut image.channels) {
+        target.user_bytes_per_element = 4;
+        target.user_data_type = sys::EXR_PIXEL_FLOAT as u16;
+        target.user_pixel_stride = 4;
+        target.user_line_stride = 4 * image.width as i32;
+        target.__bindgen_anon_1.decode_to_ptr = channel.data[start..].as_mut_ptr().cast();
+    }
+    if is_first {
+        // SAFETY: initialised with this context, and all channels are described.
+        let code = unsafe { sys::exr_decoding_choose_default_routines(raw, PART, pipeline) };
+        check(path, DOING, code)?;
+    }
+    // SAFETY: every target has room for the chunk's lines, none of which lies below the window.
+    check(path, DOING, unsafe {
+        sys::exr_decoding_run(raw, PART, pipeline)
+    })
+}

@@ -1,0 +1,199 @@
+//! From an image to a whole file.
+
+use std::ffi::{CString, c_void};
+use std::ops::Range;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+
+use openexr_sys as sys;
+use rayon::prelude::*;
+
+use crate::check::sorted_channels;
+use crate::compress::Deflater;
+use crate::header::{PART, write_header};
+use crate::library::{Context, check, initializer};
+use crate::pack::pack_lines;
+use crate::piz::compress_piz;
+use crate::staged::StagedFile;
+use crate::{Channel, Compression, Error, Image};
+
+/// zlib's fastest level; `examples/write_speed.rs` prints what the others cost and save. Level 4 makes
+/// rendered frames about a tenth smaller in a quarter more time, and level 2 is slower than 4.
+const DEFLATE_LEVEL: u32 = 1;
+
+/// Chunks that are compressed before they are written: enough work for many threads, and a bound on
+/// the memory that a large frame needs besides its planes.
+const CHUNKS_AT_ONCE: usize = 128;
+
+/// Writes the image to `path`, whole or not at all, replacing a file of that name.
+///
+/// Chunks are compressed on rayon's current pool. Bytes do not depend on the number of threads.
+///
+/// # Errors
+/// Names, sizes and values that a file must not hold (a NaN or an infinity is reported with its
+/// channel and pixel), and what the operating system or OpenEXR refuse. No file is left behind.
+pub fn write(path: &Path, image: &Image<'_>) -> Result<(), Error> {
+    write_at_level(path, image, DEFLATE_LEVEL)
+}
+
+/// [`write()`] with a deflate level of 1 to 9 for ZIP and ZIPS, to measure what it is worth.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_at_level(path: &Path, image: &Image<'_>, level: u32) -> Result<(), Error> {
+    let channels = sorted_channels(path, image)?;
+    let staged = StagedFile::create(path).map_err(|error| Error::writing(path, error))?;
+    write_all(path, image, &channels, level.clamp(1, 9), &staged).map_err(|error| {
+        // If the operating system refused, then that is the reason, not what OpenEXR made of it.
+        staged
+            .take_failure()
+            .map_or(error, |reason| Error::writing(path, reason))
+    })?;
+    staged
+        .publish()
+        .map_err(|error| Error::writing(path, error))
+}
+
+fn write_all(
+    path: &Path,
+    image: &Image<'_>,
+    channels: &[Channel<'_>],
+    level: u32,
+    staged: &StagedFile,
+) -> Result<(), Error> {
+    let context = open(path, staged)?;
+    // SAFETY: `open` has just opened the context for writing.
+    unsafe { write_header(path, context.raw(), image, channels)? };
+    write_chunks(
+        &context,
+        &Encoder {
+            path,
+            context: &context,
+            image,
+            channels,
+            level,
+        },
+    )?;
+    context.finish(path, "complete the file")
+}
+
+fn open<'a>(path: &Path, staged: &'a StagedFile) -> Result<Context<'a>, Error> {
+    // The library wants a name for its texts only: it writes through `write_at`.
+    let name = CString::new(staged.temporary().as_os_str().as_bytes())
+        .map_err(|_| Error::image(path, "the file's name holds a zero byte"))?;
+    let mut initializer = initializer();
+    initializer.user_data = std::ptr::from_ref(staged).cast_mut().cast();
+    initializer.write_fn = Some(write_at);
+    let mut raw: sys::exr_context_t = std::ptr::null_mut();
+    // SAFETY: name and initializer are copied during the call. The staged file, which the library
+    // will pass to `write_at`, is borrowed for as long as the `Context` lives.
+    unsafe {
+        let directly = sys::EXR_WRITE_FILE_DIRECTLY;
+        let code = sys::exr_start_write(&mut raw, name.as_ptr(), directly, &initializer);
+        check(path, "begin the file", code)?;
+        Ok(Context::owning(raw))
+    }
+}
+
+/// Runs in the library's frames, and has nothing in it that panics.
+unsafe extern "C" fn write_at(
+    _context: sys::exr_const_context_t,
+    staged: *mut c_void,
+    bytes: *const c_void,
+    count: u64,
+    offset: u64,
+    _complain: sys::exr_stream_error_func_ptr_t,
+) -> i64 {
+    const FAILED: i64 = -1;
+    let (Ok(length), Ok(written)) = (usize::try_from(count), i64::try_from(count)) else {
+        return FAILED;
+    };
+    if bytes.is_null() || length == 0 {
+        return if length == 0 { 0 } else { FAILED };
+    }
+    // SAFETY: `open` gave the library a `StagedFile` that outlives the context, and shared access is
+    // all that is taken.
+    let staged = unsafe { &*staged.cast::<StagedFile>() };
+    // SAFETY: the library passes as many readable bytes as it says; not null, see above.
+    let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length) };
+    if staged.write_at(bytes, offset) {
+        written
+    } else {
+        FAILED
+    }
+}
+
+/// Compresses on all threads, writes in the order of the lines.
+fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Error> {
+    let height = encoder.image.height as usize;
+    let step = context.lines_per_chunk(encoder.path)?;
+    let starts: Vec<usize> = (0..height).step_by(step).collect();
+    for some in starts.chunks(CHUNKS_AT_ONCE) {
+        let lines = some
+            .par_iter()
+            .map(|&first| first..(first + step).min(height));
+        let chunks: Vec<Vec<u8>> = lines
+            .map_init(
+                || Scratch::new(encoder.level),
+                |scratch, lines| encoder.chunk(scratch, lines),
+            )
+            .collect::<Result<_, Error>>()?;
+        for (&first, chunk) in some.iter().zip(&chunks) {
+            write_chunk(encoder.path, context, first, chunk)?;
+        }
+    }
+    Ok(())
+}
+
+fn write_chunk(
+    path: &Path,
+    context: &Context<'_>,
+    first: usize,
+    chunk: &[u8],
+) -> Result<(), Error> {
+    let (bytes, size) = (chunk.as_ptr().cast::<c_void>(), chunk.len() as u64);
+    // SAFETY: the header is written, and the library is done with the bytes when it returns.
+    let code =
+        unsafe { sys::exr_write_scanline_chunk(context.raw(), PART, first as i32, bytes, size) };
+    check(path, "write the pixels", code)
+}
+
+/// What every thread needs to know to make a chunk.
+struct Encoder<'a> {
+    path: &'a Path,
+    context: &'a Context<'a>,
+    image: &'a Image<'a>,
+    channels: &'a [Channel<'a>],
+    level: u32,
+}
+
+/// Buffers that a thread uses for one chunk after the other.
+struct Scratch {
+    packed: Vec<u8>,
+    deflater: Deflater,
+}
+
+impl Scratch {
+    fn new(level: u32) -> Self {
+        Self {
+            packed: Vec::new(),
+            deflater: Deflater::new(level),
+        }
+    }
+}
+
+impl Encoder<'_> {
+    /// The bytes of these lines as the file has them.
+    fn chunk(&self, scratch: &mut Scratch, lines: Range<usize>) -> Result<Vec<u8>, Error> {
+        let first = lines.start;
+        let packed = &mut scratch.packed;
+        pack_lines(self.channels, self.image.width as usize, lines, packed)
+            .map_err(|found| Error::image(self.path, found.to_string()))?;
+        let compressed = match self.image.compression {
+            Compression::None => None,
+            Compression::Zips | Compression::Zip => scratch.deflater.deflate(packed),
+            Compression::Piz => compress_piz(self.path, self.context, first, packed)?,
+        };
+        Ok(compressed.unwrap_or_else(|| packed.clone()))
+    }
+}

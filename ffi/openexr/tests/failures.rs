@@ -1,0 +1,244 @@
+//! Does every failure name the file, say what to do, and leave nothing behind?
+
+#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use openexr::{Attribute, Channel, Compression, Error, Image, SampleType, read, write};
+use tempfile::tempdir;
+
+const SIDE: u32 = 300;
+
+fn attempt(path: &Path, names: &[&str], data: &[f32]) -> Result<(), Error> {
+    let stored = SampleType::Half;
+    let channels = names
+        .iter()
+        .map(|name| Channel { name, stored, data })
+        .collect();
+    let (attributes, compression) = (Vec::new(), Compression::Zips);
+    write(
+        path,
+        &Image {
+            width: SIDE,
+            height: SIDE,
+            channels,
+            attributes,
+            compression,
+        },
+    )
+}
+
+fn plane() -> Vec<f32> {
+    (0..SIDE * SIDE).map(|index| (index % 97) as f32).collect()
+}
+
+fn entries(folder: &Path) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}
+
+#[test]
+fn a_nan_on_the_last_line_is_named_and_leaves_no_file() {
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("frame.exr");
+        let mut data = plane();
+        let last = data.len() - 1;
+        data[last - 5] = value;
+        let text = attempt(&path, &["N.X"], &data).unwrap_err().to_string();
+        assert!(
+            text.contains("frame.exr") && text.contains("\"N.X\""),
+            "{text}"
+        );
+        assert!(text.contains("(294, 299)"), "{text}");
+        assert_eq!(entries(folder.path()), 0);
+    }
+}
+
+#[test]
+fn a_failure_keeps_the_file_that_was_there() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("frame.exr");
+    attempt(&path, &["R"], &plane()).unwrap();
+    let before = fs::read(&path).unwrap();
+    let mut data = plane();
+    data[0] = f32::NAN;
+    attempt(&path, &["R"], &data).unwrap_err();
+    assert!(fs::read(&path).unwrap() == before);
+    assert_eq!(entries(folder.path()), 1);
+}
+
+#[test]
+fn bad_channels_are_refused() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("frame.exr");
+    let data = plane();
+    let long = "a.bcdefghijklmnopqrstuvwxyz01234"; // 32 bytes
+    let cases: [(&[&str], &str); 6] = [
+        (&[], "no channel"),
+        (&[""], "empty"),
+        (&[long], "31 bytes"),
+        (&["a.b.c"], "one dot"),
+        (&["R", "G", "R"], "twice"),
+        (&["R\0"], "control"),
+    ];
+    for (names, expected) in cases {
+        let text = attempt(&path, names, &data).unwrap_err().to_string();
+        assert!(
+            text.contains(expected) && text.contains("frame.exr"),
+            "{names:?}: {text}"
+        );
+    }
+    attempt(&path, &[&long[..31]], &data).unwrap();
+    let text = attempt(&path, &["R"], &data[1..]).unwrap_err().to_string();
+    assert!(text.contains("89999") && text.contains("90000"), "{text}");
+}
+
+#[test]
+fn bad_attributes_are_refused() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("frame.exr");
+    let cases = [
+        ("text", Attribute::Text("a\0b".into())),
+        ("", Attribute::Int(1)),
+        ("a_name_that_is_longer_than_31_bytes", Attribute::Int(1)),
+        ("other", Attribute::Other("keycode".into())),
+        ("channels", Attribute::Int(1)), // not of that type
+    ];
+    for (name, value) in cases {
+        let channels = vec![Channel {
+            name: "R",
+            stored: SampleType::Half,
+            data: &[1.0],
+        }];
+        let attributes = vec![(name.to_owned(), value)];
+        let compression = Compression::Zips;
+        let image = Image {
+            width: 1,
+            height: 1,
+            channels,
+            attributes,
+            compression,
+        };
+        assert!(write(&path, &image).is_err(), "{name}");
+        assert_eq!(entries(folder.path()), 0, "{name}");
+    }
+}
+
+#[test]
+fn a_missing_folder_and_a_folder_as_name_are_told() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("no/such/frame.exr");
+    let text = attempt(&path, &["R"], &plane()).unwrap_err().to_string();
+    assert!(
+        text.contains("create the folder") && text.contains("no/such"),
+        "{text}"
+    );
+    let text = attempt(folder.path(), &["R"], &plane())
+        .unwrap_err()
+        .to_string();
+    assert!(text.contains("give a file name"), "{text}");
+}
+
+#[test]
+fn a_folder_without_permission_is_told() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempdir().unwrap();
+    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(folder.path().join("probe"), "").is_ok() {
+        eprintln!("skipped: this user (root?) may write where nobody may");
+        return;
+    }
+    let text = attempt(&folder.path().join("frame.exr"), &["R"], &plane())
+        .unwrap_err()
+        .to_string();
+    assert!(text.contains("allow writing in"), "{text}");
+}
+
+#[test]
+fn a_full_disk_is_told_and_cleaned_up() {
+    let folder = tempdir().unwrap();
+    let mount = |arguments: &[&str]| {
+        let status = Command::new("mount")
+            .args(arguments)
+            .arg(folder.path())
+            .output();
+        status.is_ok_and(|output| output.status.success())
+    };
+    if !mount(&["-t", "tmpfs", "-o", "size=8k", "tmpfs"]) {
+        eprintln!("skipped: mounting a small file system needs root's rights");
+        return;
+    }
+    let outcome = attempt(&folder.path().join("frame.exr"), &["R", "G"], &plane());
+    let left = entries(folder.path());
+    assert!(
+        Command::new("umount")
+            .arg(folder.path())
+            .status()
+            .unwrap()
+            .success()
+    );
+    let text = outcome.unwrap_err().to_string();
+    assert!(
+        text.contains("frame.exr") && text.contains("free space"),
+        "{text}"
+    );
+    assert_eq!(left, 0);
+}
+
+#[test]
+fn a_file_size_limit_is_told_like_a_full_disk() {
+    // Works without root: a process with a small limit runs this very test binary.
+    const CHILD: &str = "OPENEXR_TEST_LIMITED_FOLDER";
+    if let Some(folder) = std::env::var_os(CHILD) {
+        let text = attempt(&Path::new(&folder).join("f.exr"), &["R", "G"], &plane());
+        println!("{}", text.unwrap_err());
+        return;
+    }
+    let folder = tempdir().unwrap();
+    let this = std::env::current_exe().unwrap();
+    let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" --nocapture --exact \
+                  a_file_size_limit_is_told_like_a_full_disk";
+    let output = Command::new("sh")
+        .args(["-c", script])
+        .arg(this)
+        .env(CHILD, folder.path())
+        .output();
+    let output = output.unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{output:?}");
+    assert!(
+        said.contains("f.exr") && said.contains("free space"),
+        "{said}"
+    );
+    assert_eq!(entries(folder.path()), 0);
+}
+
+#[test]
+fn files_that_are_no_images_are_refused() {
+    let folder = tempdir().unwrap();
+    let good = folder.path().join("good.exr");
+    attempt(&good, &["R"], &plane()).unwrap();
+    let bytes = fs::read(&good).unwrap();
+    let cases = [
+        ("empty", Vec::new()),
+        (
+            "text",
+            b"this is no image, but it is long enough to be looked at".to_vec(),
+        ),
+        ("header", bytes[..100].to_vec()),
+        ("half", bytes[..bytes.len() / 2].to_vec()),
+        ("short", bytes[..bytes.len() - 1].to_vec()),
+    ];
+    for (name, content) in cases {
+        let path = folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        let text = read(&path).unwrap_err().to_string();
+        assert!(text.contains(name), "{text}");
+    }
+    let text = read(&folder.path().join("absent.exr"))
+        .unwrap_err()
+        .to_string();
+    assert!(text.contains("check the name"), "{text}");
+}

@@ -1,0 +1,129 @@
+//! One frame as one EXR file: a single scanline part that holds all layers.
+
+use std::path::Path;
+use std::time::SystemTime;
+
+use openexr::{Channel, Compression, Image, SampleType};
+
+use super::metadata::{FrameMeta, attributes};
+use crate::film::{Film, PlaneKind};
+
+/// Writes all planes and the metadata to `path`, whole or not at all. ZIPS, which loses nothing and
+/// is what compositors read fastest.
+///
+/// # Errors
+/// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
+/// file cannot be written. The error names the file and says what to do; no file is left behind.
+pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), openexr::Error> {
+    let channels = film.planes.iter().map(|plane| {
+        let stored = match plane.kind {
+            PlaneKind::Half => SampleType::Half,
+            PlaneKind::Float => SampleType::Float,
+        };
+        Channel {
+            name: plane.name,
+            stored,
+            data: &plane.data,
+        }
+    });
+    let image = Image {
+        width: film.width,
+        height: film.height,
+        channels: channels.collect(),
+        attributes: attributes(meta, SystemTime::now()),
+        compression: Compression::Zips,
+    };
+    openexr::write(path, &image)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+    use super::*;
+    use crate::film::Plane;
+    use openexr::Attribute;
+
+    fn meta() -> FrameMeta {
+        let mut world_to_camera = [0.0; 16];
+        for (index, element) in [(0, 1.0), (5, 1.0), (10, 1.0), (12, -3.0), (15, 1.0)] {
+            world_to_camera[index] = element;
+        }
+        let (comments, shot) = ("reprojected".to_owned(), "walk".to_owned());
+        let (frame, rate) = (1042, (24000, 1001));
+        FrameMeta {
+            frame,
+            rate,
+            world_to_camera,
+            world_to_ndc: [0.5; 16],
+            comments,
+            shot,
+        }
+    }
+
+    fn film() -> Film {
+        let plane = |name, kind, value| Plane {
+            name,
+            kind,
+            data: vec![value; 6],
+        };
+        let planes = vec![
+            plane("R", PlaneKind::Half, 0.5),
+            plane("Z", PlaneKind::Float, 1e6),
+            plane("P.X", PlaneKind::Float, 0.1),
+            plane("status.good", PlaneKind::Half, 1.0),
+        ];
+        Film {
+            width: 3,
+            height: 2,
+            planes,
+        }
+    }
+
+    #[test]
+    fn planes_and_metadata_arrive() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.1042.exr");
+        write_exr(&path, &film(), &meta()).unwrap();
+        let back = openexr::read(&path).unwrap();
+        assert_eq!(back.compression, Some(Compression::Zips));
+        for plane in &film().planes {
+            let channel = back.channel(plane.name).unwrap();
+            assert_eq!(channel.data, plane.data, "{}", plane.name);
+            assert_eq!(
+                channel.stored == SampleType::Half,
+                plane.kind == PlaneKind::Half
+            );
+        }
+        let rate = Attribute::Rational {
+            numerator: 24000,
+            denominator: 1001,
+        };
+        assert_eq!(back.attribute("framesPerSecond"), Some(&rate));
+        assert_eq!(back.attribute("imageCounter"), Some(&Attribute::Int(1042)));
+        assert_eq!(
+            back.attribute("comments"),
+            Some(&Attribute::Text("reprojected".into()))
+        );
+        let matrix = Attribute::M44f(meta().world_to_camera);
+        assert_eq!(back.attribute("worldToCamera"), Some(&matrix));
+        assert!(matches!(
+            back.attribute("chromaticities"),
+            Some(Attribute::Chromaticities(_))
+        ));
+    }
+
+    #[test]
+    fn a_nan_is_named_and_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.0001.exr");
+        let mut film = film();
+        film.planes[2].data[4] = f32::NAN;
+        let text = write_exr(&path, &film, &meta()).unwrap_err().to_string();
+        assert!(
+            text.contains("\"P.X\"") && text.contains("(1, 1)"),
+            "{text}"
+        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

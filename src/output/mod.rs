@@ -1,0 +1,22 @@
+//! What leaves the program as pictures: one EXR file a frame with all layers, and a PNG preview.
+//!
+//! A finished [`Film`](crate::film::Film) comes in; whole files come out, or none:
+//! everything is written under a hidden temporary name in its folder and renamed when complete.
+//!
+//! - [`path`]: `out/name.####.exr` and what it means for a frame number
+//! - [`exr`]: layers and the header's metadata
+//! - [`png`]: an 8-bit sRGB look at `R G B`
+//!
+//! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
+
+pub mod exr;
+mod metadata;
+pub mod path;
+pub mod png;
+mod staged;
+
+pub use exr::write_exr;
+pub use metadata::FrameMeta;
+pub use path::{OutputPattern, PatternError};
+pub use png::write_png;
+pub use staged::{WriteError, ensure_writable};
