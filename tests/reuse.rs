@@ -1,0 +1,252 @@
+//! Is reuse exact? Every kind of change, audited in each frame: what differs must be nothing.
+
+mod toy;
+
+use afterimage::frame::{Finished, Renderer};
+use afterimage::motion::{Track, TransformTrack};
+use afterimage::scene::camera::Aim;
+use afterimage::scene::material::Optics;
+use afterimage::scene::{Light, LightKind, Material, Scene};
+use glam::{DVec3, Vec3};
+
+const FRAMES: i32 = 6;
+
+fn rests(at: DVec3) -> Track<DVec3> {
+    Track::constant(at)
+}
+
+fn goes(from: DVec3, to: DVec3) -> Track<DVec3> {
+    toy::keys(&[(1.0, from), (f64::from(FRAMES), to)])
+}
+
+const EYE: DVec3 = DVec3::new(0.5, 3.0, 7.0);
+const TARGET: DVec3 = DVec3::new(0.0, 0.5, 0.0);
+
+/// A floor with three solids on it: one matt, one mirror, one of glass, under a lamp and a sun.
+fn world() -> Scene {
+    let mirror = Material {
+        specular: Vec3::splat(0.5),
+        shininess: 40.0,
+        optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: true },
+        ..toy::matt(0.2)
+    };
+    let optics = Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE };
+    let glass = Material { optics, ..toy::matt(0.0) };
+    let models = vec![
+        toy::still("floor", toy::floor(12.0, 0), Vec3::ZERO),
+        toy::still("matt", toy::octahedron(0, true), Vec3::new(-2.0, 1.0, 0.0)),
+        toy::still("mirror", toy::octahedron(1, true), Vec3::new(0.3, 1.1, -1.5)),
+        toy::still("glass", toy::octahedron(2, false), Vec3::new(2.3, 1.0, 1.0)),
+    ];
+    let sun = LightKind::Directional { direction: rests(DVec3::new(-0.5, -1.0, -0.3)) };
+    let lamp = LightKind::Point { position: rests(DVec3::new(2.0, 4.0, 3.0)) };
+    let lights = vec![toy::light("sun", sun, 0.6), toy::light("lamp", lamp, 9.0)];
+    let camera = toy::camera(rests(EYE), rests(TARGET));
+    let mut scene = toy::scene(camera, models, vec![toy::matt(0.6), mirror, glass], lights);
+    scene.ambient = Vec3::splat(0.1);
+    scene
+}
+
+/// Adds an octahedron that flies through the picture, turning.
+fn with_flyer(mut scene: Scene) -> Scene {
+    let track = TransformTrack {
+        translate: goes(DVec3::new(-3.0, 2.0, 1.5), DVec3::new(2.0, 1.5, 1.0)),
+        rotate: goes(DVec3::ZERO, DVec3::new(20.0, 90.0, 0.0)),
+        scale: rests(DVec3::splat(0.6)),
+    };
+    scene.models.push(toy::moving("flyer", toy::octahedron(0, true), track));
+    scene
+}
+
+fn with_camera(mut scene: Scene, eye: Track<DVec3>, target: Track<DVec3>) -> Scene {
+    scene.camera = toy::camera(eye, target);
+    scene
+}
+
+/// Renders all frames, demands an audit without a difference, and gives the share of samples that were
+/// reused in the inferred ones.
+fn audited(scene: &Scene) -> (Vec<Finished>, f64) {
+    let frames = toy::render(scene, &toy::settings(2), FRAMES);
+    let cells = 96 * 72 * 4;
+    let mut reused = 0;
+    for frame in &frames {
+        let (audit, samples) = (frame.stats.audit.expect("asked for"), frame.stats.samples);
+        assert_eq!(audit.checked, cells, "frame {}", frame.stats.frame);
+        assert_eq!(audit.differing, 0, "frame {}: {audit:?}", frame.stats.frame);
+        // the tolerance is for edges: it must not swallow surfaces
+        assert!(audit.on_edge * 200 < cells, "frame {}: {audit:?}", frame.stats.frame);
+        let sum = samples.base + samples.good + samples.overlapped + samples.missed + samples.obscured;
+        assert_eq!(sum, cells);
+        reused += samples.good + samples.overlapped;
+    }
+    let share = reused as f64 / (cells * (FRAMES as u64 - 1)) as f64;
+    (frames, share)
+}
+
+#[test]
+fn a_still_world_costs_no_rays_but_the_eyes() {
+    let (frames, share) = audited(&world());
+    assert_eq!(share, 1.0);
+    let rays = frames[3].stats.rays;
+    assert_eq!((rays.primary, rays.verification), (0, 0));
+    assert!(rays.reflection > 0 && rays.refraction > 0, "these are made anew");
+    for plane in &frames[0].film.planes {
+        if !plane.name.starts_with("status") && !plane.name.starts_with("rays") {
+            assert_eq!(Some(plane), frames[5].film.plane(plane.name), "{}", plane.name);
+        }
+    }
+}
+
+#[test]
+fn a_turning_camera() {
+    let scene = with_camera(world(), rests(EYE), goes(TARGET, TARGET + DVec3::new(0.8, 0.3, 0.0)));
+    let (frames, share) = audited(&scene);
+    assert!(share > 0.8, "{share}");
+    assert!(frames[1..].iter().all(|frame| frame.stats.rays.verification == 0), "nothing can hide");
+}
+
+#[test]
+fn a_zoom() {
+    let mut scene = world();
+    scene.camera.fov = toy::keys(&[(1.0, 60.0), (6.0, 50.0)]);
+    let (frames, share) = audited(&scene);
+    assert!(share > 0.7, "{share}");
+    assert!(frames[1..].iter().all(|frame| frame.stats.rays.verification == 0), "nothing can hide");
+}
+
+#[test]
+fn a_rolling_camera() {
+    let mut scene = world();
+    let roll = toy::keys(&[(1.0, 0.0), (6.0, 12.0)]);
+    scene.camera.aim = Aim::Target { target: rests(TARGET), roll };
+    assert!(audited(&scene).1 > 0.8);
+}
+
+#[test]
+fn a_moving_camera() {
+    let scene = with_camera(world(), goes(EYE, EYE + DVec3::new(1.0, 0.2, -1.5)), rests(TARGET));
+    let (frames, share) = audited(&scene);
+    assert!(share > 0.7, "{share}");
+    assert!(frames[2].stats.samples.obscured > 0, "something gets hidden");
+}
+
+#[test]
+fn a_camera_that_flies_through_the_floor_sees_its_other_side() {
+    let scene = with_camera(world(), goes(EYE, DVec3::new(0.5, -3.0, 7.0)), rests(TARGET));
+    audited(&scene);
+}
+
+#[test]
+fn a_moving_model_before_a_still_camera() {
+    let (frames, share) = audited(&with_flyer(world()));
+    assert!(share > 0.8, "{share}");
+    let full = frames[0].stats.rays;
+    let inferred = frames[3].stats.rays;
+    assert!(inferred.primary * 10 < full.primary, "{inferred:?}");
+    assert!(frames[3].stats.samples.obscured > 0 && frames[3].stats.samples.missed > 0);
+}
+
+#[test]
+fn a_moving_model_before_a_turning_camera() {
+    let scene = with_camera(world(), rests(EYE), goes(TARGET, TARGET + DVec3::new(0.5, 0.0, 0.0)));
+    assert!(audited(&with_flyer(scene)).1 > 0.7);
+}
+
+#[test]
+fn everything_moves_at_once() {
+    let mut scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), goes(TARGET, TARGET + DVec3::Y)));
+    scene.lights[1].kind =
+        LightKind::Point { position: goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(-2.0, 4.0, 3.0)) };
+    scene.lights[0].color = toy::keys(&[(1.0, Vec3::ONE), (6.0, Vec3::X)]);
+    assert!(audited(&scene).1 > 0.5);
+}
+
+#[test]
+fn a_moving_light_over_a_still_world() {
+    let mut scene = world();
+    scene.lights[1].kind =
+        LightKind::Point { position: goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(-2.0, 4.0, 3.0)) };
+    let (frames, share) = audited(&scene);
+    assert_eq!(share, 1.0);
+    assert_eq!(frames[2].stats.rays.primary, 0);
+    assert!(frames[2].stats.rays.shadow > 0);
+}
+
+#[test]
+fn a_recoloured_light_casts_no_rays_and_changes_the_picture() {
+    let mut scene = world();
+    scene.models.truncate(2);
+    scene.lights[0].power = toy::keys(&[(1.0, 0.6), (6.0, 0.1)]);
+    let (frames, _) = audited(&scene);
+    assert_eq!(frames[3].stats.rays.total(), 0);
+    let sunlit = toy::color(&frames[0], 48, 60);
+    assert!(toy::color(&frames[5], 48, 60).x < sunlit.x);
+}
+
+#[test]
+fn a_turning_spot() {
+    let mut scene = world();
+    let kind = LightKind::Spot {
+        position: rests(DVec3::new(0.0, 5.0, 2.0)),
+        target: goes(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)),
+        cone: 40.0,
+        soft: 0.5,
+    };
+    scene.lights.push(Light { ..toy::light("spot", kind, 20.0) });
+    audited(&scene);
+}
+
+#[test]
+fn tags_save_rays_and_change_no_pixel() {
+    let scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    let settings = toy::settings(2);
+    let run = |forget: bool| {
+        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+        let frames = (1..=FRAMES).map(|frame| {
+            if forget {
+                renderer.forget_tags();
+            }
+            renderer.render(frame, true).expect("renders")
+        });
+        frames.collect::<Vec<_>>()
+    };
+    for (kept, forgotten) in run(false).iter().zip(&run(true)) {
+        for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
+            assert_eq!(Some(plane), forgotten.film.plane(plane.name), "{}", plane.name);
+        }
+        if kept.stats.frame > 1 {
+            assert!(kept.stats.rays.shadow < forgotten.stats.rays.shadow);
+        }
+    }
+}
+
+#[test]
+fn an_audit_finds_what_was_spoilt() {
+    // the audit itself must be able to fail: render, move a model behind its back, and audit again
+    let scene = with_flyer(world());
+    let mut renderer = Renderer::new(&scene, &toy::settings(1)).expect("the scene builds");
+    renderer.render(1, true).expect("renders");
+    renderer.spoil_samples();
+    let audit = renderer.render(2, true).expect("renders").stats.audit.expect("asked for");
+    assert!(audit.differing > 100, "{audit:?}");
+}
+
+#[test]
+fn frames_are_the_same_for_any_number_of_threads() {
+    let scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    let with_threads = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let settings = afterimage::settings::Settings {
+            filter: afterimage::settings::Filter::Mitchell,
+            ..toy::settings(3)
+        };
+        pool.install(|| toy::render(&scene, &settings, 4))
+    };
+    let alone = with_threads(1);
+    for threads in [2, 5] {
+        for (a, b) in alone.iter().zip(&with_threads(threads)) {
+            assert_eq!(a.film, b.film);
+            assert_eq!((a.stats.rays, a.stats.samples), (b.stats.rays, b.stats.samples));
+        }
+    }
+}

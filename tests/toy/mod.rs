@@ -1,0 +1,122 @@
+//! Tiny scenes that are made in code, with answers that can be worked out by hand.
+#![allow(dead_code, reason = "each test binary uses its share")]
+
+use std::sync::Arc;
+
+use afterimage::frame::{Finished, Renderer};
+use afterimage::motion::{Interpolation, Track, TransformTrack};
+use afterimage::scene::camera::Aim;
+use afterimage::scene::{Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Scene};
+use afterimage::settings::{Filter, Mode, Settings};
+use embree::VertexBuffer;
+use glam::{DVec3, Vec2, Vec3};
+
+/// A track through `keys`.
+pub fn keys<T: afterimage::motion::Keyed>(keys: &[(f64, T)]) -> Track<T> {
+    Track::through(keys.to_vec(), Interpolation::Linear).expect("keys are good")
+}
+
+/// A mesh of one material.
+pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_shadow: bool) -> Mesh {
+    Mesh {
+        positions: Arc::new(VertexBuffer::new(corners.to_vec())),
+        triangles: triangles.into(),
+        shadow_casting: if casts_shadow { triangles.len() } else { 0 },
+        normals: Vec::new(),
+        uvs: vec![Vec2::ZERO; corners.len()],
+        material_of: vec![material; triangles.len()],
+    }
+}
+
+/// A square in the plane y = 0 that looks up, from -half to half.
+pub fn floor(half: f32, material: u16) -> Mesh {
+    let corners = [[-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half], [-half, 0.0, -half]];
+    mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
+}
+
+/// An octahedron of radius 1 about the origin.
+pub fn octahedron(material: u16, casts_shadow: bool) -> Mesh {
+    let corners: [[f32; 3]; 6] =
+        [[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]];
+    let faces =
+        [[0, 2, 4], [4, 2, 1], [1, 2, 5], [5, 2, 0], [4, 3, 0], [1, 3, 4], [5, 3, 1], [0, 3, 5]];
+    mesh(&corners, &faces, material, casts_shadow)
+}
+
+/// `mesh`, moved to `at`, in world space: as the loader leaves what never moves.
+pub fn still(name: &str, mesh: Mesh, at: Vec3) -> Model {
+    let moved = mesh.positions.as_slice().iter().map(|p| (Vec3::from_array(*p) + at).to_array()).collect();
+    let mesh = Mesh { positions: Arc::new(VertexBuffer::new(moved)), ..mesh };
+    Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track: TransformTrack::identity() }
+}
+
+/// `mesh`, at the places that `track` says.
+pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
+    Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track }
+}
+
+/// From `eye` to `target`, 60 degrees from top to bottom.
+pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
+    let roll = Track::constant(0.0);
+    CameraTrack { eye, aim: Aim::Target { target, roll }, fov: Track::constant(60.0), cuts: vec![] }
+}
+
+/// A light of constant colour.
+pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
+    Light { name: name.into(), kind, color: Track::constant(Vec3::ONE), power: Track::constant(power) }
+}
+
+/// Straight down on everything.
+pub fn sun_overhead(power: f64) -> Light {
+    light("sun", LightKind::Directional { direction: Track::constant(DVec3::NEG_Y) }, power)
+}
+
+/// A matt material of reflectance `diffuse`.
+pub fn matt(diffuse: f32) -> Material {
+    let diffuse = Vec3::splat(diffuse);
+    Material { diffuse, ambient: diffuse, ..Material::fallback() }
+}
+
+/// Nothing but what is given: no ambient light, a background of (0.25, 0.5, 1).
+pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, lights: Vec<Light>) -> Scene {
+    Scene {
+        camera,
+        models,
+        materials,
+        textures: vec![],
+        lights,
+        ambient: Vec3::ZERO,
+        background: Background::uniform(Vec3::new(0.25, 0.5, 1.0)),
+    }
+}
+
+/// A small picture of `samples` x `samples` samples a pixel, audited.
+pub fn settings(samples: u32) -> Settings {
+    Settings {
+        width: 96,
+        height: 72,
+        samples,
+        filter: Filter::Box,
+        depth: 4,
+        mode: Mode::Reproject,
+        base_every: 0,
+        audit: true,
+    }
+}
+
+/// Frames `1..=last`, the first a base frame and the others inferred.
+pub fn render(scene: &Scene, settings: &Settings, last: i32) -> Vec<Finished> {
+    let mut renderer = Renderer::new(scene, settings).expect("the scene builds");
+    (1..=last).map(|frame| renderer.render(frame, true).expect("the frame renders")).collect()
+}
+
+/// One pixel of a plane.
+pub fn pixel(finished: &Finished, plane: &str, x: u32, y: u32) -> f32 {
+    let film = &finished.film;
+    film.plane(plane).expect("the plane is there").data[(y * film.width + x) as usize]
+}
+
+/// The picture's colour at a pixel.
+pub fn color(finished: &Finished, x: u32, y: u32) -> Vec3 {
+    Vec3::new(pixel(finished, "R", x, y), pixel(finished, "G", x, y), pixel(finished, "B", x, y))
+}
