@@ -1,1 +1,63 @@
-//! (to be filled)
+//! Raw bindings to [Embree 4](https://www.embree.org), version 4.3 or newer.
+//!
+//! The bindings are made at build time from the headers that are installed, because the structs grew
+//! between versions: a binding made from 4.2 headers lets a 4.3 library write past the end of an
+//! `RTCRayHit`. The build looks in `EMBREE_DIR`, then in `/usr/local` and `/usr`, then in `.deps/embree`
+//! of this workspace, and refuses versions below 4.3.
+//!
+//! Use the `embree` crate; this one is for it alone. Names and meaning are those of Embree's manual.
+//! What the headers define in a way that bindgen cannot see stands in this file by hand.
+//!
+//! A dependent crate's build script finds in `DEP_EMBREE4_VERSION` the version of the headers and in
+//! `DEP_EMBREE4_RPATH` the folder to write into its programs as run path (empty if none is needed).
+
+#[allow(
+    missing_docs,
+    non_camel_case_types,
+    non_snake_case,
+    non_upper_case_globals,
+    unsafe_op_in_unsafe_fn,
+    clippy::all,
+    clippy::undocumented_unsafe_blocks,
+    reason = "generated from C headers, names and all"
+)]
+mod bindings {
+    include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
+}
+pub use bindings::*;
+
+use std::ptr;
+
+/// The id that means "no geometry", "no instance" or "no hit".
+pub const RTC_INVALID_GEOMETRY_ID: u32 = u32::MAX;
+
+/// What `rtcInitRayQueryContext` writes: a query that is inside of no instance.
+pub const fn init_ray_query_context() -> RTCRayQueryContext {
+    const LEVELS: usize = RTC_MAX_INSTANCE_LEVEL_COUNT as usize;
+    RTCRayQueryContext {
+        instID: [RTC_INVALID_GEOMETRY_ID; LEVELS],
+        instPrimID: [RTC_INVALID_GEOMETRY_ID; LEVELS],
+    }
+}
+
+/// What `rtcInitIntersectArguments` writes: incoherent, no context, no callbacks.
+pub const fn init_intersect_arguments() -> RTCIntersectArguments {
+    RTCIntersectArguments {
+        flags: RTC_RAY_QUERY_FLAG_INCOHERENT,
+        feature_mask: RTC_FEATURE_FLAG_ALL,
+        context: ptr::null_mut(),
+        filter: None,
+        intersect: None,
+    }
+}
+
+/// What `rtcInitOccludedArguments` writes: incoherent, no context, no callbacks.
+pub const fn init_occluded_arguments() -> RTCOccludedArguments {
+    RTCOccludedArguments {
+        flags: RTC_RAY_QUERY_FLAG_INCOHERENT,
+        feature_mask: RTC_FEATURE_FLAG_ALL,
+        context: ptr::null_mut(),
+        filter: None,
+        occluded: None,
+    }
+}

@@ -1,0 +1,205 @@
+//! Triangle meshes, and the handle that owns an Embree geometry.
+
+use crate::device::Device;
+use crate::error::Error;
+use embree4_sys as sys;
+use std::sync::Arc;
+
+/// Vertex positions in object space, with the spare bytes behind the last one that Embree's 16-byte loads read.
+#[derive(Debug)]
+pub struct VertexBuffer {
+    /// The vertices and one more.
+    padded: Vec<[f32; 3]>,
+}
+
+impl VertexBuffer {
+    /// Takes the vertices. Nothing is copied if `vertices` has capacity for one more.
+    pub fn new(mut vertices: Vec<[f32; 3]>) -> Self {
+        vertices.reserve_exact(1);
+        vertices.push([0.0; 3]);
+        Self { padded: vertices }
+    }
+
+    /// The vertices, without the padding.
+    pub fn as_slice(&self) -> &[[f32; 3]] {
+        &self.padded[..self.padded.len() - 1]
+    }
+}
+
+/// A triangle mesh that scenes can hold: checked indices over shared buffers, which live as long as any
+/// clone of the geometry and any scene it is attached to. Attaching copies no buffer.
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    device: Device,
+    vertices: Arc<VertexBuffer>,
+    indices: Arc<[[u32; 3]]>,
+    mask: u32,
+}
+
+impl Geometry {
+    /// A mesh of `indices.len()` triangles; triangle `i` is primitive `i` of a hit. A ray meets it only if
+    /// `ray.mask & mask` is not 0.
+    ///
+    /// Vertices that are not finite are the caller's care: Embree leaves their triangles out without a word.
+    ///
+    /// # Errors
+    /// [`InvalidArgument`](crate::ErrorCode::InvalidArgument) if an index is no vertex's, or if there are
+    /// 2^32 - 1 triangles or more.
+    pub fn triangles(
+        device: &Device,
+        vertices: Arc<VertexBuffer>,
+        indices: Arc<[[u32; 3]]>,
+        mask: u32,
+    ) -> Result<Self, Error> {
+        let count = vertices.as_slice().len();
+        let is_bad = |corner: &u32| *corner as usize >= count;
+        if let Some(triangle) = indices
+            .iter()
+            .position(|corners| corners.iter().any(is_bad))
+        {
+            let corners = indices[triangle];
+            return Err(Error::invalid_argument(format!(
+                "triangle {triangle} has the vertices {corners:?}, but there are only {count} vertices"
+            )));
+        }
+        // The id u32::MAX means "no hit".
+        if indices.len() >= u32::MAX as usize {
+            return Err(Error::invalid_argument(
+                "a mesh has 2^32 - 2 triangles at most",
+            ));
+        }
+        Ok(Self {
+            device: device.clone(),
+            vertices,
+            indices,
+            mask,
+        })
+    }
+
+    /// The vertices it shares, in object space.
+    pub fn vertices(&self) -> &Arc<VertexBuffer> {
+        &self.vertices
+    }
+
+    /// The corners of its triangles.
+    pub fn indices(&self) -> &Arc<[[u32; 3]]> {
+        &self.indices
+    }
+
+    pub(crate) fn device(&self) -> &Device {
+        &self.device
+    }
+
+    pub(crate) fn mask(&self) -> u32 {
+        self.mask
+    }
+
+    /// Makes Embree's object. Each scene gets its own: a mask that changes in one scene must not change in
+    /// another that is being traced.
+    pub(crate) fn instantiate(&self) -> Result<MeshHandle, Error> {
+        let mut handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+        // SAFETY: the geometry is live. Both buffers have the stated format, stride and count, and `MeshHandle`
+        // keeps them alive and unchanged until the geometry is gone; behind the last vertex are 12 more bytes.
+        unsafe {
+            sys::rtcSetSharedGeometryBuffer(
+                handle.raw,
+                sys::RTC_BUFFER_TYPE_VERTEX,
+                0,
+                sys::RTC_FORMAT_FLOAT3,
+                self.vertices.padded.as_ptr().cast(),
+                0,
+                size_of::<[f32; 3]>(),
+                self.vertices.as_slice().len(),
+            );
+            sys::rtcSetSharedGeometryBuffer(
+                handle.raw,
+                sys::RTC_BUFFER_TYPE_INDEX,
+                0,
+                sys::RTC_FORMAT_UINT3,
+                self.indices.as_ptr().cast(),
+                0,
+                size_of::<[u32; 3]>(),
+                self.indices.len(),
+            );
+        }
+        handle.set_mask(self.mask);
+        handle.commit();
+        self.device.take_error()?;
+        Ok(MeshHandle {
+            handle,
+            _mesh: self.clone(),
+        })
+    }
+}
+
+/// An Embree geometry and the buffers it reads. Field order: the geometry goes first.
+#[derive(Debug)]
+pub(crate) struct MeshHandle {
+    pub(crate) handle: Handle,
+    _mesh: Geometry,
+}
+
+/// Owns one reference to an Embree geometry.
+#[derive(Debug)]
+pub(crate) struct Handle {
+    raw: sys::RTCGeometry,
+    /// Outlives `raw`: fields go after `drop`.
+    _device: Device,
+}
+
+// SAFETY: an Embree geometry may be used from any thread; changing it needs `&mut` of the scene that has it.
+unsafe impl Send for Handle {}
+// SAFETY: as above.
+unsafe impl Sync for Handle {}
+
+impl Handle {
+    pub(crate) fn new(device: &Device, kind: sys::RTCGeometryType) -> Result<Self, Error> {
+        // SAFETY: the device is live.
+        let raw = unsafe { sys::rtcNewGeometry(device.raw(), kind) };
+        if raw.is_null() {
+            device.take_error()?;
+            return Err(Error::new(
+                crate::ErrorCode::Unknown,
+                "no geometry, and no reason given",
+            ));
+        }
+        Ok(Self {
+            raw,
+            _device: device.clone(),
+        })
+    }
+
+    pub(crate) fn raw(&self) -> sys::RTCGeometry {
+        self.raw
+    }
+
+    pub(crate) fn set_mask(&mut self, mask: u32) {
+        // SAFETY: the geometry is live.
+        unsafe { sys::rtcSetGeometryMask(self.raw, mask) };
+    }
+
+    /// For instances: 3 rows, 4 columns, column after column.
+    pub(crate) fn set_transform(&mut self, transform: &[f32; 12]) {
+        // SAFETY: the geometry is live, and Embree copies the 12 floats.
+        unsafe {
+            sys::rtcSetGeometryTransform(
+                self.raw,
+                0,
+                sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                transform.as_ptr().cast(),
+            );
+        }
+    }
+
+    pub(crate) fn commit(&mut self) {
+        // SAFETY: the geometry is live, and its buffers and instanced scene too.
+        unsafe { sys::rtcCommitGeometry(self.raw) };
+    }
+}
+
+impl Drop for Handle {
+    fn drop(&mut self) {
+        // SAFETY: one reference, made by rtcNewGeometry, given back once.
+        unsafe { sys::rtcReleaseGeometry(self.raw) };
+    }
+}

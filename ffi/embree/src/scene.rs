@@ -1,0 +1,303 @@
+//! Scenes: what can be changed, what is frozen, and the step between.
+
+use crate::device::Device;
+use crate::error::{Error, ErrorCode};
+use crate::geometry::{Geometry, Handle, MeshHandle};
+use crate::query::Committed;
+use embree4_sys as sys;
+use std::sync::Arc;
+
+/// How much time to spend on the acceleration structure.
+///
+/// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
+/// buffers here never change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildQuality {
+    /// Fastest to build: for scenes that change each frame.
+    Low,
+    /// The default.
+    Medium,
+    /// Spatial splits: 2 to 3 times the build time of `Medium`, up to 10 % faster rays.
+    High,
+}
+
+impl BuildQuality {
+    fn raw(self) -> sys::RTCBuildQuality {
+        match self {
+            Self::Low => sys::RTC_BUILD_QUALITY_LOW,
+            Self::Medium => sys::RTC_BUILD_QUALITY_MEDIUM,
+            Self::High => sys::RTC_BUILD_QUALITY_HIGH,
+        }
+    }
+}
+
+/// The number of a geometry in its scene: 0, 1, 2 … in the order of attaching. It is `geom_id` of a hit in a
+/// mesh of the scene itself, and `inst_id` of a hit in an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GeometryId(pub u32);
+
+/// A scene that can be changed. It answers rays only through [`Committed`], which borrows it.
+#[derive(Debug)]
+pub struct Scene {
+    // Field order is drop order: the scene before what it holds, the geometries before their device.
+    raw: SceneHandle,
+    attached: Vec<Attached>,
+    device: Device,
+    changed: bool,
+}
+
+#[derive(Debug)]
+enum Attached {
+    Mesh {
+        mesh: MeshHandle,
+        mask: u32,
+    },
+    Instance {
+        handle: Handle,
+        transform: [f32; 12],
+        mask: u32,
+        _of: Arc<FrozenScene>,
+    },
+}
+
+/// A scene that was committed for good. Instances place it in other scenes.
+#[derive(Debug)]
+pub struct FrozenScene {
+    scene: Scene,
+}
+
+impl Scene {
+    /// An empty scene. `robust` avoids optimisations that let rays slip through shared edges; it costs 10 to
+    /// 25 % of the speed.
+    ///
+    /// # Errors
+    /// Embree's, for instance when memory is exhausted.
+    pub fn new(device: &Device, quality: BuildQuality, robust: bool) -> Result<Self, Error> {
+        // SAFETY: the device is live.
+        let raw = unsafe { sys::rtcNewScene(device.raw()) };
+        if raw.is_null() {
+            device.take_error()?;
+            return Err(Error::new(
+                ErrorCode::Unknown,
+                "no scene, and no reason given",
+            ));
+        }
+        let raw = SceneHandle(raw);
+        let robust = if robust {
+            sys::RTC_SCENE_FLAG_ROBUST
+        } else {
+            sys::RTC_SCENE_FLAG_NONE
+        };
+        // SAFETY: the scene is live.
+        unsafe {
+            sys::rtcSetSceneBuildQuality(raw.0, quality.raw());
+            // `Committed::occluded16_past_own` passes a filter; an instanced scene needs the flag as well.
+            sys::rtcSetSceneFlags(
+                raw.0,
+                robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS,
+            );
+        }
+        device.take_error()?;
+        Ok(Self {
+            raw,
+            attached: Vec::new(),
+            device: device.clone(),
+            changed: true,
+        })
+    }
+
+    /// Adds a mesh. The scene shares its buffers and keeps them alive.
+    ///
+    /// # Errors
+    /// If the geometry is of another device, or if memory is exhausted.
+    pub fn attach(&mut self, geometry: &Geometry) -> Result<GeometryId, Error> {
+        self.check_device(geometry.device())?;
+        let mesh = geometry.instantiate()?;
+        let id = self.attach_handle(&mesh.handle)?;
+        self.attached.push(Attached::Mesh {
+            mesh,
+            mask: geometry.mask(),
+        });
+        Ok(id)
+    }
+
+    /// Places a frozen scene. `transform` takes points from the space of `of` into the space of this scene:
+    /// 3 rows, 4 columns, stored column after column; the last column is the translation. A ray meets the
+    /// instance only if `ray.mask & mask` is not 0 (and then the masks inside of `of` count).
+    ///
+    /// A transform that cannot be inverted (a scale of 0) shows nothing.
+    ///
+    /// # Errors
+    /// If the transform is not finite, if `of` is of another device or holds instances itself (there is one
+    /// level), or if memory is exhausted.
+    pub fn attach_instance(
+        &mut self,
+        of: &Arc<FrozenScene>,
+        transform: [f32; 12],
+        mask: u32,
+    ) -> Result<GeometryId, Error> {
+        self.check_device(&of.scene.device)?;
+        check_transform(&transform)?;
+        if of
+            .scene
+            .attached
+            .iter()
+            .any(|a| matches!(a, Attached::Instance { .. }))
+        {
+            return Err(Error::new(
+                ErrorCode::InvalidOperation,
+                "a scene that holds instances cannot be instanced: there is one level of instances",
+            ));
+        }
+        let mut handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_INSTANCE)?;
+        // SAFETY: both are live and of one device; `_of` keeps the child alive longer than this scene.
+        unsafe { sys::rtcSetGeometryInstancedScene(handle.raw(), of.scene.raw.0) };
+        handle.set_mask(mask);
+        handle.set_transform(&transform);
+        handle.commit();
+        self.device.take_error()?;
+        let id = self.attach_handle(&handle)?;
+        self.attached.push(Attached::Instance {
+            handle,
+            transform,
+            mask,
+            _of: Arc::clone(of),
+        });
+        Ok(id)
+    }
+
+    /// Moves an instance; see [`attach_instance`](Self::attach_instance). The same transform again is no change.
+    ///
+    /// # Errors
+    /// If `id` is no instance of this scene or the transform is not finite.
+    pub fn set_instance_transform(
+        &mut self,
+        id: GeometryId,
+        transform: [f32; 12],
+    ) -> Result<(), Error> {
+        check_transform(&transform)?;
+        let Attached::Instance {
+            handle,
+            transform: old,
+            ..
+        } = self.find(id)?
+        else {
+            let text = format!(
+                "geometry {} is a mesh, and only instances have a transform",
+                id.0
+            );
+            return Err(Error::new(ErrorCode::InvalidOperation, text));
+        };
+        if *old != transform {
+            *old = transform;
+            handle.set_transform(&transform);
+            handle.commit();
+            self.changed = true;
+        }
+        self.device.take_error()
+    }
+
+    /// Changes the mask of a mesh or an instance in this scene alone. The same mask again is no change.
+    ///
+    /// # Errors
+    /// If this scene has no such geometry.
+    pub fn set_mask(&mut self, id: GeometryId, mask: u32) -> Result<(), Error> {
+        let (handle, old) = match self.find(id)? {
+            Attached::Mesh { mesh, mask } => (&mut mesh.handle, mask),
+            Attached::Instance { handle, mask, .. } => (handle, mask),
+        };
+        if *old != mask {
+            *old = mask;
+            handle.set_mask(mask);
+            handle.commit();
+            self.changed = true;
+        }
+        self.device.take_error()
+    }
+
+    /// Builds what is needed to trace, if anything changed since the last time, and borrows the scene until
+    /// tracing is over. Embree builds with threads of its own: call this outside of any thread pool.
+    ///
+    /// Where one part of a scene changes each frame, keep that in a scene of its own: a build begins anew.
+    ///
+    /// # Errors
+    /// Embree's, for instance when memory is exhausted. The scene can be committed again.
+    pub fn commit(&mut self) -> Result<Committed<'_>, Error> {
+        if self.changed {
+            // SAFETY: the scene is live, and `&mut self` says that nobody traces or changes it meanwhile.
+            unsafe { sys::rtcCommitScene(self.raw.0) };
+            self.device.take_error()?;
+            self.changed = false;
+        }
+        // SAFETY: committed just now, and borrowed by the result.
+        Ok(unsafe { Committed::new(self.raw.0) })
+    }
+
+    /// Commits the scene for good, so that it can be instanced.
+    ///
+    /// # Errors
+    /// As [`commit`](Self::commit).
+    pub fn freeze(mut self) -> Result<Arc<FrozenScene>, Error> {
+        self.commit()?;
+        Ok(Arc::new(FrozenScene { scene: self }))
+    }
+
+    fn attach_handle(&mut self, handle: &Handle) -> Result<GeometryId, Error> {
+        // SAFETY: both are live and of one device. The scene takes a reference of its own.
+        let id = unsafe { sys::rtcAttachGeometry(self.raw.0, handle.raw()) };
+        self.device.take_error()?;
+        self.changed = true;
+        // Nothing is ever detached, so that ids are the places in `attached`.
+        debug_assert_eq!(id as usize, self.attached.len());
+        Ok(GeometryId(id))
+    }
+
+    fn find(&mut self, id: GeometryId) -> Result<&mut Attached, Error> {
+        let count = self.attached.len();
+        self.attached.get_mut(id.0 as usize).ok_or_else(|| {
+            Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0))
+        })
+    }
+
+    fn check_device(&self, other: &Device) -> Result<(), Error> {
+        if self.device.is_same(other) {
+            return Ok(());
+        }
+        Err(Error::invalid_argument(
+            "the geometry and the scene are of different devices",
+        ))
+    }
+}
+
+impl FrozenScene {
+    /// The scene, to be traced by itself.
+    pub fn committed(&self) -> Committed<'_> {
+        // SAFETY: `Scene::freeze` committed it, nothing can change it since, and the result borrows it.
+        unsafe { Committed::new(self.scene.raw.0) }
+    }
+}
+
+fn check_transform(transform: &[f32; 12]) -> Result<(), Error> {
+    if transform.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::invalid_argument(format!(
+        "the transform {transform:?} is not finite"
+    )))
+}
+
+/// Owns one reference to an Embree scene.
+#[derive(Debug)]
+struct SceneHandle(sys::RTCScene);
+
+// SAFETY: an Embree scene may be used from any thread; it is changed through `&mut Scene` alone.
+unsafe impl Send for SceneHandle {}
+// SAFETY: through `&` a scene is traced at most, which Embree allows from many threads at once.
+unsafe impl Sync for SceneHandle {}
+
+impl Drop for SceneHandle {
+    fn drop(&mut self) {
+        // SAFETY: one reference, made by rtcNewScene, given back once.
+        unsafe { sys::rtcReleaseScene(self.0) };
+    }
+}
