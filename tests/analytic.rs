@@ -10,10 +10,8 @@ use toy::{color, pixel};
 
 /// Looks straight down on the floor from height 4; the picture's top is -Z.
 fn from_above(models: Vec<afterimage::scene::Model>, materials: Vec<Material>) -> Scene {
-    let camera = toy::camera(
-        Track::constant(DVec3::new(0.0, 4.0, 0.0)),
-        Track::constant(DVec3::new(0.0, 0.0, -1e-6)),
-    );
+    let camera =
+        toy::camera(Track::constant(DVec3::new(0.0, 4.0, 0.0)), Track::constant(DVec3::new(0.0, 0.0, -1e-6)));
     toy::scene(camera, models, materials, vec![toy::sun_overhead(2.0)])
 }
 
@@ -27,7 +25,8 @@ fn near(a: Vec3, b: Vec3) {
 
 #[test]
 fn a_matt_floor_under_the_sun_reflects_kd_times_irradiance() {
-    let frame = one(&from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(0.3)]));
+    let frame =
+        one(&from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(0.3)]));
     near(color(&frame, 48, 36), Vec3::splat(0.6));
     near(Vec3::splat(pixel(&frame, "albedo.G", 10, 10)), Vec3::splat(0.3));
     assert_eq!(pixel(&frame, "A", 10, 10), 1.0);
@@ -35,18 +34,21 @@ fn a_matt_floor_under_the_sun_reflects_kd_times_irradiance() {
 
 #[test]
 fn distance_position_and_normal_are_those_of_the_floor() {
-    let frame = one(&from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(0.3)]));
+    let frame =
+        one(&from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(0.3)]));
     // pixel (72, 36): half a pixel beyond 24 of 36 half heights to the right, 4 tan 30 = 2.3094 each
     let x = 4.0 * 30.0_f32.to_radians().tan() * 24.5 / 36.0;
     near(Vec3::splat(pixel(&frame, "Z", 72, 36)), Vec3::splat(4.0));
-    let p = Vec3::new(pixel(&frame, "P.X", 72, 36), pixel(&frame, "P.Y", 72, 36), pixel(&frame, "N.Y", 72, 36));
+    let p =
+        Vec3::new(pixel(&frame, "P.X", 72, 36), pixel(&frame, "P.Y", 72, 36), pixel(&frame, "N.Y", 72, 36));
     near(p, Vec3::new(x, 0.0, 1.0));
     assert_eq!(pixel(&frame, "id.object", 72, 36), 1.0);
 }
 
 #[test]
 fn a_point_light_falls_with_square_and_cosine() {
-    let mut scene = from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(1.0)]);
+    let mut scene =
+        from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(1.0)]);
     let position = Track::constant(DVec3::new(0.0, 2.0, 0.0));
     scene.lights = vec![toy::light("lamp", LightKind::Point { position }, 8.0)];
     let frame = one(&scene);
@@ -93,10 +95,26 @@ fn a_pane_of_glass_splits_the_light_and_loses_none() {
     // background's light arrives but for what is beyond the depth
     let (transmission, reflection) = (Vec3::ONE, Vec3::ONE);
     let glass = Material { optics: Optics::Glass { transmission, index: 1.5, reflection }, ..toy::matt(0.0) };
-    let top = toy::still("top", toy::mesh(
-        &[[-9., 1., 9.], [9., 1., 9.], [9., 1., -9.], [-9., 1., -9.]], &[[0, 1, 2], [0, 2, 3]], 0, false), Vec3::ZERO);
-    let bottom = toy::still("bottom", toy::mesh(
-        &[[-9., 0., 9.], [9., 0., 9.], [9., 0., -9.], [-9., 0., -9.]], &[[0, 2, 1], [0, 3, 2]], 0, false), Vec3::ZERO);
+    let top = toy::still(
+        "top",
+        toy::mesh(
+            &[[-9., 1., 9.], [9., 1., 9.], [9., 1., -9.], [-9., 1., -9.]],
+            &[[0, 1, 2], [0, 2, 3]],
+            0,
+            false,
+        ),
+        Vec3::ZERO,
+    );
+    let bottom = toy::still(
+        "bottom",
+        toy::mesh(
+            &[[-9., 0., 9.], [9., 0., 9.], [9., 0., -9.], [-9., 0., -9.]],
+            &[[0, 2, 1], [0, 3, 2]],
+            0,
+            false,
+        ),
+        Vec3::ZERO,
+    );
     let frame = one(&from_above(vec![top, bottom], vec![glass]));
     let sky = Vec3::new(0.25, 0.5, 1.0);
     let seen = color(&frame, 48, 36) / sky;
@@ -113,7 +131,10 @@ fn the_highlight_is_where_the_sun_is_mirrored() {
     // Ks E (R . V)^Ns, half a pixel off the axis
     assert!((pixel(&frame, "specular.R", 48, 36) - 0.8).abs() < 0.02);
     assert!(pixel(&frame, "specular.R", 90, 36) < 1e-3);
-    let sum: f32 = ["diffuse.R", "specular.R", "reflection.R", "refraction.R"].iter().map(|p| pixel(&frame, p, 50, 36)).sum();
+    let sum: f32 = ["diffuse.R", "specular.R", "reflection.R", "refraction.R"]
+        .iter()
+        .map(|p| pixel(&frame, p, 50, 36))
+        .sum();
     assert!((sum - pixel(&frame, "R", 50, 36)).abs() < 1e-3, "layers add up to the picture");
 }
 
@@ -123,11 +144,14 @@ fn clear_glass_casts_no_shadow() {
         optics: Optics::Glass { transmission: Vec3::ONE, index: 1.0, reflection: Vec3::ZERO },
         ..toy::matt(0.0)
     };
-    let pane = toy::mesh(&[[-1., 1., 1.], [1., 1., 1.], [1., 1., -1.], [-1., 1., -1.]], &[[0, 1, 2], [0, 2, 3]], 1, false);
-    let models = vec![
-        toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO),
-        toy::still("pane", pane, Vec3::ZERO),
-    ];
+    let pane = toy::mesh(
+        &[[-1., 1., 1.], [1., 1., 1.], [1., 1., -1.], [-1., 1., -1.]],
+        &[[0, 1, 2], [0, 2, 3]],
+        1,
+        false,
+    );
+    let models =
+        vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO), toy::still("pane", pane, Vec3::ZERO)];
     let frame = one(&from_above(models, vec![toy::matt(0.3), glass]));
     near(color(&frame, 48, 36), Vec3::splat(0.6));
     assert!(pixel(&frame, "refraction.R", 48, 36) > 0.5, "seen through the pane");

@@ -154,7 +154,8 @@ fn a_moving_model_before_a_turning_camera() {
 
 #[test]
 fn everything_moves_at_once() {
-    let mut scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), goes(TARGET, TARGET + DVec3::Y)));
+    let mut scene =
+        with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), goes(TARGET, TARGET + DVec3::Y)));
     scene.lights[1].kind =
         LightKind::Point { position: goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(-2.0, 4.0, 3.0)) };
     scene.lights[0].color = toy::keys(&[(1.0, Vec3::ONE), (6.0, Vec3::X)]);

@@ -75,10 +75,7 @@ fn from_pkg_config() -> Outcome<Installation> {
         .env_metadata(true)
         .probe("OpenEXR")
         .map_err(|error| format!("OpenEXR was not found by pkg-config: {error}"))?;
-    let link_name = library
-        .libs
-        .into_iter()
-        .find(|name| name.starts_with("OpenEXRCore"));
+    let link_name = library.libs.into_iter().find(|name| name.starts_with("OpenEXRCore"));
     Ok(Installation {
         includes: library.include_paths,
         libraries: library.link_paths,
@@ -98,11 +95,7 @@ fn from_folder(folder: &Path) -> Outcome<Installation> {
             });
         }
     }
-    Err(format!(
-        "OPENEXR_DIR={} holds no lib/libOpenEXRCore",
-        folder.display()
-    )
-    .into())
+    Err(format!("OPENEXR_DIR={} holds no lib/libOpenEXRCore", folder.display()).into())
 }
 
 /// `OpenEXRCore-3_1` for a folder with `libOpenEXRCore-3_1.so`.
@@ -112,9 +105,7 @@ fn core_library_in(folder: &Path) -> Option<String> {
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter_map(|name| {
             let stem = name.strip_prefix("lib")?;
-            let stem = [".so", ".dylib", ".a"]
-                .iter()
-                .find_map(|end| stem.strip_suffix(end))?;
+            let stem = [".so", ".dylib", ".a"].iter().find_map(|end| stem.strip_suffix(end))?;
             stem.starts_with("OpenEXRCore").then(|| stem.to_owned())
         })
         .collect();
@@ -134,18 +125,11 @@ fn check_version(config: &Path) -> Outcome<()> {
     let header = fs::read_to_string(config)?;
     let number = |name: &str| -> Outcome<u32> {
         let failure = || format!("{} does not define {name}", config.display());
-        let mut lines = header
-            .lines()
-            .filter_map(|line| line.strip_prefix("#define "));
-        let value = lines
-            .find_map(|line| line.strip_prefix(name))
-            .ok_or_else(failure)?;
+        let mut lines = header.lines().filter_map(|line| line.strip_prefix("#define "));
+        let value = lines.find_map(|line| line.strip_prefix(name)).ok_or_else(failure)?;
         Ok(value.trim().parse()?)
     };
-    let version = (
-        number("OPENEXR_VERSION_MAJOR ")?,
-        number("OPENEXR_VERSION_MINOR ")?,
-    );
+    let version = (number("OPENEXR_VERSION_MAJOR ")?, number("OPENEXR_VERSION_MINOR ")?);
     if version < OLDEST || version >= FIRST_UNKNOWN {
         let (major, minor) = version;
         return Err(format!(
@@ -163,11 +147,7 @@ fn generate(header: &Path, includes: &[PathBuf]) -> Outcome<()> {
     let oldest_rust = bindgen::RustTarget::stable(85, 0).map_err(|error| error.to_string())?;
     bindgen::Builder::default()
         .header(header.display().to_string())
-        .clang_args(
-            includes
-                .iter()
-                .map(|folder| format!("-I{}", folder.display())),
-        )
+        .clang_args(includes.iter().map(|folder| format!("-I{}", folder.display())))
         .allowlist_function("exr_.*")
         .allowlist_type("exr_.*")
         .allowlist_var("EXR_.*")

@@ -149,6 +149,24 @@ impl<'s> Renderer<'s> {
         self.build_seconds
     }
 
+    /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
+    #[doc(hidden)]
+    pub fn forget_tags(&mut self) {
+        if let Some((store, _)) = &mut self.last {
+            store.tiles.iter_mut().for_each(|tile| tile.tags.fill(crate::samples::Tag::Unknown));
+        }
+    }
+
+    /// Displaces every sample and lightens what it keeps: for tests that the audit finds such things.
+    #[doc(hidden)]
+    pub fn spoil_samples(&mut self) {
+        if let Some((store, _)) = &mut self.last {
+            for hot in store.tiles.iter_mut().flat_map(|tile| &mut tile.hot) {
+                hot.point += glam::Vec3::splat(0.01);
+            }
+        }
+    }
+
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
         let stores = [self.last.as_ref().map(|(store, _)| store), self.spare.as_ref()];

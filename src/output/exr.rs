@@ -20,11 +20,7 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), opene
             PlaneKind::Half => SampleType::Half,
             PlaneKind::Float => SampleType::Float,
         };
-        Channel {
-            name: plane.name,
-            stored,
-            data: &plane.data,
-        }
+        Channel { name: plane.name, stored, data: &plane.data }
     });
     let image = Image {
         width: film.width,
@@ -51,33 +47,18 @@ mod tests {
         }
         let (comments, shot) = ("reprojected".to_owned(), "walk".to_owned());
         let (frame, rate) = (1042, (24000, 1001));
-        FrameMeta {
-            frame,
-            rate,
-            world_to_camera,
-            world_to_ndc: [0.5; 16],
-            comments,
-            shot,
-        }
+        FrameMeta { frame, rate, world_to_camera, world_to_ndc: [0.5; 16], comments, shot }
     }
 
     fn film() -> Film {
-        let plane = |name, kind, value| Plane {
-            name,
-            kind,
-            data: vec![value; 6],
-        };
+        let plane = |name, kind, value| Plane { name, kind, data: vec![value; 6] };
         let planes = vec![
             plane("R", PlaneKind::Half, 0.5),
             plane("Z", PlaneKind::Float, 1e6),
             plane("P.X", PlaneKind::Float, 0.1),
             plane("status.good", PlaneKind::Half, 1.0),
         ];
-        Film {
-            width: 3,
-            height: 2,
-            planes,
-        }
+        Film { width: 3, height: 2, planes }
     }
 
     #[test]
@@ -90,27 +71,15 @@ mod tests {
         for plane in &film().planes {
             let channel = back.channel(plane.name).unwrap();
             assert_eq!(channel.data, plane.data, "{}", plane.name);
-            assert_eq!(
-                channel.stored == SampleType::Half,
-                plane.kind == PlaneKind::Half
-            );
+            assert_eq!(channel.stored == SampleType::Half, plane.kind == PlaneKind::Half);
         }
-        let rate = Attribute::Rational {
-            numerator: 24000,
-            denominator: 1001,
-        };
+        let rate = Attribute::Rational { numerator: 24000, denominator: 1001 };
         assert_eq!(back.attribute("framesPerSecond"), Some(&rate));
         assert_eq!(back.attribute("imageCounter"), Some(&Attribute::Int(1042)));
-        assert_eq!(
-            back.attribute("comments"),
-            Some(&Attribute::Text("reprojected".into()))
-        );
+        assert_eq!(back.attribute("comments"), Some(&Attribute::Text("reprojected".into())));
         let matrix = Attribute::M44f(meta().world_to_camera);
         assert_eq!(back.attribute("worldToCamera"), Some(&matrix));
-        assert!(matches!(
-            back.attribute("chromaticities"),
-            Some(Attribute::Chromaticities(_))
-        ));
+        assert!(matches!(back.attribute("chromaticities"), Some(Attribute::Chromaticities(_))));
     }
 
     #[test]
@@ -120,10 +89,7 @@ mod tests {
         let mut film = film();
         film.planes[2].data[4] = f32::NAN;
         let text = write_exr(&path, &film, &meta()).unwrap_err().to_string();
-        assert!(
-            text.contains("\"P.X\"") && text.contains("(1, 1)"),
-            "{text}"
-        );
+        assert!(text.contains("\"P.X\"") && text.contains("(1, 1)"), "{text}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -37,21 +37,9 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
     [
         ("worldToCamera", Attribute::M44f(meta.world_to_camera)),
         ("worldToNDC", Attribute::M44f(meta.world_to_ndc)),
-        (
-            "framesPerSecond",
-            Attribute::Rational {
-                numerator,
-                denominator,
-            },
-        ),
+        ("framesPerSecond", Attribute::Rational { numerator, denominator }),
         ("imageCounter", Attribute::Int(meta.frame)),
-        (
-            "timeCode",
-            Attribute::TimeCode {
-                time_and_flags,
-                user_data: 0,
-            },
-        ),
+        ("timeCode", Attribute::TimeCode { time_and_flags, user_data: 0 }),
         ("capDate", text(&date(now))),
         ("utcOffset", Attribute::Float(0.0)), // `capDate` is told in UTC
         ("comments", text(&meta.comments)),
@@ -69,9 +57,7 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
 /// numbers below 0 count back from there.
 fn time_code(frame: i32, numerator: i32, denominator: u32) -> u32 {
     // 23.976 frames per second are counted as 24 in a time code.
-    let per_second = (f64::from(numerator) / f64::from(denominator))
-        .round()
-        .clamp(1.0, 40.0) as i64;
+    let per_second = (f64::from(numerator) / f64::from(denominator)).round().clamp(1.0, 40.0) as i64;
     let frame = i64::from(frame).rem_euclid(per_second * 24 * 60 * 60);
     let seconds = frame / per_second;
     let digits = |number: i64| (((number / 10) << 4) | (number % 10)) as u32;
@@ -83,9 +69,7 @@ fn time_code(frame: i32, numerator: i32, denominator: u32) -> u32 {
 
 /// `YYYY:MM:DD hh:mm:ss` in UTC. Times before 1970 are told as its beginning.
 fn date(now: SystemTime) -> String {
-    let seconds = now
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
+    let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (year, month, day) = civil(seconds / 86_400);
     let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
     format!("{year:04}:{month:02}:{day:02} {hour:02}:{minute:02}:{second:02}")
@@ -131,10 +115,6 @@ mod tests {
         assert_eq!(time_code(24, 24000, 1001), 0x0000_0100);
         assert_eq!(time_code(24 * 86_399 + 12, 24, 1), 0x2359_5912);
         assert_eq!(time_code(-1, 24, 1), 0x2359_5923);
-        assert_eq!(
-            time_code(i32::MIN, 1_000_000, 1) & 0xC0,
-            0,
-            "no flag is set"
-        );
+        assert_eq!(time_code(i32::MIN, 1_000_000, 1) & 0xC0, 0, "no flag is set");
     }
 }

@@ -53,9 +53,7 @@ impl OutputPattern {
         if folder.to_string_lossy().contains('#') {
             return Err(PatternError::GroupInFolder(text.to_owned()));
         }
-        let name = path
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned());
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
         let Some(name) = name else {
             return Ok(Self::in_folder(path, shot, extension));
         };
@@ -66,22 +64,12 @@ impl OutputPattern {
         if Path::new(&format!("x{after}")).extension().is_none() {
             after = format!("{after}.{extension}");
         }
-        Ok(Self {
-            folder,
-            before,
-            digits,
-            after,
-        })
+        Ok(Self { folder, before, digits, after })
     }
 
     fn in_folder(folder: &Path, shot: &str, extension: &str) -> Self {
         let (before, after) = (format!("{shot}."), format!(".{extension}"));
-        Self {
-            folder: folder.to_owned(),
-            before,
-            digits: USUAL_DIGITS,
-            after,
-        }
+        Self { folder: folder.to_owned(), before, digits: USUAL_DIGITS, after }
     }
 
     fn without_group(folder: PathBuf, name: &str, extension: &str) -> Self {
@@ -98,23 +86,14 @@ impl OutputPattern {
     pub fn at(&self, frame: i32) -> PathBuf {
         let sign = if frame < 0 { "-" } else { "" };
         let (before, after, digits) = (&self.before, &self.after, self.digits);
-        self.folder.join(format!(
-            "{before}{sign}{:0digits$}{after}",
-            frame.unsigned_abs()
-        ))
+        self.folder.join(format!("{before}{sign}{:0digits$}{after}", frame.unsigned_abs()))
     }
 
     /// The same names with another extension (without dot): for previews and reports beside frames.
     #[must_use]
     pub fn with_extension(&self, extension: &str) -> Self {
-        let stem = self
-            .after
-            .rsplit_once('.')
-            .map_or(self.after.as_str(), |(stem, _)| stem);
-        Self {
-            after: format!("{stem}.{extension}"),
-            ..self.clone()
-        }
+        let stem = self.after.rsplit_once('.').map_or(self.after.as_str(), |(stem, _)| stem);
+        Self { after: format!("{stem}.{extension}"), ..self.clone() }
     }
 
     /// The folder that all files lie in; empty for the current one.
@@ -159,11 +138,7 @@ fn percent_group(text: &str) -> Option<(usize, usize)> {
     }
     let number = &inner[..width];
     let padded = number.is_empty() || number.starts_with('0');
-    let digits = if number.is_empty() {
-        1
-    } else {
-        number.parse().ok()?
-    };
+    let digits = if number.is_empty() { 1 } else { number.parse().ok()? };
     padded.then_some((digits, width + 2)) // `%4d` would put spaces into names
 }
 
@@ -171,22 +146,13 @@ impl fmt::Display for PatternError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TwoGroups(name) => {
-                write!(
-                    f,
-                    "{name}: two places for the frame number; keep one, such as ####"
-                )
+                write!(f, "{name}: two places for the frame number; keep one, such as ####")
             }
             Self::GroupInFolder(name) => {
-                write!(
-                    f,
-                    "{name}: # stands in a folder's name; put it into the file's name"
-                )
+                write!(f, "{name}: # stands in a folder's name; put it into the file's name")
             }
             Self::UnknownFormat(name) => {
-                write!(
-                    f,
-                    "{name}: after % only d or a padded width such as 04d may stand; use ####"
-                )
+                write!(f, "{name}: after % only d or a padded width such as 04d may stand; use ####")
             }
             Self::TooWide(name) => write!(f, "{name}: that many digits; use ####"),
         }
@@ -257,10 +223,7 @@ mod tests {
     #[test]
     fn previews_lie_beside_frames() {
         let pattern = OutputPattern::parse("out/a.####.exr", "walk", "exr").unwrap();
-        assert_eq!(
-            pattern.with_extension("png").at(5),
-            Path::new("out/a.0005.png")
-        );
+        assert_eq!(pattern.with_extension("png").at(5), Path::new("out/a.0005.png"));
         assert_eq!(pattern.folder(), Path::new("out"));
     }
 }

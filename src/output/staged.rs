@@ -18,10 +18,7 @@ pub struct WriteError {
 
 impl WriteError {
     fn new(path: &Path, source: io::Error) -> Self {
-        Self {
-            path: path.to_owned(),
-            source,
-        }
+        Self { path: path.to_owned(), source }
     }
 }
 
@@ -31,17 +28,11 @@ impl fmt::Display for WriteError {
             ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free space there",
             ErrorKind::PermissionDenied => "allow writing there",
             ErrorKind::NotFound => "create its folder",
-            ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
-                "a file is in the way: remove it"
-            }
+            ErrorKind::NotADirectory | ErrorKind::AlreadyExists => "a file is in the way: remove it",
             _ => "check the disk",
         };
         let path = self.path.display();
-        write!(
-            f,
-            "cannot write {path}: {}; {advice}, or choose another folder with -o",
-            self.source
-        )
+        write!(f, "cannot write {path}: {}; {advice}, or choose another folder with -o", self.source)
     }
 }
 
@@ -109,10 +100,7 @@ mod tests {
         let text = format!("{}/a.####.exr", file.display());
         let pattern = OutputPattern::parse(&text, "a", "exr").unwrap();
         let text = ensure_writable(&pattern).unwrap_err().to_string();
-        assert!(
-            text.contains("in the way") && text.contains("file"),
-            "{text}"
-        );
+        assert!(text.contains("in the way") && text.contains("file"), "{text}");
     }
 
     #[test]

@@ -38,8 +38,7 @@ pub fn floor(half: f32, material: u16) -> Mesh {
 pub fn octahedron(material: u16, casts_shadow: bool) -> Mesh {
     let corners: [[f32; 3]; 6] =
         [[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]];
-    let faces =
-        [[0, 2, 4], [4, 2, 1], [1, 2, 5], [5, 2, 0], [4, 3, 0], [1, 3, 4], [5, 3, 1], [0, 3, 5]];
+    let faces = [[0, 2, 4], [4, 2, 1], [1, 2, 5], [5, 2, 0], [4, 3, 0], [1, 3, 4], [5, 3, 1], [0, 3, 5]];
     mesh(&corners, &faces, material, casts_shadow)
 }
 

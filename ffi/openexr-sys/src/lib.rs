@@ -6,11 +6,7 @@
 //! answer. Bindgen sees no macro that makes a struct: [`context_initializer`] is the Rust form of
 //! `EXR_DEFAULT_CONTEXT_INITIALIZER`.
 
-#![allow(
-    missing_docs,
-    non_camel_case_types,
-    reason = "generated; names are C's"
-)]
+#![allow(missing_docs, non_camel_case_types, reason = "generated; names are C's")]
 
 include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
 

@@ -52,8 +52,7 @@ fn rust_and_c_agree_on_sizes_and_offsets() {
     let rows = expected();
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("layout.c");
-    let mut program =
-        String::from("#include <openexr.h>\n#include <stddef.h>\n#include <stdio.h>\n");
+    let mut program = String::from("#include <openexr.h>\n#include <stddef.h>\n#include <stdio.h>\n");
     program += "int main(void) {\n";
     for (expression, _) in &rows {
         let expression = expression.replace("type_)", "type)"); // bindgen's name for C's `type`
@@ -63,40 +62,21 @@ fn rust_and_c_agree_on_sizes_and_offsets() {
     std::fs::write(&source, program).unwrap();
 
     let binary = folder.path().join("layout");
-    let host = format!(
-        "{}-unknown-{}-gnu",
-        std::env::consts::ARCH,
-        std::env::consts::OS
-    );
-    let compiler = cc::Build::new()
-        .host(&host)
-        .target(&host)
-        .opt_level(0)
-        .cargo_metadata(false)
-        .get_compiler();
+    let host = format!("{}-unknown-{}-gnu", std::env::consts::ARCH, std::env::consts::OS);
+    let compiler =
+        cc::Build::new().host(&host).target(&host).opt_level(0).cargo_metadata(false).get_compiler();
     let mut compile: Command = compiler.to_command();
     for include in std::env::split_paths(env!("OPENEXR_INCLUDES")) {
         compile.arg("-I").arg(include);
     }
-    let status = compile
-        .arg(&source)
-        .arg("-o")
-        .arg(&binary)
-        .status()
-        .unwrap();
-    assert!(
-        status.success(),
-        "the C compiler refused the layout program"
-    );
+    let status = compile.arg(&source).arg("-o").arg(&binary).status().unwrap();
+    assert!(status.success(), "the C compiler refused the layout program");
 
     let printed = String::from_utf8(Command::new(&binary).output().unwrap().stdout).unwrap();
     let answers: Vec<usize> = printed.lines().map(|line| line.parse().unwrap()).collect();
     assert_eq!(answers.len(), rows.len());
     for ((expression, in_rust), in_c) in rows.iter().zip(answers) {
-        assert_eq!(
-            *in_rust, in_c,
-            "{expression}: Rust says {in_rust}, C says {in_c}"
-        );
+        assert_eq!(*in_rust, in_c, "{expression}: Rust says {in_rust}, C says {in_c}");
     }
 }
 

@@ -26,10 +26,7 @@ const STRUCTURAL: [&str; 12] = [
 ];
 
 /// All attributes but the structural ones, in the file's order.
-pub(crate) fn read_attributes(
-    path: &Path,
-    context: &Context<'_>,
-) -> Result<Vec<(String, Attribute)>, Error> {
+pub(crate) fn read_attributes(path: &Path, context: &Context<'_>) -> Result<Vec<(String, Attribute)>, Error> {
     const DOING: &str = "read the attributes";
     let mut count = 0;
     // SAFETY: the context is open, and the place for the answer lives through the call.
@@ -69,10 +66,7 @@ unsafe fn value(attribute: &sys::exr_attribute_t) -> Attribute {
             sys::EXR_ATTR_INT => Attribute::Int(union.i),
             sys::EXR_ATTR_RATIONAL => {
                 let sys::exr_attr_rational_t { num, denom } = *union.rational;
-                Attribute::Rational {
-                    numerator: num,
-                    denominator: denom,
-                }
+                Attribute::Rational { numerator: num, denominator: denom }
             }
             sys::EXR_ATTR_M44F => Attribute::M44f((*union.m44f).m),
             sys::EXR_ATTR_V2F => Attribute::V2f(union.v2f.cast::<[f32; 2]>().read_unaligned()),
@@ -83,14 +77,8 @@ unsafe fn value(attribute: &sys::exr_attribute_t) -> Attribute {
                 Attribute::Chromaticities(numbers.read_unaligned())
             }
             sys::EXR_ATTR_TIMECODE => {
-                let sys::exr_attr_timecode_t {
-                    time_and_flags,
-                    user_data,
-                } = *union.timecode;
-                Attribute::TimeCode {
-                    time_and_flags,
-                    user_data,
-                }
+                let sys::exr_attr_timecode_t { time_and_flags, user_data } = *union.timecode;
+                Attribute::TimeCode { time_and_flags, user_data }
             }
             _ => Attribute::Other(text(attribute.type_name)),
         }

@@ -8,24 +8,15 @@ use crate::{Channel, Error, Image};
 const LONGEST_NAME: usize = 31;
 
 /// The channels in the file's order, by name, all of them sound.
-pub(crate) fn sorted_channels<'a>(
-    path: &Path,
-    image: &Image<'a>,
-) -> Result<Vec<Channel<'a>>, Error> {
+pub(crate) fn sorted_channels<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<Channel<'a>>, Error> {
     check_size(path, image)?;
     let mut channels = image.channels.clone();
     channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
     for channel in &channels {
         check_channel(path, image, channel)?;
     }
-    match channels
-        .windows(2)
-        .find(|pair| pair[0].name == pair[1].name)
-    {
-        Some(pair) => Err(Error::image(
-            path,
-            format!("channel {:?} is given twice", pair[0].name),
-        )),
+    match channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        Some(pair) => Err(Error::image(path, format!("channel {:?} is given twice", pair[0].name))),
         None => Ok(channels),
     }
 }
@@ -35,19 +26,13 @@ fn check_size(path: &Path, image: &Image<'_>) -> Result<(), Error> {
     // OpenEXR keeps windows as i32, and counts the bytes of a line as i32.
     let bytes_per_line = u64::from(width) * 4 * image.channels.len() as u64;
     if width == 0 || height == 0 || i32::try_from(height).is_err() {
-        return Err(Error::image(
-            path,
-            format!("{width}x{height} is no size for an image"),
-        ));
+        return Err(Error::image(path, format!("{width}x{height} is no size for an image")));
     }
     if image.channels.is_empty() {
         return Err(Error::image(path, "it has no channel"));
     }
     if bytes_per_line * 32 > i32::MAX as u64 {
-        return Err(Error::image(
-            path,
-            format!("lines of {bytes_per_line} bytes are too long"),
-        ));
+        return Err(Error::image(path, format!("lines of {bytes_per_line} bytes are too long")));
     }
     Ok(())
 }

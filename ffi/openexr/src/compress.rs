@@ -16,11 +16,7 @@ impl Deflater {
     /// `level` is zlib's, 1 to 9.
     pub(crate) fn new(level: u32) -> Self {
         let stream = Compress::new(Level::new(level), true);
-        Self {
-            stream,
-            split: Vec::new(),
-            differences: Vec::new(),
-        }
+        Self { stream, split: Vec::new(), differences: Vec::new() }
     }
 
     /// The chunk as ZIP and ZIPS have it; `None` if that would not be smaller, whereupon the file
@@ -30,9 +26,7 @@ impl Deflater {
         self.stream.reset();
         // The space ends one byte short of the packed size: what does not fit is not worth it.
         let mut deflated = Vec::with_capacity(packed.len().saturating_sub(1));
-        let status =
-            self.stream
-                .compress_vec(&self.differences, &mut deflated, FlushCompress::Finish);
+        let status = self.stream.compress_vec(&self.differences, &mut deflated, FlushCompress::Finish);
         let whole = matches!(status, Ok(Status::StreamEnd));
         (whole && deflated.len() < packed.len()).then_some(deflated)
     }

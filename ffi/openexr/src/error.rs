@@ -37,26 +37,15 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn image(path: &Path, what: impl Into<String>) -> Self {
-        Self::Image {
-            path: path.to_owned(),
-            what: what.into(),
-        }
+        Self::Image { path: path.to_owned(), what: what.into() }
     }
 
     pub(crate) fn writing(path: &Path, source: io::Error) -> Self {
-        Self::File {
-            path: path.to_owned(),
-            doing: "write",
-            source,
-        }
+        Self::File { path: path.to_owned(), doing: "write", source }
     }
 
     pub(crate) fn reading(path: &Path, source: io::Error) -> Self {
-        Self::File {
-            path: path.to_owned(),
-            doing: "read",
-            source,
-        }
+        Self::File { path: path.to_owned(), doing: "read", source }
     }
 
     /// The file that the error is about.
@@ -72,11 +61,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let file = self.path().display();
         match self {
-            Self::File {
-                path,
-                doing,
-                source,
-            } => {
+            Self::File { path, doing, source } => {
                 write!(f, "cannot {doing} {file}: {source}")?;
                 advice(path, doing, source.kind()).map_or(Ok(()), |advice| write!(f, "; {advice}"))
             }

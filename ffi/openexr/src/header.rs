@@ -29,9 +29,7 @@ pub(crate) unsafe fn write_header(
     let (width, height) = (image.width as i32, image.height as i32); // `check_size` saw to it
     let compression = compression_code(image.compression);
     // SAFETY: the caller's promise.
-    let code = unsafe {
-        sys::exr_initialize_required_attr_simple(context, PART, width, height, compression)
-    };
+    let code = unsafe { sys::exr_initialize_required_attr_simple(context, PART, width, height, compression) };
     check(path, "set the size", code)?;
     for channel in channels {
         // SAFETY: the caller's promise.
@@ -42,9 +40,7 @@ pub(crate) unsafe fn write_header(
         unsafe { set_attribute(path, context, name, value)? };
     }
     // SAFETY: the caller's promise.
-    check(path, "write the header", unsafe {
-        sys::exr_write_header(context)
-    })
+    check(path, "write the header", unsafe { sys::exr_write_header(context) })
 }
 
 fn compression_code(compression: Compression) -> sys::exr_compression_t {
@@ -56,11 +52,7 @@ fn compression_code(compression: Compression) -> sys::exr_compression_t {
     }
 }
 
-unsafe fn add_channel(
-    path: &Path,
-    context: sys::exr_context_t,
-    channel: &Channel<'_>,
-) -> Result<(), Error> {
+unsafe fn add_channel(path: &Path, context: sys::exr_context_t, channel: &Channel<'_>) -> Result<(), Error> {
     let name = c_string(path, channel.name)?;
     let kind = match channel.stored {
         SampleType::Half => sys::EXR_PIXEL_HALF,
@@ -69,8 +61,7 @@ unsafe fn add_channel(
     };
     let perception = sys::EXR_PERCEPTUALLY_LOGARITHMIC; // matters to lossy methods only
     // SAFETY: the context is open for writing (the caller's promise); the name is copied.
-    let code =
-        unsafe { sys::exr_add_channel(context, PART, name.as_ptr(), kind, perception, 1, 1) };
+    let code = unsafe { sys::exr_add_channel(context, PART, name.as_ptr(), kind, perception, 1, 1) };
     check(path, "add a channel", code)
 }
 
@@ -96,19 +87,11 @@ unsafe fn set_attribute(
             }
             Attribute::Float(number) => sys::exr_attr_set_float(context, PART, key, *number),
             Attribute::Int(number) => sys::exr_attr_set_int(context, PART, key, *number),
-            Attribute::Rational {
-                numerator,
-                denominator,
-            } => {
-                let value = sys::exr_attr_rational_t {
-                    num: *numerator,
-                    denom: *denominator,
-                };
+            Attribute::Rational { numerator, denominator } => {
+                let value = sys::exr_attr_rational_t { num: *numerator, denom: *denominator };
                 sys::exr_attr_set_rational(context, PART, key, &value)
             }
-            Attribute::M44f(m) => {
-                sys::exr_attr_set_m44f(context, PART, key, &sys::exr_attr_m44f_t { m: *m })
-            }
+            Attribute::M44f(m) => sys::exr_attr_set_m44f(context, PART, key, &sys::exr_attr_m44f_t { m: *m }),
             Attribute::V2f(value) => {
                 sys::exr_attr_set_v2f(context, PART, key, std::ptr::from_ref(value).cast())
             }
@@ -122,15 +105,9 @@ unsafe fn set_attribute(
                 let value = std::ptr::from_ref(value).cast();
                 sys::exr_attr_set_chromaticities(context, PART, key, value)
             }
-            Attribute::TimeCode {
-                time_and_flags,
-                user_data,
-            } => {
+            Attribute::TimeCode { time_and_flags, user_data } => {
                 let (time_and_flags, user_data) = (*time_and_flags, *user_data);
-                let value = sys::exr_attr_timecode_t {
-                    time_and_flags,
-                    user_data,
-                };
+                let value = sys::exr_attr_timecode_t { time_and_flags, user_data };
                 sys::exr_attr_set_timecode(context, PART, key, &value)
             }
             Attribute::Other(kind) => {

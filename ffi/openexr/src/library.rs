@@ -44,9 +44,7 @@ unsafe extern "C" fn keep_complaint(
         return;
     }
     // SAFETY: not null, and the library passes a string that ends with a zero and outlives the call.
-    let text = unsafe { CStr::from_ptr(message) }
-        .to_string_lossy()
-        .into_owned();
+    let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned();
     // At the thread's end the cell may be gone, and then nobody asks for the text.
     let _ = COMPLAINT.try_with(|cell| {
         if let Ok(mut complaint) = cell.try_borrow_mut() {
@@ -56,11 +54,7 @@ unsafe extern "C" fn keep_complaint(
 }
 
 /// Turns a result of the library into ours, with its own words.
-pub(crate) fn check(
-    path: &Path,
-    doing: &'static str,
-    code: sys::exr_result_t,
-) -> Result<(), Error> {
+pub(crate) fn check(path: &Path, doing: &'static str, code: sys::exr_result_t) -> Result<(), Error> {
     let complaint = COMPLAINT.with_borrow_mut(Option::take);
     if code == sys::EXR_ERR_SUCCESS as sys::exr_result_t {
         return Ok(());
@@ -70,11 +64,7 @@ pub(crate) fn check(
         let text = unsafe { CStr::from_ptr(sys::exr_get_default_error_message(code)) };
         text.to_string_lossy().into_owned()
     });
-    Err(Error::Library {
-        path: path.to_owned(),
-        doing,
-        message,
-    })
+    Err(Error::Library { path: path.to_owned(), doing, message })
 }
 
 /// An open file of the library, closed when dropped; `'a` is what its callbacks point to.
@@ -91,10 +81,7 @@ impl Context<'_> {
     /// # Safety
     /// `raw` is open, nobody else closes it, and `'a` is no longer than what its callbacks use lives.
     pub(crate) unsafe fn owning(raw: sys::exr_context_t) -> Self {
-        Self {
-            raw,
-            callbacks: PhantomData,
-        }
+        Self { raw, callbacks: PhantomData }
     }
 
     /// For calls of the library; valid as long as `self`.

@@ -22,16 +22,8 @@ pub(crate) struct NotFinite {
 
 impl fmt::Display for NotFinite {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            channel,
-            column,
-            line,
-            value,
-        } = self;
-        write!(
-            f,
-            "channel {channel:?} holds {value} at pixel ({column}, {line}), not a finite number"
-        )
+        let Self { channel, column, line, value } = self;
+        write!(f, "channel {channel:?} holds {value} at pixel ({column}, {line}), not a finite number")
     }
 }
 
@@ -55,22 +47,12 @@ pub(crate) fn pack_lines(
 
 fn check_finite(channel: &str, line: usize, values: &[f32]) -> Result<(), NotFinite> {
     // The branch-free sum vectorises; only a line that fails it is searched.
-    let all_finite = values
-        .iter()
-        .fold(true, |finite, value| finite & value.is_finite());
+    let all_finite = values.iter().fold(true, |finite, value| finite & value.is_finite());
     if all_finite {
         return Ok(());
     }
-    let column = values
-        .iter()
-        .position(|value| !value.is_finite())
-        .unwrap_or(0);
-    Err(NotFinite {
-        channel: channel.to_owned(),
-        column,
-        line,
-        value: values[column],
-    })
+    let column = values.iter().position(|value| !value.is_finite()).unwrap_or(0);
+    Err(NotFinite { channel: channel.to_owned(), column, line, value: values[column] })
 }
 
 fn pack_values(stored: SampleType, values: &[f32], packed: &mut Vec<u8>) {
@@ -79,11 +61,7 @@ fn pack_values(stored: SampleType, values: &[f32], packed: &mut Vec<u8>) {
         SampleType::Float => packed.extend(values.iter().flat_map(|value| value.to_le_bytes())),
         SampleType::Uint => {
             // `as` saturates: negative values become 0.
-            packed.extend(
-                values
-                    .iter()
-                    .flat_map(|value| (value.round() as u32).to_le_bytes()),
-            );
+            packed.extend(values.iter().flat_map(|value| (value.round() as u32).to_le_bytes()));
         }
     }
 }

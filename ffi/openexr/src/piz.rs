@@ -63,10 +63,7 @@ unsafe fn run(
     packed: &[u8],
 ) -> Result<Option<Vec<u8>>, Error> {
     let Some(compress) = pipeline.compress_fn else {
-        return Err(Error::image(
-            path,
-            "the installed OpenEXR cannot compress with PIZ",
-        ));
+        return Err(Error::image(path, "the installed OpenEXR cannot compress with PIZ"));
     };
     // SAFETY: the pipeline describes the chunk and points to its packed bytes (the caller's promise).
     check(path, "compress with PIZ", unsafe { compress(pipeline) })?;
@@ -75,7 +72,6 @@ unsafe fn run(
         return Ok(None);
     }
     // SAFETY: not null, and the compressor has filled that many bytes.
-    let bytes =
-        unsafe { std::slice::from_raw_parts(pipeline.compressed_buffer.cast::<u8>(), size) };
+    let bytes = unsafe { std::slice::from_raw_parts(pipeline.compressed_buffer.cast::<u8>(), size) };
     Ok(Some(bytes.to_vec()))
 }

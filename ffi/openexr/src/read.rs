@@ -50,10 +50,7 @@ impl ReadImage {
     /// The header's value of that name.
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
-        self.attributes
-            .iter()
-            .find(|(key, _)| key == name)
-            .map(|(_, value)| value)
+        self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value)
     }
 }
 
@@ -71,11 +68,7 @@ pub fn read(path: &Path) -> Result<ReadImage, Error> {
 }
 
 fn refuse(path: &Path, message: impl Into<String>) -> Error {
-    Error::Library {
-        path: path.to_owned(),
-        doing: "read it",
-        message: message.into(),
-    }
+    Error::Library { path: path.to_owned(), doing: "read it", message: message.into() }
 }
 
 fn open(path: &Path) -> Result<Context<'static>, Error> {
@@ -87,11 +80,7 @@ fn open(path: &Path) -> Result<Context<'static>, Error> {
     let mut raw: sys::exr_context_t = std::ptr::null_mut();
     // SAFETY: name and initializer are copied during the call; there are no callbacks with data.
     unsafe {
-        check(
-            path,
-            "open it",
-            sys::exr_start_read(&mut raw, name.as_ptr(), &initializer),
-        )?;
+        check(path, "open it", sys::exr_start_read(&mut raw, name.as_ptr(), &initializer))?;
         Ok(Context::owning(raw))
     }
 }
@@ -106,33 +95,14 @@ fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
     // SAFETY: the context is open; the places for the answers live through the calls, and a box of
     // integers is four `i32` without padding (minimum x and y, maximum x and y).
     unsafe {
-        check(
-            path,
-            "read its type",
-            sys::exr_get_storage(raw, PART, &mut storage),
-        )?;
+        check(path, "read its type", sys::exr_get_storage(raw, PART, &mut storage))?;
         let window = corners.as_mut_ptr().cast();
-        check(
-            path,
-            "read its size",
-            sys::exr_get_data_window(raw, PART, window),
-        )?;
-        check(
-            path,
-            "read its compression",
-            sys::exr_get_compression(raw, PART, &mut compression),
-        )?;
-        check(
-            path,
-            "read its channels",
-            sys::exr_get_channels(raw, PART, &mut list),
-        )?;
+        check(path, "read its size", sys::exr_get_data_window(raw, PART, window))?;
+        check(path, "read its compression", sys::exr_get_compression(raw, PART, &mut compression))?;
+        check(path, "read its channels", sys::exr_get_channels(raw, PART, &mut list))?;
     }
     if storage != sys::EXR_STORAGE_SCANLINE {
-        return Err(refuse(
-            path,
-            "it is tiled or deep; only scanline files are read",
-        ));
+        return Err(refuse(path, "it is tiled or deep; only scanline files are read"));
     }
     let [left, top, right, bottom] = corners.map(i64::from);
     let size = |first: i64, last: i64| u32::try_from(last - first + 1).ok().filter(|&n| n > 0);
@@ -143,10 +113,7 @@ fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
     let channels = unsafe { describe_channels(path, list)? };
     let samples = u64::from(width).saturating_mul(u64::from(height));
     if samples.saturating_mul(channels.len() as u64) > MOST_SAMPLES {
-        return Err(refuse(
-            path,
-            format!("{width}x{height} pixels are too many to be true"),
-        ));
+        return Err(refuse(path, format!("{width}x{height} pixels are too many to be true")));
     }
     let compression = match compression {
         sys::EXR_COMPRESSION_NONE => Some(Compression::None),
@@ -156,13 +123,7 @@ fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
         _ => None,
     };
     let attributes = crate::attributes::read_attributes(path, context)?;
-    Ok(ReadImage {
-        width,
-        height,
-        channels,
-        attributes,
-        compression,
-    })
+    Ok(ReadImage { width, height, channels, attributes, compression })
 }
 
 unsafe fn describe_channels(
@@ -188,11 +149,7 @@ unsafe fn describe_channels(
             sys::EXR_PIXEL_FLOAT => SampleType::Float,
             _ => SampleType::Uint,
         };
-        Ok(ReadChannel {
-            name,
-            stored,
-            data: Vec::new(),
-        })
+        Ok(ReadChannel { name, stored, data: Vec::new() })
     };
     entries.iter().map(describe).collect()
 }
@@ -206,9 +163,7 @@ pub(crate) unsafe fn text(from: *const c_char) -> String {
         return String::new();
     }
     // SAFETY: not null; the caller's promise.
-    unsafe { CStr::from_ptr(from) }
-        .to_string_lossy()
-        .into_owned()
+    unsafe { CStr::from_ptr(from) }.to_string_lossy().into_owned()
 }
 
 fn read_pixels(path: &Path, context: &Context<'_>, image: &mut ReadImage) -> Result<(), Error> {
@@ -248,17 +203,12 @@ unsafe fn read_chunk(
     // SAFETY: a chunk's description is plain numbers; for the window see `describe`.
     let (mut chunk, code) = unsafe {
         let chunk: sys::exr_chunk_info_t = std::mem::zeroed();
-        (
-            chunk,
-            sys::exr_get_data_window(raw, PART, corners.as_mut_ptr().cast()),
-        )
+        (chunk, sys::exr_get_data_window(raw, PART, corners.as_mut_ptr().cast()))
     };
     check(path, DOING, code)?;
     let line = corners[1] + first as i32;
     // SAFETY: the context is open, and `chunk` lives through the call.
-    check(path, DOING, unsafe {
-        sys::exr_read_scanline_chunk_info(raw, PART, line, &mut chunk)
-    })?;
+    check(path, DOING, unsafe { sys::exr_read_scanline_chunk_info(raw, PART, line, &mut chunk) })?;
     if first + chunk.height.max(0) as usize > image.height as usize {
         return Err(refuse(path, "a chunk reaches below the data window"));
     }
@@ -273,9 +223,8 @@ unsafe fn read_chunk(
     };
     check(path, DOING, code)?;
     // SAFETY: initialised; the library keeps as many descriptions as it says.
-    let targets = unsafe {
-        std::slice::from_raw_parts_mut(pipeline.channels, pipeline.channel_count as usize)
-    };
+    let targets =
+        unsafe { std::slice::from_raw_parts_mut(pipeline.channels, pipeline.channel_count as usize) };
     let start = first * image.width as usize;
     for (target, channel) in targets.iter_mut().zip(&mut image.channels) {
         target.user_bytes_per_element = 4;
@@ -290,7 +239,5 @@ unsafe fn read_chunk(
         check(path, DOING, code)?;
     }
     // SAFETY: every target has room for the chunk's lines, none of which lies below the window.
-    check(path, DOING, unsafe {
-        sys::exr_decoding_run(raw, PART, pipeline)
-    })
+    check(path, DOING, unsafe { sys::exr_decoding_run(raw, PART, pipeline) })
 }

@@ -31,17 +31,8 @@ impl StagedFile {
         hidden.push(name);
         hidden.push(format!(".{}-{count}.part", std::process::id()));
         let temporary = path.with_file_name(hidden);
-        let file = OpenOptions::new()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .open(&temporary)?;
-        Ok(Self {
-            final_path: path.to_owned(),
-            temporary,
-            file: Some(file),
-            first_failure: Mutex::new(None),
-        })
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&temporary)?;
+        Ok(Self { final_path: path.to_owned(), temporary, file: Some(file), first_failure: Mutex::new(None) })
     }
 
     /// The name it has while it is written.
@@ -72,9 +63,7 @@ impl StagedFile {
 
     fn lock_failure(&self) -> std::sync::MutexGuard<'_, Option<io::Error>> {
         // An `Option` is whole even if a thread died while it held the lock.
-        self.first_failure
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.first_failure.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Closes the file and gives it its final name, replacing what was there.

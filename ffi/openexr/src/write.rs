@@ -45,13 +45,9 @@ pub fn write_at_level(path: &Path, image: &Image<'_>, level: u32) -> Result<(), 
     let staged = StagedFile::create(path).map_err(|error| Error::writing(path, error))?;
     write_all(path, image, &channels, level.clamp(1, 9), &staged).map_err(|error| {
         // If the operating system refused, then that is the reason, not what OpenEXR made of it.
-        staged
-            .take_failure()
-            .map_or(error, |reason| Error::writing(path, reason))
+        staged.take_failure().map_or(error, |reason| Error::writing(path, reason))
     })?;
-    staged
-        .publish()
-        .map_err(|error| Error::writing(path, error))
+    staged.publish().map_err(|error| Error::writing(path, error))
 }
 
 fn write_all(
@@ -64,16 +60,7 @@ fn write_all(
     let context = open(path, staged)?;
     // SAFETY: `open` has just opened the context for writing.
     unsafe { write_header(path, context.raw(), image, channels)? };
-    write_chunks(
-        &context,
-        &Encoder {
-            path,
-            context: &context,
-            image,
-            channels,
-            level,
-        },
-    )?;
+    write_chunks(&context, &Encoder { path, context: &context, image, channels, level })?;
     context.finish(path, "complete the file")
 }
 
@@ -116,11 +103,7 @@ unsafe extern "C" fn write_at(
     let staged = unsafe { &*staged.cast::<StagedFile>() };
     // SAFETY: the library passes as many readable bytes as it says; not null, see above.
     let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length) };
-    if staged.write_at(bytes, offset) {
-        written
-    } else {
-        FAILED
-    }
+    if staged.write_at(bytes, offset) { written } else { FAILED }
 }
 
 /// Compresses on all threads, writes in the order of the lines.
@@ -129,14 +112,9 @@ fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Erro
     let step = context.lines_per_chunk(encoder.path)?;
     let starts: Vec<usize> = (0..height).step_by(step).collect();
     for some in starts.chunks(CHUNKS_AT_ONCE) {
-        let lines = some
-            .par_iter()
-            .map(|&first| first..(first + step).min(height));
+        let lines = some.par_iter().map(|&first| first..(first + step).min(height));
         let chunks: Vec<Vec<u8>> = lines
-            .map_init(
-                || Scratch::new(encoder.level),
-                |scratch, lines| encoder.chunk(scratch, lines),
-            )
+            .map_init(|| Scratch::new(encoder.level), |scratch, lines| encoder.chunk(scratch, lines))
             .collect::<Result<_, Error>>()?;
         for (&first, chunk) in some.iter().zip(&chunks) {
             write_chunk(encoder.path, context, first, chunk)?;
@@ -145,16 +123,10 @@ fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Erro
     Ok(())
 }
 
-fn write_chunk(
-    path: &Path,
-    context: &Context<'_>,
-    first: usize,
-    chunk: &[u8],
-) -> Result<(), Error> {
+fn write_chunk(path: &Path, context: &Context<'_>, first: usize, chunk: &[u8]) -> Result<(), Error> {
     let (bytes, size) = (chunk.as_ptr().cast::<c_void>(), chunk.len() as u64);
     // SAFETY: the header is written, and the library is done with the bytes when it returns.
-    let code =
-        unsafe { sys::exr_write_scanline_chunk(context.raw(), PART, first as i32, bytes, size) };
+    let code = unsafe { sys::exr_write_scanline_chunk(context.raw(), PART, first as i32, bytes, size) };
     check(path, "write the pixels", code)
 }
 
@@ -175,10 +147,7 @@ struct Scratch {
 
 impl Scratch {
     fn new(level: u32) -> Self {
-        Self {
-            packed: Vec::new(),
-            deflater: Deflater::new(level),
-        }
+        Self { packed: Vec::new(), deflater: Deflater::new(level) }
     }
 }
 

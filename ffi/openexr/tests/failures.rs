@@ -13,21 +13,9 @@ const SIDE: u32 = 300;
 
 fn attempt(path: &Path, names: &[&str], data: &[f32]) -> Result<(), Error> {
     let stored = SampleType::Half;
-    let channels = names
-        .iter()
-        .map(|name| Channel { name, stored, data })
-        .collect();
+    let channels = names.iter().map(|name| Channel { name, stored, data }).collect();
     let (attributes, compression) = (Vec::new(), Compression::Zips);
-    write(
-        path,
-        &Image {
-            width: SIDE,
-            height: SIDE,
-            channels,
-            attributes,
-            compression,
-        },
-    )
+    write(path, &Image { width: SIDE, height: SIDE, channels, attributes, compression })
 }
 
 fn plane() -> Vec<f32> {
@@ -47,10 +35,7 @@ fn a_nan_on_the_last_line_is_named_and_leaves_no_file() {
         let last = data.len() - 1;
         data[last - 5] = value;
         let text = attempt(&path, &["N.X"], &data).unwrap_err().to_string();
-        assert!(
-            text.contains("frame.exr") && text.contains("\"N.X\""),
-            "{text}"
-        );
+        assert!(text.contains("frame.exr") && text.contains("\"N.X\""), "{text}");
         assert!(text.contains("(294, 299)"), "{text}");
         assert_eq!(entries(folder.path()), 0);
     }
@@ -85,10 +70,7 @@ fn bad_channels_are_refused() {
     ];
     for (names, expected) in cases {
         let text = attempt(&path, names, &data).unwrap_err().to_string();
-        assert!(
-            text.contains(expected) && text.contains("frame.exr"),
-            "{names:?}: {text}"
-        );
+        assert!(text.contains(expected) && text.contains("frame.exr"), "{names:?}: {text}");
     }
     attempt(&path, &[&long[..31]], &data).unwrap();
     let text = attempt(&path, &["R"], &data[1..]).unwrap_err().to_string();
@@ -107,20 +89,10 @@ fn bad_attributes_are_refused() {
         ("channels", Attribute::Int(1)), // not of that type
     ];
     for (name, value) in cases {
-        let channels = vec![Channel {
-            name: "R",
-            stored: SampleType::Half,
-            data: &[1.0],
-        }];
+        let channels = vec![Channel { name: "R", stored: SampleType::Half, data: &[1.0] }];
         let attributes = vec![(name.to_owned(), value)];
         let compression = Compression::Zips;
-        let image = Image {
-            width: 1,
-            height: 1,
-            channels,
-            attributes,
-            compression,
-        };
+        let image = Image { width: 1, height: 1, channels, attributes, compression };
         assert!(write(&path, &image).is_err(), "{name}");
         assert_eq!(entries(folder.path()), 0, "{name}");
     }
@@ -131,13 +103,8 @@ fn a_missing_folder_and_a_folder_as_name_are_told() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("no/such/frame.exr");
     let text = attempt(&path, &["R"], &plane()).unwrap_err().to_string();
-    assert!(
-        text.contains("create the folder") && text.contains("no/such"),
-        "{text}"
-    );
-    let text = attempt(folder.path(), &["R"], &plane())
-        .unwrap_err()
-        .to_string();
+    assert!(text.contains("create the folder") && text.contains("no/such"), "{text}");
+    let text = attempt(folder.path(), &["R"], &plane()).unwrap_err().to_string();
     assert!(text.contains("give a file name"), "{text}");
 }
 
@@ -150,9 +117,7 @@ fn a_folder_without_permission_is_told() {
         eprintln!("skipped: this user (root?) may write where nobody may");
         return;
     }
-    let text = attempt(&folder.path().join("frame.exr"), &["R"], &plane())
-        .unwrap_err()
-        .to_string();
+    let text = attempt(&folder.path().join("frame.exr"), &["R"], &plane()).unwrap_err().to_string();
     assert!(text.contains("allow writing in"), "{text}");
 }
 
@@ -160,10 +125,7 @@ fn a_folder_without_permission_is_told() {
 fn a_full_disk_is_told_and_cleaned_up() {
     let folder = tempdir().unwrap();
     let mount = |arguments: &[&str]| {
-        let status = Command::new("mount")
-            .args(arguments)
-            .arg(folder.path())
-            .output();
+        let status = Command::new("mount").args(arguments).arg(folder.path()).output();
         status.is_ok_and(|output| output.status.success())
     };
     if !mount(&["-t", "tmpfs", "-o", "size=8k", "tmpfs"]) {
@@ -172,18 +134,9 @@ fn a_full_disk_is_told_and_cleaned_up() {
     }
     let outcome = attempt(&folder.path().join("frame.exr"), &["R", "G"], &plane());
     let left = entries(folder.path());
-    assert!(
-        Command::new("umount")
-            .arg(folder.path())
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("umount").arg(folder.path()).status().unwrap().success());
     let text = outcome.unwrap_err().to_string();
-    assert!(
-        text.contains("frame.exr") && text.contains("free space"),
-        "{text}"
-    );
+    assert!(text.contains("frame.exr") && text.contains("free space"), "{text}");
     assert_eq!(left, 0);
 }
 
@@ -200,18 +153,11 @@ fn a_file_size_limit_is_told_like_a_full_disk() {
     let this = std::env::current_exe().unwrap();
     let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" --nocapture --exact \
                   a_file_size_limit_is_told_like_a_full_disk";
-    let output = Command::new("sh")
-        .args(["-c", script])
-        .arg(this)
-        .env(CHILD, folder.path())
-        .output();
+    let output = Command::new("sh").args(["-c", script]).arg(this).env(CHILD, folder.path()).output();
     let output = output.unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{output:?}");
-    assert!(
-        said.contains("f.exr") && said.contains("free space"),
-        "{said}"
-    );
+    assert!(said.contains("f.exr") && said.contains("free space"), "{said}");
     assert_eq!(entries(folder.path()), 0);
 }
 
@@ -223,10 +169,7 @@ fn files_that_are_no_images_are_refused() {
     let bytes = fs::read(&good).unwrap();
     let cases = [
         ("empty", Vec::new()),
-        (
-            "text",
-            b"this is no image, but it is long enough to be looked at".to_vec(),
-        ),
+        ("text", b"this is no image, but it is long enough to be looked at".to_vec()),
         ("header", bytes[..100].to_vec()),
         ("half", bytes[..bytes.len() / 2].to_vec()),
         ("short", bytes[..bytes.len() - 1].to_vec()),
@@ -237,8 +180,6 @@ fn files_that_are_no_images_are_refused() {
         let text = read(&path).unwrap_err().to_string();
         assert!(text.contains(name), "{text}");
     }
-    let text = read(&folder.path().join("absent.exr"))
-        .unwrap_err()
-        .to_string();
+    let text = read(&folder.path().join("absent.exr")).unwrap_err().to_string();
     assert!(text.contains("check the name"), "{text}");
 }

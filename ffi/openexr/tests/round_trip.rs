@@ -12,9 +12,7 @@ const HEIGHT: u32 = 45; // no multiple of 16 or 32: the last chunk is short
 
 /// Values that a half holds exactly.
 fn exact_halves() -> Vec<f32> {
-    (0..WIDTH * HEIGHT)
-        .map(|index| (index % 2048) as f32 * 0.25 - 100.0)
-        .collect()
+    (0..WIDTH * HEIGHT).map(|index| (index % 2048) as f32 * 0.25 - 100.0).collect()
 }
 
 /// Values that need all 24 bits of a float, and do not compress.
@@ -28,74 +26,36 @@ fn noise() -> Vec<f32> {
 }
 
 fn numbers() -> Vec<f32> {
-    (0..WIDTH * HEIGHT)
-        .map(|index| (index * 1000) as f32)
-        .collect()
+    (0..WIDTH * HEIGHT).map(|index| (index * 1000) as f32).collect()
 }
 
 fn image<'a>(channels: Vec<Channel<'a>>, compression: Compression) -> Image<'a> {
-    Image {
-        width: WIDTH,
-        height: HEIGHT,
-        channels,
-        attributes: Vec::new(),
-        compression,
-    }
+    Image { width: WIDTH, height: HEIGHT, channels, attributes: Vec::new(), compression }
 }
 
 #[test]
 fn planes_of_all_types_come_back_with_every_compression() {
     let (half, float, uint) = (exact_halves(), noise(), numbers());
     let folder = tempdir().unwrap();
-    let methods = [
-        Compression::None,
-        Compression::Zips,
-        Compression::Zip,
-        Compression::Piz,
-    ];
+    let methods = [Compression::None, Compression::Zips, Compression::Zip, Compression::Piz];
     for compression in methods {
         let path = folder.path().join(format!("{compression:?}.exr"));
         let channels = vec![
-            Channel {
-                name: "id.object",
-                stored: SampleType::Uint,
-                data: &uint,
-            },
-            Channel {
-                name: "R",
-                stored: SampleType::Half,
-                data: &half,
-            },
-            Channel {
-                name: "P.X",
-                stored: SampleType::Float,
-                data: &float,
-            },
+            Channel { name: "id.object", stored: SampleType::Uint, data: &uint },
+            Channel { name: "R", stored: SampleType::Half, data: &half },
+            Channel { name: "P.X", stored: SampleType::Float, data: &float },
         ];
         write(&path, &image(channels, compression)).unwrap();
         let back = read(&path).unwrap();
         assert_eq!((back.width, back.height), (WIDTH, HEIGHT));
         assert_eq!(back.compression, Some(compression));
-        let names: Vec<&str> = back
-            .channels
-            .iter()
-            .map(|channel| channel.name.as_str())
-            .collect();
+        let names: Vec<&str> = back.channels.iter().map(|channel| channel.name.as_str()).collect();
         assert_eq!(names, ["P.X", "R", "id.object"], "sorted by name");
         let kinds: Vec<SampleType> = back.channels.iter().map(|channel| channel.stored).collect();
-        assert_eq!(
-            kinds,
-            [SampleType::Float, SampleType::Half, SampleType::Uint]
-        );
-        assert!(
-            back.channel("P.X").unwrap().data == float,
-            "{compression:?}"
-        );
+        assert_eq!(kinds, [SampleType::Float, SampleType::Half, SampleType::Uint]);
+        assert!(back.channel("P.X").unwrap().data == float, "{compression:?}");
         assert!(back.channel("R").unwrap().data == half, "{compression:?}");
-        assert!(
-            back.channel("id.object").unwrap().data == uint,
-            "{compression:?}"
-        );
+        assert!(back.channel("id.object").unwrap().data == uint, "{compression:?}");
     }
 }
 
@@ -105,19 +65,9 @@ fn one_pixel_and_one_line_are_images() {
     for (width, height) in [(1, 1), (1, 7), (3, 1)] {
         let path = folder.path().join("small.exr");
         let data = vec![0.5; (width * height) as usize];
-        let channels = vec![Channel {
-            name: "Y",
-            stored: SampleType::Half,
-            data: &data,
-        }];
+        let channels = vec![Channel { name: "Y", stored: SampleType::Half, data: &data }];
         let compression = Compression::Zips;
-        let image = Image {
-            width,
-            height,
-            channels,
-            attributes: Vec::new(),
-            compression,
-        };
+        let image = Image { width, height, channels, attributes: Vec::new(), compression };
         write(&path, &image).unwrap();
         assert_eq!(read(&path).unwrap().channels[0].data, data);
     }
@@ -125,40 +75,19 @@ fn one_pixel_and_one_line_are_images() {
 
 fn all_attributes() -> Vec<(String, Attribute)> {
     let mut matrix = [0.0; 16];
-    matrix
-        .iter_mut()
-        .enumerate()
-        .for_each(|(index, element)| *element = index as f32);
+    matrix.iter_mut().enumerate().for_each(|(index, element)| *element = index as f32);
     [
-        (
-            "comments",
-            Attribute::Text("Ä shot, and a line\nof it".into()),
-        ),
+        ("comments", Attribute::Text("Ä shot, and a line\nof it".into())),
         ("owner", Attribute::Text(String::new())),
         ("expTime", Attribute::Float(0.02)),
         ("imageCounter", Attribute::Int(-7)),
-        (
-            "framesPerSecond",
-            Attribute::Rational {
-                numerator: 24000,
-                denominator: 1001,
-            },
-        ),
+        ("framesPerSecond", Attribute::Rational { numerator: 24000, denominator: 1001 }),
         ("worldToCamera", Attribute::M44f(matrix)),
         ("adoptedNeutral", Attribute::V2f([0.3127, 0.329])),
         ("originalDataWindowSize", Attribute::V2i([3, -4])),
         ("sunDirection", Attribute::V3f([0.0, -1.0, 0.5])),
-        (
-            "chromaticities",
-            Attribute::Chromaticities([0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329]),
-        ),
-        (
-            "timeCode",
-            Attribute::TimeCode {
-                time_and_flags: 0x0102_0304,
-                user_data: 9,
-            },
-        ),
+        ("chromaticities", Attribute::Chromaticities([0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329])),
+        ("timeCode", Attribute::TimeCode { time_and_flags: 0x0102_0304, user_data: 9 }),
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec()
@@ -169,11 +98,7 @@ fn attributes_come_back() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("attributes.exr");
     let data = exact_halves();
-    let channels = vec![Channel {
-        name: "R",
-        stored: SampleType::Half,
-        data: &data,
-    }];
+    let channels = vec![Channel { name: "R", stored: SampleType::Half, data: &data }];
     let mut image = image(channels, Compression::Zips);
     image.attributes = all_attributes();
     write(&path, &image).unwrap();
@@ -188,45 +113,14 @@ fn attributes_come_back() {
 fn values_beyond_the_largest_half_become_it() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("large.exr");
-    let data = [
-        65504.0,
-        65519.9,
-        65520.0,
-        1e30,
-        -1e30,
-        f32::MAX,
-        -0.0,
-        1e-30,
-    ];
+    let data = [65504.0, 65519.9, 65520.0, 1e30, -1e30, f32::MAX, -0.0, 1e-30];
     let channels = vec![
-        Channel {
-            name: "float",
-            stored: SampleType::Float,
-            data: &data,
-        },
-        Channel {
-            name: "half",
-            stored: SampleType::Half,
-            data: &data,
-        },
-        Channel {
-            name: "uint",
-            stored: SampleType::Uint,
-            data: &data,
-        },
+        Channel { name: "float", stored: SampleType::Float, data: &data },
+        Channel { name: "half", stored: SampleType::Half, data: &data },
+        Channel { name: "uint", stored: SampleType::Uint, data: &data },
     ];
     let (compression, attributes) = (Compression::Zips, Vec::new());
-    write(
-        &path,
-        &Image {
-            width: 8,
-            height: 1,
-            channels,
-            attributes,
-            compression,
-        },
-    )
-    .unwrap();
+    write(&path, &Image { width: 8, height: 1, channels, attributes, compression }).unwrap();
     let back = read(&path).unwrap();
     assert_eq!(back.channel("float").unwrap().data, data);
     let most = 65504.0;
@@ -246,23 +140,11 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
         .map(|&threads| {
             let path = folder.path().join(format!("{threads}.exr"));
             let channels = vec![
-                Channel {
-                    name: "R",
-                    stored: SampleType::Half,
-                    data: &half,
-                },
-                Channel {
-                    name: "Z",
-                    stored: SampleType::Float,
-                    data: &float,
-                },
+                Channel { name: "R", stored: SampleType::Half, data: &half },
+                Channel { name: "Z", stored: SampleType::Float, data: &float },
             ];
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| write(&path, &image(channels, Compression::Zips)))
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| write(&path, &image(channels, Compression::Zips))).unwrap();
             std::fs::read(&path).unwrap()
         })
         .collect();
@@ -275,16 +157,8 @@ fn the_tools_of_openexr_accept_the_file() {
     let path = folder.path().join("tools.exr");
     let (half, float) = (exact_halves(), noise());
     let channels = vec![
-        Channel {
-            name: "R",
-            stored: SampleType::Half,
-            data: &half,
-        },
-        Channel {
-            name: "P.X",
-            stored: SampleType::Float,
-            data: &float,
-        },
+        Channel { name: "R", stored: SampleType::Half, data: &half },
+        Channel { name: "P.X", stored: SampleType::Float, data: &float },
     ];
     let mut image = image(channels, Compression::Zips);
     image.attributes = all_attributes();
@@ -298,10 +172,7 @@ fn the_tools_of_openexr_accept_the_file() {
             }
         };
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(
-            output.status.success() && output.stderr.is_empty(),
-            "{tool}: {output:?}"
-        );
+        assert!(output.status.success() && output.stderr.is_empty(), "{tool}: {output:?}");
         assert!(said.contains("P.X"), "{tool}: {said}");
     }
 }
