@@ -57,10 +57,11 @@ pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
 /// Linear light to an sRGB byte: IEC 61966-2-1, its linear piece included; NaN becomes 0.
 #[must_use]
 pub fn srgb_byte(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0); // leaves a NaN alone
     let encoded = if linear <= 0.003_130_8 {
         12.92 * linear
     } else {
-        1.055 * linear.min(1.0).powf(1.0 / 2.4) - 0.055
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
     };
     (encoded * 255.0 + 0.5) as u8 // `as` saturates, and takes NaN to 0
 }
