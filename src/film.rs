@@ -10,7 +10,7 @@ pub enum PlaneKind {
 }
 
 /// One channel of a frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     /// Its name in the EXR file: `R`, `Z`, `P.X`, `status.good`.
     pub name: &'static str,
@@ -21,7 +21,7 @@ pub struct Plane {
 }
 
 /// A finished frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Pixels across.
     pub width: u32,

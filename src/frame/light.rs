@@ -80,7 +80,7 @@ impl ShadowQueue {
         };
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);
-        let mut ask = |stage: Option<(Blockers, Tag)>, blocked: &mut [u16]| {
+        let ask = |stage: Option<(Blockers, Tag)>, blocked: &mut [u16]| {
             let (by, tag) = stage?;
             tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
             Some(tag)

@@ -195,7 +195,7 @@ impl Tracer for EmbreeTracer<'_> {
     fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
-            let valid = valid(lanes);
+            let valid = Valid16::from_bits(lanes);
             let mut both = RayHit16 { ray: to_embree(packet, mask::ALL), ..RayHit16::default() };
             self.still.intersect16(&valid, &mut both, to_embree_coherence(coherence));
             if self.has_movable {
@@ -226,10 +226,10 @@ impl Tracer for EmbreeTracer<'_> {
             }
             let mut ray = to_embree(packet, mask);
             match purpose {
-                Purpose::Shadow => scene.occluded16(&valid(open), &mut ray, coherence),
+                Purpose::Shadow => scene.occluded16(&Valid16::from_bits(open), &mut ray, coherence),
                 Purpose::Sight => {
                     let own = self.own_ids(packet, by);
-                    scene.occluded16_past_own(&valid(open), &mut ray, &own, coherence);
+                    scene.occluded16_past_own(&Valid16::from_bits(open), &mut ray, &own, coherence);
                 }
             }
             // Embree sets the end of a ray that is blocked to minus infinity
@@ -317,11 +317,6 @@ fn to_embree_coherence(coherence: Coherence) -> EmbreeCoherence {
         Coherence::Coherent => EmbreeCoherence::Coherent,
         Coherence::Incoherent => EmbreeCoherence::Incoherent,
     }
-}
-
-/// Embree's -1 for each lane whose bit is set.
-fn valid(lanes: u16) -> Valid16 {
-    Valid16(std::array::from_fn(|lane| if lanes >> lane & 1 != 0 { -1 } else { 0 }))
 }
 
 impl From<embree::Error> for TraceError {
