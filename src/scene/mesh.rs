@@ -20,4 +20,6 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Index into [`Scene::materials`](super::Scene::materials) for each triangle.
     pub material_of: Vec<u16>,
+    /// The triangles up to this one cast shadows, those from it on do not.
+    pub shadow_casting: usize,
 }
