@@ -292,3 +292,117 @@ impl MtlMaterial {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::*;
+
+    fn stated(statements: &str) -> MtlMaterial {
+        let all = parse(format!("newmtl m\n{statements}").as_bytes()).unwrap();
+        all.into_iter().next().unwrap()
+    }
+
+    fn settled(statements: &str) -> Material {
+        stated(statements).settle()
+    }
+
+    fn glass(transmission: f32, index: f32, reflection: Vec3) -> Optics {
+        Optics::Glass { transmission: Vec3::splat(transmission), index, reflection }
+    }
+
+    #[test]
+    fn illumination_models_say_what_the_surface_does() {
+        let half = Vec3::splat(0.5);
+        for (statements, optics, specular) in [
+            ("Ks .5 .5 .5\nillum 0", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 1", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 2", Optics::Opaque, half),
+            ("Ks .5 .5 .5", Optics::Opaque, half),
+            ("Ks .5 .5 .5\nillum 3", Optics::Mirror { tint: half, fresnel: false }, half),
+            ("Ks .5 .5 .5\nillum 5", Optics::Mirror { tint: half, fresnel: true }, half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 4", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 6", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd 1\nillum 7", glass(1.0, 1.5, half), half),
+            ("Ks .5\nNi 0\nTr .75\nillum 9", glass(0.75, 1.0, half), half),
+            ("d .25\nillum 1", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("Tr .75\nNi 1.5", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d -halo .25\nTr .25", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d 7", Optics::Opaque, Vec3::ZERO),
+        ] {
+            let material = settled(statements);
+            assert_eq!((material.optics, material.specular), (optics, specular), "{statements}");
+        }
+    }
+
+    #[test]
+    fn filters_tint_what_comes_through() {
+        let Optics::Glass { transmission, .. } = settled("Tf 1 .5 0\nd .5\nillum 7").optics else {
+            unreachable!("glass by its model")
+        };
+        assert_eq!(transmission, Vec3::new(0.5, 0.25, 0.0));
+    }
+
+    #[test]
+    fn colours_have_defaults_that_fit() {
+        let plain = settled("");
+        assert_eq!((plain.diffuse, plain.ambient), (Vec3::splat(0.6), Vec3::splat(0.6)));
+        assert_eq!(settled("Kd 1 0 0").ambient, Vec3::X);
+        assert_eq!(settled("Kd 1 0 0\nKa 0 1 0").ambient, Vec3::Y);
+        assert_eq!(settled("map_Kd a.png").diffuse, Vec3::ONE);
+        assert_eq!(settled("Ks 1 1 1\nillum 3").diffuse, Vec3::ZERO);
+        assert_eq!(settled("Kd .5\nd .5").diffuse, Vec3::splat(0.25));
+        assert_eq!(settled("Ke 3 2 1").emission, Vec3::new(3.0, 2.0, 1.0));
+        assert_eq!(settled("Ns 1e9").shininess, HIGHEST_SHININESS);
+    }
+
+    #[test]
+    fn knows_contradictions() {
+        assert!(stated("d 1\nTr 1").contradicts_itself());
+        assert!(!stated("d .25\nTr .75").contradicts_itself());
+        assert!(!stated("d .25").contradicts_itself());
+    }
+
+    #[test]
+    fn texture_statements_have_options_before_names_with_spaces() {
+        let map = |statement: &str| stated(&format!("map_Kd {statement}")).map_kd.unwrap();
+        let full = map("-s 2 3 1 -o 0.5 0.25 0 -clamp on -bm 0.2 file name 1.png");
+        assert_eq!(full.file, "file name 1.png");
+        assert_eq!((full.scale, full.offset, full.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.25), true));
+        let partly = map("-s 2 tex.png");
+        assert_eq!((partly.file.as_str(), partly.scale), ("tex.png", Vec2::new(2.0, 1.0)));
+        assert_eq!(map("-blendu on -mm 0 1 -imfchan r -texres 64 a\\b.tga").file, "a\\b.tga");
+        assert_eq!(map("wood.jpg -bm 1.5 -clamp on").file, "wood.jpg");
+        assert_eq!(map("my -odd- name.jpg").file, "my -odd- name.jpg");
+        assert_eq!(map("-o 1 1 1").file, "1");
+        assert_eq!(stated("map_Kd").map_kd, None);
+    }
+
+    #[test]
+    fn names_keep_their_spaces() {
+        let all = parse(b"Kd 9 9 9\nnewmtl  a b \r\n\tKd 1 0 0\r\nnewmtl c").unwrap();
+        assert_eq!(all.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["a b", "c"]);
+        assert_eq!((all[0].kd, all[1].line), (Some(Vec3::X), 4));
+    }
+
+    #[test]
+    fn values_that_make_no_sense_are_errors_with_their_line() {
+        for bad in [
+            "Kd 1 2",
+            "Kd -1 0 0",
+            "Kd nan 0 0",
+            "Kd",
+            "Ns x",
+            "Ns -1",
+            "d inf",
+            "illum 11",
+            "illum 1.5",
+            "Ni",
+        ] {
+            let (line, message) = parse(format!("newmtl m\n\n{bad}").as_bytes()).unwrap_err();
+            let key = bad.split(' ').next().unwrap();
+            assert!(line == 3 && message.contains(&format!("`{key}`")), "{bad}: {line} {message}");
+        }
+        assert_eq!(stated("Kd spectral file.rfl 1").kd, None);
+    }
+}

@@ -181,3 +181,90 @@ fn fill<'a, T: Copy + Default>(
         list.resize(base + vertices, T::default());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::*;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    fn read_text(faces: &str) -> ObjFile {
+        parse(format!("{SQUARE}{faces}").as_bytes()).unwrap()
+    }
+
+    fn fault(text: &str) -> Fault {
+        parse(text.as_bytes()).unwrap_err()
+    }
+
+    #[test]
+    fn reads_quads_with_all_parts() {
+        let obj = read_text("vt 0 0\nvt 1 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/2/1 -1/1/-1");
+        assert_eq!(obj.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(obj.normals, [Vec3::Z; 4]);
+        assert_eq!(obj.uvs, [Vec2::ZERO, Vec2::ONE, Vec2::ONE, Vec2::ZERO]);
+    }
+
+    #[test]
+    fn vertices_split_where_their_parts_differ() {
+        let obj = read_text("vt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 1/2 3/1 4/1");
+        assert_eq!((obj.positions.len(), obj.uvs.len()), (5, 5));
+    }
+
+    #[test]
+    fn lists_stay_in_step_where_faces_have_different_parts() {
+        let obj = read_text("vn 0 0 1\nf 1 2 3\nf 1//1 3//1 4//1\nf 1 2 4\nf 1//1 2 4");
+        assert_eq!(obj.normals.len(), obj.positions.len());
+        let normals = obj.triangles.iter().map(|t| obj.normals[t[0] as usize]);
+        assert_eq!(normals.collect::<Vec<_>>(), [Vec3::ZERO, Vec3::Z, Vec3::ZERO, Vec3::ZERO]);
+        assert!(obj.uvs.is_empty());
+    }
+
+    #[test]
+    fn materials_are_counted_by_their_first_use() {
+        let obj = read_text("f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl\tc\no x\nf 1 3 4\nusemtl a b\nf 2 3 4");
+        let names: Vec<_> = obj.materials.iter().map(|named| named.name.as_str()).collect();
+        assert_eq!((names, obj.material_of), (vec!["", "a b", "c"], vec![0, 1, 2, 1]));
+    }
+
+    #[test]
+    fn unusable_normals_and_coordinates_become_zero() {
+        let obj = read_text("vn nan 0 1\nvt inf 0\nf 1/1/1 2/1/1 3/1/1");
+        assert_eq!((obj.normals[0], obj.uvs[0]), (Vec3::ZERO, Vec2::ZERO));
+    }
+
+    #[test]
+    fn what_has_no_area_is_dropped() {
+        let obj = read_text("f 1 1 2\nf 1 2 3\nf 2 2 2 2\nf 1 2");
+        assert_eq!(obj.triangles.len(), 1);
+        let all = fault(&format!("{SQUARE}f 1 1 2\nf 2 2 2 2\nf 1 2"));
+        assert!(all.line == 0 && all.message.contains("none of the 3 faces"), "{all:?}");
+        assert!(fault(SQUARE).message.contains("no faces"));
+    }
+
+    #[test]
+    fn faults_name_the_line() {
+        for (text, line, words) in [
+            ("v 0 0\n", 1, "three numbers, found `v 0 0`"),
+            ("v 0 0 0\nv a 0 0\n", 2, "found `v a 0 0`"),
+            ("v 0 0 0\nvn 0 \\\n 0\n", 2, "`vn` takes three"),
+            ("\nvt\n", 2, "`vt` takes two"),
+            ("v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3", 2, "`inf`"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1e39 0\nf 1 2 3", 3, "`1e39`"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 3\nf 1 2 4", 6, "vertex 4 of 3"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//6148914691236517206 2//1 3//1", 5, "no corner"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//614891469123651720 2//1 3//1", 5, "of 1"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/2 2/1 3/1\no next\nv 0 0 0", 5, "coordinate 2 of 1"),
+            ("v 1 2 \u{e4}\n", 1, "three numbers"),
+        ] {
+            let fault = fault(text);
+            assert!(fault.line == line && fault.message.contains(words), "{text}: {fault:?}");
+        }
+        assert_eq!(parse(b"v 1 2 \xff\n").unwrap_err().line, 1);
+    }
+
+    #[test]
+    fn stray_vertices_may_be_odd() {
+        assert_eq!(parse(format!("{SQUARE}v nan 0 0\nf 1 2 3").as_bytes()).unwrap().triangles.len(), 1);
+    }
+}

@@ -19,8 +19,8 @@ use super::lines::{Lines, split_keyword, words};
 /// Coordinates beyond this are refused: Embree passes over such triangles without a word.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
-/// Most corners of one face.
-const MOST_CORNERS: usize = 1_000_000;
+/// Most corners of one face: cutting up a tangled one takes time with the square of their number.
+const MOST_CORNERS: usize = 20_000;
 
 /// How many `v`, `vt`, `vn` there are.
 pub(crate) type Counts = [u64; 3];
@@ -179,7 +179,10 @@ impl<'a> ObjLines<'a> {
             corners.push(self.corner(word)?);
         }
         if corners.len() > MOST_CORNERS {
-            return Err(format!("a face of {} corners: at most {MOST_CORNERS} are read", corners.len()));
+            return Err(format!(
+                "a face of {} corners: at most {MOST_CORNERS} are read, split it in the modeller",
+                corners.len()
+            ));
         }
         if corners.len() < 3 {
             self.too_small += 1;

@@ -4,18 +4,17 @@ use std::path::{Component, Path, PathBuf};
 
 /// The existing file that `name` means, seen from `folder`.
 ///
-/// Tries in turn the name as it stands, with backslashes for slashes, without regard to case, and, for
-/// absolute names of another machine, the bare file name in `folder`.
+/// Tries in turn the name as it stands, with backslashes for slashes, without regard to case, and the
+/// bare file name in `folder`: files get copied together, and absolute names are another machine's.
 pub(crate) fn find_beside(folder: &Path, name: &str) -> Option<PathBuf> {
     let slashed = name.replace('\\', "/");
     let bare = slashed.rsplit('/').next().unwrap_or_default();
-    let foreign = slashed.starts_with('/') || slashed.as_bytes().get(1) == Some(&b':');
     [name, &slashed]
         .into_iter()
         .map(|name| folder.join(name))
         .find(|path| path.is_file())
         .or_else(|| any_case(folder, Path::new(&slashed)))
-        .or_else(|| if foreign { any_case(folder, Path::new(bare)) } else { None })
+        .or_else(|| any_case(folder, Path::new(bare)))
 }
 
 /// Walks down from `folder`, and takes at each step the entry that agrees but for case. Where several
@@ -56,7 +55,7 @@ mod tests {
             let found = find_beside(folder.path(), name).unwrap();
             assert_eq!(found.canonicalize().unwrap(), picture.canonicalize().unwrap(), "{name}");
         }
-        for name in ["/top.mtl", "C:\\models\\top.mtl"] {
+        for name in ["/top.mtl", "C:\\models\\top.mtl", "lost/top.mtl"] {
             assert_eq!(find_beside(folder.path(), name).unwrap(), folder.path().join("top.mtl"), "{name}");
         }
         assert_eq!(find_beside(folder.path(), "none.png"), None);

@@ -1,5 +1,7 @@
 //! Faces of more than three corners, cut into triangles.
 
+use std::collections::HashSet;
+
 use earcut::Earcut;
 use glam::DVec3;
 
@@ -23,6 +25,9 @@ impl Cutter {
             [] | [_] | [_, _] => {}
             [_, _, _] => triangle([0, 1, 2]),
             [a, b, c, d] => cut_quad([*a, *b, *c, *d]).into_iter().for_each(triangle),
+            _ if goes_round_again(corners) => {
+                (1..corners.len() - 1).for_each(|i| triangle([0, i, i + 1]));
+            }
             _ => self.clip_ears(corners, triangle),
         }
     }
@@ -42,6 +47,14 @@ impl Cutter {
             triangle(if turn < 0.0 { [a, c, b] } else { [a, b, c] });
         }
     }
+}
+
+/// Whether the polygon runs over its own corners again and again. Ear clipping takes cubic time for
+/// such, and nobody knows what they mean. (Bridges to holes repeat fewer than half of the corners.)
+fn goes_round_again(corners: &[DVec3]) -> bool {
+    let distinct: HashSet<[u64; 3]> =
+        corners.iter().map(|corner| corner.to_array().map(f64::to_bits)).collect();
+    distinct.len() * 2 < corners.len()
 }
 
 /// Along the diagonal that lies inside, the shorter one where both do.
@@ -127,6 +140,12 @@ mod tests {
         assert_eq!(area(&corners), (10, 13.0));
         let back: Vec<_> = corners.into_iter().rev().collect();
         assert_eq!(area(&back), (10, -13.0));
+    }
+
+    #[test]
+    fn a_ring_that_repeats_itself_takes_no_time() {
+        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        assert!(area(&square.repeat(5000)).1 > 0.0);
     }
 
     #[test]
