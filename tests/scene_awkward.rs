@@ -17,26 +17,49 @@ fn unpacked() -> Option<PathBuf> {
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().into())
 }
 
-fn obj_files(folder: &Path, found: &mut Vec<PathBuf>) {
+fn files_of(folder: &Path, kind: &str, found: &mut Vec<PathBuf>) {
     for entry in folder.read_dir().unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            obj_files(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "obj") {
+            files_of(&path, kind, found);
+        } else if path.extension().is_some_and(|extension| extension == kind) {
             found.push(path);
+        }
+    }
+}
+
+/// The collection, or `None` with the reason printed.
+fn awkward() -> Option<PathBuf> {
+    let folder = unpacked().map(|folder| folder.join("awkward")).filter(|folder| folder.is_dir());
+    if folder.is_none() {
+        println!("skipped: neither AFTERIMAGE_SCENES nor ../shared/scenes has the folder `awkward`");
+    }
+    folder
+}
+
+#[test]
+fn every_material_file_is_read_or_says_why_not() {
+    let Some(folder) = awkward() else { return };
+    let mut files = Vec::new();
+    files_of(&folder, "mtl", &mut files);
+    assert!(files.len() > 80, "the collection is whole");
+    let place = tempfile::tempdir().unwrap();
+    let obj = place.path().join("x.obj");
+    for path in &files {
+        let text = format!("mtllib {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", path.display());
+        std::fs::write(&obj, text).unwrap();
+        match scene::load(&obj, false) {
+            Ok(shot) => assert!(shot.warnings.iter().all(|w| w.0.path == *path), "{:?}", shot.warnings),
+            Err(error) => assert!(error.path == *path && error.line.is_some(), "{error}"),
         }
     }
 }
 
 #[test]
 fn every_file_loads_or_says_why_not() {
-    let Some(folder) = unpacked().map(|folder| folder.join("awkward")).filter(|folder| folder.is_dir())
-    else {
-        println!("skipped: neither AFTERIMAGE_SCENES nor ../shared/scenes has the folder `awkward`");
-        return;
-    };
+    let Some(folder) = awkward() else { return };
     let mut files = Vec::new();
-    obj_files(&folder, &mut files);
+    files_of(&folder, "obj", &mut files);
     assert!(files.len() > 100, "the collection is whole");
     let mut loaded = 0;
     for path in &files {

@@ -1,6 +1,6 @@
 //! From files to meshes: each OBJ once, with its materials looked up, overridden and settled.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +18,9 @@ use super::{Material, Mesh, SceneError, Texture};
 
 /// Most materials of a shot: a triangle keeps 16 bits of index.
 const MOST_MATERIALS: usize = 1 << 16;
+
+/// Unknown materials of a file that get a warning each.
+const MOST_NAMED: usize = 10;
 
 /// A `[[material]]` of the shot file: what is not `None` replaces what the MTL file says.
 pub(crate) struct Override {
@@ -76,7 +79,9 @@ impl Assembly {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut defined = Vec::new();
         let mut complete = true;
-        for library in &obj.libraries {
+        // some writers repeat the line before every object
+        let (mut names, mut files) = (HashSet::new(), HashSet::new());
+        for library in obj.libraries.iter().filter(|library| names.insert(library.name.as_str())) {
             let (found, missing) = library_files(folder, &library.name);
             complete &= missing.is_empty();
             for name in missing {
@@ -85,6 +90,9 @@ impl Assembly {
                 self.findings.stand_in(SceneError::new(path, message).at_line(library.line))?;
             }
             for file in found {
+                if !files.insert(file.clone()) {
+                    continue;
+                }
                 let materials = mtl::read(&file)?;
                 self.note_contradictions(&materials, &file);
                 self.known_names.extend(materials.iter().map(|material| material.name.clone()));
@@ -117,10 +125,11 @@ impl Assembly {
         let mut used = vec![false; obj.materials.len()];
         obj.material_of.iter().for_each(|id| used[*id as usize] = true);
         let mut ids = vec![0; obj.materials.len()];
+        let mut unknown = Vec::new();
         for (i, named) in obj.materials.iter().enumerate().filter(|(i, _)| used[*i]) {
             let found = by_name.get(named.name.as_str()).copied();
             if found.is_none() && complete && !named.name.is_empty() && !self.is_overridden(&named.name) {
-                self.report_unknown(named, defined, path)?;
+                unknown.push(named);
             }
             let material = self.settle(named, found, path)?;
             if self.materials.len() == MOST_MATERIALS {
@@ -132,6 +141,7 @@ impl Assembly {
             ids[i] = self.materials.len() as u16;
             self.materials.push(material);
         }
+        self.report_unknown(&unknown, defined, path)?;
         Ok(ids)
     }
 
@@ -139,10 +149,24 @@ impl Assembly {
         self.overrides.iter().any(|entry| entry.values.name == name)
     }
 
-    fn report_unknown(&mut self, named: &Named, defined: &[Defined], path: &Path) -> Result<(), SceneError> {
-        let near = spelling::hint(&named.name, defined.iter().map(|defined| defined.material.name.as_str()));
-        let message = format!("no material file defines `{}`; its faces are drawn grey{near}", named.name);
-        self.findings.stand_in(SceneError::new(path, message).at_line(named.line))
+    fn report_unknown(
+        &mut self,
+        unknown: &[&Named],
+        defined: &[Defined],
+        path: &Path,
+    ) -> Result<(), SceneError> {
+        for named in unknown.iter().take(MOST_NAMED) {
+            let near =
+                spelling::hint(&named.name, defined.iter().map(|defined| defined.material.name.as_str()));
+            let message =
+                format!("no material file defines `{}`; its faces are drawn grey{near}", named.name);
+            self.findings.stand_in(SceneError::new(path, message).at_line(named.line))?;
+        }
+        if unknown.len() > MOST_NAMED {
+            let message = format!("{} more materials are not defined", unknown.len() - MOST_NAMED);
+            self.findings.note(SceneError::new(path, message));
+        }
+        Ok(())
     }
 
     fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {

@@ -15,7 +15,7 @@ pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         .iter()
         .map(|p| map.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array())
         .collect();
-    if positions.as_flattened().iter().any(|x| !(x.abs() <= LARGEST_COORDINATE)) {
+    if !positions.as_flattened().iter().all(|x| x.abs() <= LARGEST_COORDINATE) {
         return None;
     }
     let to_normal = map.matrix3.inverse().transpose();

@@ -65,7 +65,7 @@ pub(crate) fn parse(text: &[u8]) -> Result<ObjFile, Fault> {
     for group in &groups {
         flat += obj.append(group)?;
     }
-    if obj.positions.as_flattened().iter().any(|x| !(x.abs() <= LARGEST_COORDINATE)) {
+    if !obj.positions.as_flattened().iter().all(|x| x.abs() <= LARGEST_COORDINATE) {
         let whole =
             Fault { line: 0, message: String::from("a vertex is not finite: export the model again") };
         return Err(ObjLines::find_fault(text, lines.counts()).unwrap_or(whole));

@@ -25,6 +25,8 @@ pub(crate) struct Pictures {
     /// Their indices are what materials keep.
     pub textures: Vec<Texture>,
     decoded: HashMap<PathBuf, Decoded>,
+    /// By file, and bits of scale, offset and clamp.
+    indices: HashMap<(PathBuf, [u32; 5]), u32>,
 }
 
 impl Pictures {
@@ -62,15 +64,13 @@ impl Pictures {
     }
 
     fn place(&mut self, texture: Texture) -> u32 {
-        let same = |known: &Texture| {
-            known.path == texture.path
-                && (known.scale, known.offset, known.clamp) == (texture.scale, texture.offset, texture.clamp)
-        };
-        let index = self.textures.iter().position(same).unwrap_or_else(|| {
+        let [sx, sy, ox, oy] =
+            [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
+        let key = (texture.path.clone(), [sx, sy, ox, oy, u32::from(texture.clamp)]);
+        *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
-            self.textures.len() - 1
-        });
-        index as u32
+            (self.textures.len() - 1) as u32
+        })
     }
 }
 
