@@ -120,8 +120,8 @@ fn a_pane_of_glass_splits_the_light_and_loses_none() {
     let seen = color(&frame, 48, 36) / sky;
     assert!((seen - Vec3::ONE).abs().max_element() < 5e-3, "{seen}");
     let through = pixel(&frame, "refraction.B", 48, 36);
-    // (1 - 0.04)^2 / (1 - 0.04^2): a slab at normal incidence
-    assert!((through - 0.9231).abs() < 5e-3, "{through}");
+    // what enters: 1 - 0.04, all of which comes out into the same sky, above or below
+    assert!((through - 0.96).abs() < 5e-3, "{through}");
 }
 
 #[test]

@@ -54,12 +54,14 @@ impl Keyed for Vec3 {
 pub struct Track<T> {
     keys: Vec<(f64, T)>,
     interpolation: Interpolation,
+    /// Indices of keys to which nothing leads over from the key before; rising.
+    cuts: Vec<usize>,
 }
 
 impl<T: Keyed> Track<T> {
     /// A track that never changes.
     pub fn constant(value: T) -> Self {
-        Self { keys: vec![(0.0, value)], interpolation: Interpolation::Linear }
+        Self { keys: vec![(0.0, value)], interpolation: Interpolation::Linear, cuts: Vec::new() }
     }
 
     /// A track through `keys`, pairs of frame and value in any order.
@@ -71,7 +73,15 @@ impl<T: Keyed> Track<T> {
         }
         keys.sort_by(|a, b| a.0.total_cmp(&b.0));
         let twice = keys.windows(2).any(|pair| pair[0].0 == pair[1].0);
-        (!twice).then_some(Self { keys, interpolation })
+        (!twice).then_some(Self { keys, interpolation, cuts: Vec::new() })
+    }
+
+    /// The same, but to the keys at `frames` nothing leads over: the value rests after the key before,
+    /// and jumps. Each side of a cut begins and ends as a track of its own would.
+    pub fn cut_at(mut self, frames: &[f64]) -> Self {
+        let cut = |i: &usize| frames.contains(&self.keys[*i].0);
+        self.cuts = (1..self.keys.len()).filter(cut).collect();
+        self
     }
 
     /// The value at `frame`.
@@ -80,7 +90,7 @@ impl<T: Keyed> Track<T> {
         if after == 0 {
             return self.keys[0].1;
         }
-        if after == self.keys.len() {
+        if self.begins(after) {
             return self.keys[after - 1].1;
         }
         let ((f0, v0), (f1, v1)) = (self.keys[after - 1], self.keys[after]);
@@ -99,6 +109,11 @@ impl<T: Keyed> Track<T> {
         self.keys.iter().all(|(_, value)| *value == self.keys[0].1)
     }
 
+    /// Whether no value leads over from key `i - 1` to key `i`: it is the first, behind the last, or cut.
+    fn begins(&self, i: usize) -> bool {
+        i == 0 || i == self.keys.len() || (!self.cuts.is_empty() && self.cuts.binary_search(&i).is_ok())
+    }
+
     /// The cubic Hermite curve between keys `i` and `i + 1` at `t` in 0..1.
     fn hermite(&self, i: usize, t: f64) -> T {
         let ((f0, v0), (f1, v1)) = (self.keys[i], self.keys[i + 1]);
@@ -114,9 +129,9 @@ impl<T: Keyed> Track<T> {
     }
 
     /// Change per frame at key `i`: the slope from its neighbour before to its neighbour after,
-    /// none at the two ends.
+    /// none at the two ends of the track and beside cuts.
     fn tangent(&self, i: usize) -> T {
-        if i == 0 || i + 1 == self.keys.len() {
+        if self.begins(i) || self.begins(i + 1) {
             return self.keys[i].1.scaled(0.0);
         }
         let ((f0, v0), (f1, v1)) = (self.keys[i - 1], self.keys[i + 1]);
@@ -155,6 +170,21 @@ mod tests {
             assert_eq!(track.at(f64::from(frame)), 0.1);
         }
         assert!(!track.is_constant());
+    }
+
+    #[test]
+    fn rests_up_to_a_cut_and_jumps() {
+        let keys = [(1.0, 0.0), (11.0, 10.0), (21.0, 100.0), (31.0, 110.0)];
+        let track = smooth(&keys).cut_at(&[21.0]);
+        assert_eq!((track.at(11.0), track.at(20.999), track.at(21.0)), (10.0, 10.0, 100.0));
+        let alone = smooth(&keys[2..]);
+        for frame in 21..=33 {
+            assert_eq!(track.at(f64::from(frame)), alone.at(f64::from(frame)));
+        }
+        let alone = smooth(&keys[..2]);
+        for frame in 0..21 {
+            assert_eq!(track.at(f64::from(frame)), alone.at(f64::from(frame)));
+        }
     }
 
     #[test]

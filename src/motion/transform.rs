@@ -28,14 +28,15 @@ impl TransformTrack {
 
     /// Object to world at `frame`.
     pub fn at(&self, frame: f64) -> Transform {
+        Transform::new(self.map_at(frame))
+    }
+
+    /// Object to world at `frame`, exactly.
+    pub fn map_at(&self, frame: f64) -> DAffine3 {
         let angles = self.rotate.at(frame) * (std::f64::consts::PI / 180.0);
         // intrinsic Z-Y-X is extrinsic X-Y-Z: about X first, then Y, then Z, all fixed axes
         let rotation = DQuat::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x);
-        Transform::new(DAffine3::from_scale_rotation_translation(
-            self.scale.at(frame),
-            rotation,
-            self.translate.at(frame),
-        ))
+        DAffine3::from_scale_rotation_translation(self.scale.at(frame), rotation, self.translate.at(frame))
     }
 
     /// Whether the model stands still for the whole shot.

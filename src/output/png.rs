@@ -58,11 +58,7 @@ pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
 #[must_use]
 pub fn srgb_byte(linear: f32) -> u8 {
     let linear = linear.clamp(0.0, 1.0); // leaves a NaN alone
-    let encoded = if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0 + 0.5) as u8 // `as` saturates, and takes NaN to 0
 }
 
@@ -76,18 +72,9 @@ mod tests {
     #[test]
     fn the_curve_meets_known_points() {
         // Middle grey and the bytes of the standard's tables.
-        let points = [
-            (0.0, 0),
-            (0.18, 118),
-            (0.214_041_14, 127),
-            (0.5, 188),
-            (1.0, 255),
-        ];
+        let points = [(0.0, 0), (0.18, 118), (0.214_041_14, 127), (0.5, 188), (1.0, 255)];
         for (linear, byte) in points {
-            assert!(
-                srgb_byte(linear).abs_diff(byte) <= u8::from(linear == 0.214_041_14),
-                "{linear}"
-            );
+            assert!(srgb_byte(linear).abs_diff(byte) <= u8::from(linear == 0.214_041_14), "{linear}");
         }
         let extremes = [-1.0, 2.0, 1e30, f32::NAN].map(srgb_byte);
         assert_eq!(extremes, [0, 255, 255, 0]);
@@ -97,11 +84,8 @@ mod tests {
     fn every_byte_survives_the_way_there_and_back() {
         for byte in 0..=255_u8 {
             let encoded = f64::from(byte) / 255.0;
-            let linear = if encoded <= 0.04045 {
-                encoded / 12.92
-            } else {
-                ((encoded + 0.055) / 1.055).powf(2.4)
-            };
+            let linear =
+                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
             assert_eq!(srgb_byte(linear as f32), byte);
         }
     }
@@ -110,16 +94,8 @@ mod tests {
     fn a_preview_has_the_colours_in_place() {
         let data = [vec![1.0, 0.0], vec![0.0, 1.0], vec![0.5, 0.5]];
         let planes = ["R", "G", "B"].into_iter().zip(data);
-        let planes = planes.map(|(name, data)| Plane {
-            name,
-            kind: PlaneKind::Half,
-            data,
-        });
-        let mut film = Film {
-            width: 2,
-            height: 1,
-            planes: planes.collect(),
-        };
+        let planes = planes.map(|(name, data)| Plane { name, kind: PlaneKind::Half, data });
+        let mut film = Film { width: 2, height: 1, planes: planes.collect() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         write_png(&path, &film).unwrap();

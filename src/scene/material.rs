@@ -7,9 +7,10 @@ use glam::Vec3;
 pub struct Material {
     /// As `newmtl` names it.
     pub name: String,
-    /// Kd. Multiplied with the texture where there is one.
+    /// Kd, times the share `d` that the surface does not let through. Multiplied with the texture where
+    /// there is one.
     pub diffuse: Vec3,
-    /// Ka; Kd where the file gives none.
+    /// Ka, Kd where the file gives none; times `d`.
     pub ambient: Vec3,
     /// Ks, for highlights.
     pub specular: Vec3,

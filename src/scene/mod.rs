@@ -3,15 +3,28 @@
 //! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space.
 //! Units are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
+mod assemble;
+mod bake;
 pub mod camera;
 pub mod error;
+pub mod frames;
 pub mod light;
+mod lines;
 pub mod material;
 pub mod mesh;
-pub mod obj;
+mod mtl;
+mod obj;
+mod obj_lines;
+mod paths;
+mod pictures;
+mod polygon;
 pub mod shot;
+mod shot_file;
+mod shot_tracks;
+mod spelling;
 pub mod texture;
-pub mod turntable;
+mod toml_text;
+mod turntable;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,9 +33,11 @@ use glam::Vec3;
 
 pub use camera::CameraTrack;
 pub use error::{SceneError, Warning};
+pub use frames::Frames;
 pub use light::{Light, LightKind};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use shot::{Shot, load};
 pub use texture::Texture;
 
 use crate::motion::TransformTrack;

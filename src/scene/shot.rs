@@ -1,1 +1,225 @@
-//! (to be written)
+//! Loads shots: a shot file (`.toml`) with all that it names, or a bare OBJ as a turntable.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::assemble::{Assembly, Override};
+use super::bake::baked;
+use super::mtl::{MapKd, MtlMaterial};
+use super::paths::find_beside;
+use super::shot_file::{BackgroundTable, MaterialTable, ModelTable, Rate, RenderTable, ShotFile, Three};
+use super::toml_text::{At, TomlText};
+use super::{Background, Frames, Model, Scene, SceneError, Warning, shot_tracks, turntable};
+use crate::motion::TransformTrack;
+use crate::settings::Settings;
+
+/// All that a shot file says, with the files that it names.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// For people; the file's stem where the file gives none.
+    pub title: String,
+    /// What is to be seen.
+    pub scene: Scene,
+    /// How it is to be rendered.
+    pub settings: Settings,
+    /// Which frames.
+    pub frames: Frames,
+    /// Frames per second, as numerator and denominator; both above 0.
+    pub rate: (i32, u32),
+    /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
+    pub output: Option<String>,
+    /// What a reader of the picture should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.
+///
+/// # Errors
+/// With file, and where they are known line and column: what cannot be read or makes no sense. In a
+/// `strict` load also everything that would otherwise be a warning about a stand-in: a missing texture,
+/// a missing material.
+pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match extension.as_str() {
+        "toml" => {
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| SceneError::new(path, format!("the shot file cannot be read: {error}")))?;
+            from_text(TomlText { path, text: &text }, strict)
+        }
+        "obj" => turntable::shot(path, strict),
+        _ => Err(SceneError::new(
+            path,
+            "not a file that can be rendered: give a shot (.toml) or a model (.obj)",
+        )),
+    }
+}
+
+fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
+    let file: ShotFile = text.read()?;
+    let (settings, frames, rate) = render(text, &file.render)?;
+    let missing = |what| SceneError::new(text.path, what);
+    let camera = file.camera.as_ref().ok_or_else(|| {
+        missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
+    })?;
+    let camera = shot_tracks::camera(text, camera)?;
+    let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
+    let lights = lights.collect::<Result<_, _>>()?;
+    let background =
+        file.background.map_or(Ok(Background::uniform(Vec3::ZERO)), |table| sky(text, &table))?;
+    let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
+    if file.model.is_empty() {
+        return Err(missing(
+            "there is nothing to see: write one [[model]] with the path of its obj at least",
+        ));
+    }
+    let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
+    let mut assembly = Assembly::new(strict, overrides);
+    let models =
+        file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
+    assembly.report_unused_overrides()?;
+    let (materials, textures, findings) = assembly.finish();
+    let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(Shot {
+        title: file.title.unwrap_or_else(|| stem.into_owned()),
+        scene: Scene { camera, models, materials, textures, lights, ambient, background },
+        settings,
+        frames,
+        rate,
+        output: output(text, file.output.path)?,
+        warnings: findings.warnings,
+    })
+}
+
+fn render(text: TomlText<'_>, table: &RenderTable) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
+    let whole = |key, value: &Option<At<i64>>, default, range| {
+        value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
+    };
+    let (width, height) = match &table.size {
+        Some([width, height]) => {
+            (text.whole("size", width, 1..65537)?, text.whole("size", height, 1..65537)?)
+        }
+        None => (1280, 720),
+    };
+    let settings = Settings {
+        width,
+        height,
+        samples: whole("samples", &table.samples, 2, 1..17)?,
+        filter: table.filter,
+        depth: whole("depth", &table.depth, 4, 0..65)?,
+        mode: table.mode,
+        base_every: whole("base_every", &table.base_every, 48, 0..1_000_001)?,
+        audit: false,
+    };
+    let frames = match &table.frames {
+        Some(frames) => Frames::parse(frames.get_ref())
+            .map_err(|message| text.fault(frames.span(), format!("`frames`: {message}")))?,
+        None => Frames::between(1, 1),
+    };
+    let rate = match &table.rate {
+        Some(rate) => fraction(rate.get_ref()).ok_or_else(|| {
+            text.bad(
+                "rate",
+                rate,
+                "must be frames per second above 0: a whole number or a fraction like \"24000/1001\"",
+            )
+        })?,
+        None => (24, 1),
+    };
+    Ok((settings, frames, rate))
+}
+
+fn fraction(rate: &Rate) -> Option<(i32, u32)> {
+    let (above, below) = match rate {
+        Rate::Whole(rate) => (i32::try_from(*rate).ok()?, 1),
+        Rate::Text(text) => {
+            let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+            (above.trim().parse().ok()?, below.trim().parse().ok()?)
+        }
+    };
+    (above > 0 && below > 0).then_some((above, below))
+}
+
+fn output(text: TomlText<'_>, path: Option<At<String>>) -> Result<Option<String>, SceneError> {
+    match path {
+        Some(path) if path.get_ref().trim().is_empty() => {
+            Err(text.bad("path", &path, "is empty: give a file name like \"out/name.####.exr\""))
+        }
+        path => Ok(path.map(At::into_inner)),
+    }
+}
+
+fn sky(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {
+    let zenith = optional_color(text, "zenith", &table.zenith)?;
+    let horizon = optional_color(text, "horizon", &table.horizon)?;
+    let ground = optional_color(text, "ground", &table.ground)?;
+    if let Some(color) = &table.color {
+        if [zenith, horizon, ground].iter().any(Option::is_some) {
+            return Err(text.bad(
+                "color",
+                color,
+                "and the gradient (zenith, horizon, ground) exclude each other",
+            ));
+        }
+        return Ok(Background::uniform(text.color("color", color)?));
+    }
+    let horizon = horizon.or(zenith).unwrap_or(Vec3::ZERO);
+    Ok(Background { zenith: zenith.unwrap_or(horizon), horizon, ground: ground.unwrap_or(horizon) })
+}
+
+fn optional_color(text: TomlText<'_>, key: &str, value: &Option<Three>) -> Result<Option<Vec3>, SceneError> {
+    value.as_ref().map(|value| text.color(key, value)).transpose()
+}
+
+fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, SceneError> {
+    let color = |key, value| optional_color(text, key, value);
+    let number = |key, value: &Option<At<f64>>, wanted, most: f64| {
+        let fits = |number| (0.0..=most).contains(&number);
+        let read = |value| text.number(key, value, wanted, fits).map(|number| number as f32);
+        value.as_ref().map(read).transpose()
+    };
+    let illum = table.illum.as_ref().map(|value| text.whole("illum", value, 0..11)).transpose()?;
+    let place = text.fault(table.name.span(), "");
+    let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
+    let map_line = |map: &At<String>| text.fault(map.span(), "").line.unwrap_or(1);
+    let values = MtlMaterial {
+        name: table.name.get_ref().clone(),
+        line,
+        kd: color("kd", &table.kd)?,
+        ka: color("ka", &table.ka)?,
+        ks: color("ks", &table.ks)?,
+        ke: color("ke", &table.ke)?,
+        ns: number("ns", &table.ns, "finite and not negative", f64::from(f32::MAX))?,
+        ni: number("ni", &table.ni, "from 0 to 100", 100.0)?,
+        d: number("d", &table.d, "from 0 (clear) to 1 (solid)", 1.0)?,
+        illum,
+        map_kd: table.map_kd.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map))),
+        ..MtlMaterial::default()
+    };
+    Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
+}
+
+fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Result<Model, SceneError> {
+    let folder = text.path.parent().unwrap_or(Path::new(""));
+    let name = table.obj.get_ref();
+    let path = find_beside(folder, name).ok_or_else(|| {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let message = format!(
+            "there is no file `{name}` in `{}`: paths are relative to the shot file",
+            folder.display()
+        );
+        text.fault(table.obj.span(), format!("`obj`: {message}"))
+    })?;
+    let mut track = shot_tracks::model(text, table)?;
+    let mut mesh = assembly.mesh(&path)?;
+    if track.is_constant() && track != TransformTrack::identity() {
+        let still = baked(&mesh, track.map_at(0.0)).ok_or_else(|| {
+            let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
+            text.fault(table.obj.span(), message)
+        })?;
+        mesh = still.into();
+        track = TransformTrack::identity();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
+}

@@ -1,6 +1,7 @@
 //! Pictures on surfaces.
 
 use std::path::PathBuf;
+use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
@@ -13,8 +14,8 @@ pub struct Texture {
     pub width: u32,
     /// Texels.
     pub height: u32,
-    /// Rows from the top, sRGB-encoded RGBA bytes.
-    pub texels: Vec<[u8; 4]>,
+    /// Rows from the top, sRGB-encoded RGBA bytes; shared by all textures made of the same file.
+    pub texels: Arc<[[u8; 4]]>,
     /// `-s`: factor on u and v.
     pub scale: Vec2,
     /// `-o`: added to u and v after the factor.
@@ -23,13 +24,123 @@ pub struct Texture {
     pub clamp: bool,
 }
 
+/// Linear value of each sRGB byte, by IEC 61966-2-1.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f64 / 255.0;
+        let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+        linear as f32
+    })
+});
+
 impl Texture {
-    /// Linear RGB at `uv` (v upwards), bilinear between texel centres.
+    /// Linear RGB at `uv` (v upwards), bilinear between texel centres. Finite for any `uv`.
     ///
     /// Full resolution at any distance: a filter that follows the distance would make a sample's
     /// colour depend on the eye, and it could not be kept from frame to frame. Anti-aliasing is the
     /// work of the samples of a pixel.
-    pub fn sample(&self, _uv: Vec2) -> Vec3 {
-        todo!()
+    pub fn sample(&self, uv: Vec2) -> Vec3 {
+        let uv = uv * self.scale + self.offset;
+        let (x0, x1, fx) = self.neighbours(uv.x, self.width);
+        let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
+        let above = self.linear(x0, y0).lerp(self.linear(x1, y0), fx);
+        let below = self.linear(x0, y1).lerp(self.linear(x1, y1), fx);
+        above.lerp(below, fy)
+    }
+
+    /// The two texels between whose centres `t` (0..1 over the picture) lies, and how far from the
+    /// first, 0..1.
+    fn neighbours(&self, t: f32, size: u32) -> (u32, u32, f32) {
+        let t = match (t.is_finite(), self.clamp) {
+            (false, _) => 0.0,
+            (true, true) => t.clamp(0.0, 1.0),
+            (true, false) => t - t.floor(),
+        };
+        let at = t * size as f32 - 0.5;
+        let low = at.floor();
+        let fraction = at - low;
+        let last = size - 1;
+        // low is -1..=last: the cast stops at 0
+        let first = if low >= 0.0 { (low as u32).min(last) } else { u32::MAX };
+        let second = first.wrapping_add(1);
+        if self.clamp {
+            (if first == u32::MAX { 0 } else { first }, second.min(last), fraction)
+        } else {
+            (first.min(last), if second > last { 0 } else { second }, fraction)
+        }
+    }
+
+    fn linear(&self, x: u32, y: u32) -> Vec3 {
+        let [r, g, b, _] = self.texels[y as usize * self.width as usize + x as usize];
+        let table = &*LINEAR;
+        Vec3::new(table[r as usize], table[g as usize], table[b as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 x 2: red, green over blue, white.
+    fn texture(clamp: bool) -> Texture {
+        let texels = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255]];
+        Texture {
+            path: PathBuf::new(),
+            width: 2,
+            height: 2,
+            texels: Arc::from(texels),
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            clamp,
+        }
+    }
+
+    #[test]
+    fn the_table_follows_the_standard() {
+        assert_eq!((LINEAR[0], LINEAR[255]), (0.0, 1.0));
+        assert!((LINEAR[10] - 10.0 / 255.0 / 12.92).abs() < 1e-7);
+        assert!((LINEAR[188] - 0.502_886_5).abs() < 1e-6, "{}", LINEAR[188]);
+        assert!(LINEAR.windows(2).all(|pair| pair[0] < pair[1]));
+    }
+
+    #[test]
+    fn texel_centres_give_the_texel_with_v_upwards() {
+        let picture = texture(false);
+        assert_eq!(picture.sample(Vec2::new(0.25, 0.75)), Vec3::X);
+        assert_eq!(picture.sample(Vec2::new(0.75, 0.75)), Vec3::Y);
+        assert_eq!(picture.sample(Vec2::new(0.25, 0.25)), Vec3::Z);
+        assert_eq!(picture.sample(Vec2::new(0.75, 0.25)), Vec3::ONE);
+    }
+
+    #[test]
+    fn blends_in_linear_light() {
+        assert_eq!(texture(false).sample(Vec2::new(0.5, 0.5)), Vec3::splat(0.5));
+        assert_eq!(texture(false).sample(Vec2::new(0.5, 0.75)), Vec3::new(0.5, 0.5, 0.0));
+    }
+
+    #[test]
+    fn repeats_or_clamps_at_the_border() {
+        let corner = Vec2::new(0.0, 1.0);
+        assert_eq!(texture(true).sample(corner), Vec3::X);
+        assert_eq!(texture(false).sample(corner), Vec3::splat(0.5));
+        assert_eq!(texture(true).sample(Vec2::new(-7.0, 9.0)), Vec3::X);
+        assert_eq!(texture(false).sample(Vec2::new(-0.75, 3.75)), Vec3::X);
+    }
+
+    #[test]
+    fn scale_comes_before_offset() {
+        let picture = Texture { scale: Vec2::new(2.0, 1.0), offset: Vec2::new(0.25, 0.75), ..texture(false) };
+        assert_eq!(picture.sample(Vec2::new(0.25, 0.0)), Vec3::Y);
+    }
+
+    #[test]
+    fn any_coordinate_gives_a_finite_colour() {
+        let odd = [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, f32::MIN, -1e-9, 1e-45, 0.999_999_94];
+        for picture in [texture(false), texture(true)] {
+            for (u, v) in odd.iter().flat_map(|u| odd.iter().map(move |v| (*u, *v))) {
+                let color = picture.sample(Vec2::new(u, v));
+                assert!(color.is_finite() && color.max_element() <= 1.0, "{u} {v}: {color}");
+            }
+        }
     }
 }

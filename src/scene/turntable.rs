@@ -1,1 +1,107 @@
-//! (to be written)
+//! A bare OBJ becomes a shot: the camera goes once around it.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use super::assemble::Assembly;
+use super::camera::Aim;
+use super::shot::Shot;
+use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
+use crate::motion::{Interpolation, Track, TransformTrack};
+use crate::settings::{Filter, Mode, Settings};
+
+/// Frames of one turn.
+const FRAMES: i32 = 120;
+/// Vertical field of view, degrees.
+const FOV: f64 = 40.0;
+/// How far above the model the camera stands, degrees.
+const ELEVATION: f64 = 18.0;
+/// Distance beyond what the bounding sphere needs.
+const MARGIN: f64 = 1.05;
+
+/// The turntable of the OBJ file at `path`.
+///
+/// # Errors
+/// Those of the OBJ and what belongs to it.
+pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
+    let mut assembly = Assembly::new(strict, Vec::new());
+    let mesh = assembly.mesh(path)?;
+    let (materials, textures, findings) = assembly.finish();
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let camera = around(&mesh);
+    let model =
+        Model { name: name.clone(), path: path.to_path_buf(), mesh, track: TransformTrack::identity() };
+    let scene = Scene {
+        camera,
+        models: vec![model],
+        materials,
+        textures,
+        lights: vec![
+            light("key", DVec3::new(-0.5, -1.0, -0.6), Vec3::new(1.0, 0.97, 0.92), 0.8),
+            light("fill", DVec3::new(0.8, -0.35, 0.4), Vec3::new(0.85, 0.92, 1.0), 0.3),
+        ],
+        ambient: Vec3::splat(0.2),
+        background: Background {
+            zenith: Vec3::splat(0.12),
+            horizon: Vec3::splat(0.35),
+            ground: Vec3::splat(0.18),
+        },
+    };
+    let settings = Settings {
+        width: 1280,
+        height: 720,
+        samples: 2,
+        filter: Filter::Box,
+        depth: 4,
+        mode: Mode::Auto,
+        base_every: 48,
+        audit: false,
+    };
+    Ok(Shot {
+        title: name,
+        scene,
+        settings,
+        frames: Frames::between(1, FRAMES),
+        rate: (24, 1),
+        output: None,
+        warnings: findings.warnings,
+    })
+}
+
+fn light(name: &str, direction: DVec3, color: Vec3, power: f64) -> Light {
+    Light {
+        name: name.to_string(),
+        kind: LightKind::Directional { direction: Track::constant(direction) },
+        color: Track::constant(color),
+        power: Track::constant(power),
+    }
+}
+
+/// A circle around the model's bounding box, from which all of its bounding sphere is seen. A key a
+/// frame: between fewer keys the distance would change.
+fn around(mesh: &Mesh) -> CameraTrack {
+    let (low, high) = bounds(mesh);
+    let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
+    let distance = MARGIN * radius / (FOV * 0.5).to_radians().sin();
+    let (up, out) = ELEVATION.to_radians().sin_cos();
+    let eye = |frame: i32| {
+        let (sin, cos) = (TAU * f64::from(frame - 1) / f64::from(FRAMES)).sin_cos();
+        (f64::from(frame), center + distance * DVec3::new(sin * out, up, cos * out))
+    };
+    let eyes = (1..=FRAMES).map(eye).collect();
+    CameraTrack {
+        eye: Track::through(eyes, Interpolation::Linear).expect("one key a frame"),
+        aim: Aim::Target { target: Track::constant(center), roll: Track::constant(0.0) },
+        fov: Track::constant(FOV),
+        cuts: Vec::new(),
+    }
+}
+
+/// Of the vertices that triangles use: stray ones must not make the model small.
+fn bounds(mesh: &Mesh) -> (DVec3, DVec3) {
+    let positions = mesh.positions.as_slice();
+    let corners = mesh.triangles.iter().flatten().map(|i| Vec3::from(positions[*i as usize]).as_dvec3());
+    corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+}

@@ -33,23 +33,16 @@ impl Device {
     /// Embree's message when a setting has a wrong value, [`ErrorCode::UnsuitableLibrary`] when the library
     /// found at run time is older than 4.3, or was built without what is needed here.
     pub fn new(config: &str) -> Result<Self, Error> {
-        let text = CString::new(config).map_err(|_| {
-            Error::invalid_argument("the device configuration contains a zero byte")
-        })?;
+        let text = CString::new(config)
+            .map_err(|_| Error::invalid_argument("the device configuration contains a zero byte"))?;
         // SAFETY: a C string that lives during the call.
         let raw = unsafe { sys::rtcNewDevice(text.as_ptr()) };
         if raw.is_null() {
             // SAFETY: null asks why a device could not be made.
             unsafe { error::take(ptr::null_mut()) }?;
-            return Err(Error::new(
-                ErrorCode::Unknown,
-                "no device, and no reason given",
-            ));
+            return Err(Error::new(ErrorCode::Unknown, "no device, and no reason given"));
         }
-        let inner = Arc::new(Inner {
-            raw,
-            bytes: AtomicIsize::new(0),
-        });
+        let inner = Arc::new(Inner { raw, bytes: AtomicIsize::new(0) });
         let counter = ptr::from_ref(&inner.bytes).cast_mut().cast::<c_void>();
         // SAFETY: the device is live; both functions match their C types and do not unwind; the counter lives
         // in the `Arc`, and `Inner::drop` releases the device before the counter goes.
@@ -122,23 +115,11 @@ impl Device {
 
 /// What a library must have been built with, and the build option that a person would look for.
 const NEEDED: [(sys::RTCDeviceProperty, &str); 4] = [
-    (
-        sys::RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED,
-        "EMBREE_RAY_MASK",
-    ),
-    (
-        sys::RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED,
-        "EMBREE_FILTER_FUNCTION",
-    ),
-    (
-        sys::RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED,
-        "EMBREE_GEOMETRY_TRIANGLE",
-    ),
+    (sys::RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED, "EMBREE_RAY_MASK"),
+    (sys::RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED, "EMBREE_FILTER_FUNCTION"),
+    (sys::RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED, "EMBREE_GEOMETRY_TRIANGLE"),
     // Whatever the CPU, packets of 4 are native if there are packets at all.
-    (
-        sys::RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED,
-        "EMBREE_RAY_PACKETS",
-    ),
+    (sys::RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED, "EMBREE_RAY_PACKETS"),
 ];
 
 impl Drop for Inner {

@@ -34,10 +34,7 @@ pub struct Error {
 
 impl Error {
     pub(crate) fn new(code: ErrorCode, message: impl Into<String>) -> Self {
-        Self {
-            code,
-            message: message.into(),
-        }
+        Self { code, message: message.into() }
     }
 
     pub(crate) fn invalid_argument(message: impl Into<String>) -> Self {
@@ -72,18 +69,12 @@ thread_local! {
 ///
 /// # Safety
 /// `text` is null or a C string. Embree calls this from the thread whose call failed.
-pub(crate) unsafe extern "C" fn keep_message(
-    _user: *mut c_void,
-    _code: sys::RTCError,
-    text: *const c_char,
-) {
+pub(crate) unsafe extern "C" fn keep_message(_user: *mut c_void, _code: sys::RTCError, text: *const c_char) {
     if text.is_null() {
         return;
     }
     // SAFETY: not null, and by contract a C string that lives during this call.
-    let text = unsafe { CStr::from_ptr(text) }
-        .to_string_lossy()
-        .into_owned();
+    let text = unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
     // `try_` twice: a message may be lost, a panic must not cross C.
     let _ = MESSAGE.try_with(|kept| {
         if let Ok(mut kept) = kept.try_borrow_mut() {
@@ -105,10 +96,7 @@ pub(crate) unsafe fn take(device: sys::RTCDevice) -> Result<(), Error> {
     }
     // SAFETY: as above.
     let message = kept.or_else(|| unsafe { last_message(device) });
-    Err(Error::new(
-        translate(code),
-        message.unwrap_or_else(|| format!("error code {code}")),
-    ))
+    Err(Error::new(translate(code), message.unwrap_or_else(|| format!("error code {code}"))))
 }
 
 #[cfg(has_last_error_message)]
@@ -119,9 +107,7 @@ unsafe fn last_message(device: sys::RTCDevice) -> Option<String> {
         return None;
     }
     // SAFETY: not null; Embree returns a C string that lives until the next error of this thread.
-    let text = unsafe { CStr::from_ptr(text) }
-        .to_string_lossy()
-        .into_owned();
+    let text = unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
     (!text.is_empty()).then_some(text)
 }
 

@@ -53,10 +53,7 @@ impl Geometry {
     ) -> Result<Self, Error> {
         let count = vertices.as_slice().len();
         let is_bad = |corner: &u32| *corner as usize >= count;
-        if let Some(triangle) = indices
-            .iter()
-            .position(|corners| corners.iter().any(is_bad))
-        {
+        if let Some(triangle) = indices.iter().position(|corners| corners.iter().any(is_bad)) {
             let corners = indices[triangle];
             return Err(Error::invalid_argument(format!(
                 "triangle {triangle} has the vertices {corners:?}, but there are only {count} vertices"
@@ -64,16 +61,9 @@ impl Geometry {
         }
         // The id u32::MAX means "no hit".
         if indices.len() >= u32::MAX as usize {
-            return Err(Error::invalid_argument(
-                "a mesh has 2^32 - 2 triangles at most",
-            ));
+            return Err(Error::invalid_argument("a mesh has 2^32 - 2 triangles at most"));
         }
-        Ok(Self {
-            device: device.clone(),
-            vertices,
-            indices,
-            mask,
-        })
+        Ok(Self { device: device.clone(), vertices, indices, mask })
     }
 
     /// The vertices it shares, in object space.
@@ -125,10 +115,7 @@ impl Geometry {
         handle.set_mask(self.mask);
         handle.commit();
         self.device.take_error()?;
-        Ok(MeshHandle {
-            handle,
-            _mesh: self.clone(),
-        })
+        Ok(MeshHandle { handle, _mesh: self.clone() })
     }
 }
 
@@ -158,15 +145,9 @@ impl Handle {
         let raw = unsafe { sys::rtcNewGeometry(device.raw(), kind) };
         if raw.is_null() {
             device.take_error()?;
-            return Err(Error::new(
-                crate::ErrorCode::Unknown,
-                "no geometry, and no reason given",
-            ));
+            return Err(Error::new(crate::ErrorCode::Unknown, "no geometry, and no reason given"));
         }
-        Ok(Self {
-            raw,
-            _device: device.clone(),
-        })
+        Ok(Self { raw, _device: device.clone() })
     }
 
     pub(crate) fn raw(&self) -> sys::RTCGeometry {

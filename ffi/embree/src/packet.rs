@@ -204,10 +204,7 @@ pub struct RayHit16 {
 impl RayHit16 {
     /// Rays that have hit nothing yet.
     pub fn new(ray: Ray16) -> Self {
-        Self {
-            ray,
-            hit: Hit16::default(),
-        }
+        Self { ray, hit: Hit16::default() }
     }
 }
 
@@ -227,11 +224,7 @@ pub struct OwnPrims16 {
 impl Default for OwnPrims16 {
     /// Excludes nothing.
     fn default() -> Self {
-        Self {
-            geom_id: [INVALID; LANES],
-            prim_id: [INVALID; LANES],
-            inst_id: [INVALID; LANES],
-        }
+        Self { geom_id: [INVALID; LANES], prim_id: [INVALID; LANES], inst_id: [INVALID; LANES] }
     }
 }
 

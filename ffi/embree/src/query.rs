@@ -50,10 +50,7 @@ impl Committed<'_> {
     /// # Safety
     /// `scene` is live and committed, and stays unchanged during the lifetime of the result.
     pub(crate) unsafe fn new(scene: sys::RTCScene) -> Self {
-        Self {
-            scene,
-            _borrowed: PhantomData,
-        }
+        Self { scene, _borrowed: PhantomData }
     }
 
     /// The closest hit of each ray that takes part: `ray.tfar` and the lane of `packet.hit` are written, or
@@ -65,12 +62,7 @@ impl Committed<'_> {
         // SAFETY: the scene is live and committed; packet and mask have the layout (checked when compiled) and
         // the alignment of Embree's; no callback is passed.
         unsafe {
-            sys::rtcIntersect16(
-                valid.as_ptr(),
-                self.scene,
-                ptr::from_mut(packet).cast(),
-                &raw mut arguments,
-            );
+            sys::rtcIntersect16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
         }
     }
 
@@ -81,12 +73,7 @@ impl Committed<'_> {
         arguments.flags = coherence.flag();
         // SAFETY: as in `intersect16`.
         unsafe {
-            sys::rtcOccluded16(
-                valid.as_ptr(),
-                self.scene,
-                ptr::from_mut(packet).cast(),
-                &raw mut arguments,
-            );
+            sys::rtcOccluded16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
         }
     }
 
@@ -104,10 +91,7 @@ impl Committed<'_> {
     ) {
         // Embree may call the filter with the rays in another order, or one by one: the id tells the lane.
         packet.id = LANE_NUMBERS;
-        let mut context = OwnContext {
-            embrees: sys::init_ray_query_context(),
-            own,
-        };
+        let mut context = OwnContext { embrees: sys::init_ray_query_context(), own };
         let mut arguments = sys::init_occluded_arguments();
         arguments.flags = coherence.flag() | sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
         arguments.context = (&raw mut context).cast();
@@ -115,12 +99,7 @@ impl Committed<'_> {
         // SAFETY: as in `intersect16`; the context begins with Embree's part and outlives the call, and the
         // filter gets this context because this call passes it.
         unsafe {
-            sys::rtcOccluded16(
-                valid.as_ptr(),
-                self.scene,
-                ptr::from_mut(packet).cast(),
-                &raw mut arguments,
-            );
+            sys::rtcOccluded16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
         }
     }
 

@@ -48,16 +48,8 @@ pub struct Scene {
 
 #[derive(Debug)]
 enum Attached {
-    Mesh {
-        mesh: MeshHandle,
-        mask: u32,
-    },
-    Instance {
-        handle: Handle,
-        transform: [f32; 12],
-        mask: u32,
-        _of: Arc<FrozenScene>,
-    },
+    Mesh { mesh: MeshHandle, mask: u32 },
+    Instance { handle: Handle, transform: [f32; 12], mask: u32, _of: Arc<FrozenScene> },
 }
 
 /// A scene that was committed for good. Instances place it in other scenes.
@@ -77,33 +69,18 @@ impl Scene {
         let raw = unsafe { sys::rtcNewScene(device.raw()) };
         if raw.is_null() {
             device.take_error()?;
-            return Err(Error::new(
-                ErrorCode::Unknown,
-                "no scene, and no reason given",
-            ));
+            return Err(Error::new(ErrorCode::Unknown, "no scene, and no reason given"));
         }
         let raw = SceneHandle(raw);
-        let robust = if robust {
-            sys::RTC_SCENE_FLAG_ROBUST
-        } else {
-            sys::RTC_SCENE_FLAG_NONE
-        };
+        let robust = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
         unsafe {
             sys::rtcSetSceneBuildQuality(raw.0, quality.raw());
             // `Committed::occluded16_past_own` passes a filter; an instanced scene needs the flag as well.
-            sys::rtcSetSceneFlags(
-                raw.0,
-                robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS,
-            );
+            sys::rtcSetSceneFlags(raw.0, robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS);
         }
         device.take_error()?;
-        Ok(Self {
-            raw,
-            attached: Vec::new(),
-            device: device.clone(),
-            changed: true,
-        })
+        Ok(Self { raw, attached: Vec::new(), device: device.clone(), changed: true })
     }
 
     /// Adds a mesh. The scene shares its buffers and keeps them alive.
@@ -114,10 +91,7 @@ impl Scene {
         self.check_device(geometry.device())?;
         let mesh = geometry.instantiate()?;
         let id = self.attach_handle(&mesh.handle)?;
-        self.attached.push(Attached::Mesh {
-            mesh,
-            mask: geometry.mask(),
-        });
+        self.attached.push(Attached::Mesh { mesh, mask: geometry.mask() });
         Ok(id)
     }
 
@@ -138,12 +112,7 @@ impl Scene {
     ) -> Result<GeometryId, Error> {
         self.check_device(&of.scene.device)?;
         check_transform(&transform)?;
-        if of
-            .scene
-            .attached
-            .iter()
-            .any(|a| matches!(a, Attached::Instance { .. }))
-        {
+        if of.scene.attached.iter().any(|a| matches!(a, Attached::Instance { .. })) {
             return Err(Error::new(
                 ErrorCode::InvalidOperation,
                 "a scene that holds instances cannot be instanced: there is one level of instances",
@@ -157,12 +126,7 @@ impl Scene {
         handle.commit();
         self.device.take_error()?;
         let id = self.attach_handle(&handle)?;
-        self.attached.push(Attached::Instance {
-            handle,
-            transform,
-            mask,
-            _of: Arc::clone(of),
-        });
+        self.attached.push(Attached::Instance { handle, transform, mask, _of: Arc::clone(of) });
         Ok(id)
     }
 
@@ -170,22 +134,10 @@ impl Scene {
     ///
     /// # Errors
     /// If `id` is no instance of this scene or the transform is not finite.
-    pub fn set_instance_transform(
-        &mut self,
-        id: GeometryId,
-        transform: [f32; 12],
-    ) -> Result<(), Error> {
+    pub fn set_instance_transform(&mut self, id: GeometryId, transform: [f32; 12]) -> Result<(), Error> {
         check_transform(&transform)?;
-        let Attached::Instance {
-            handle,
-            transform: old,
-            ..
-        } = self.find(id)?
-        else {
-            let text = format!(
-                "geometry {} is a mesh, and only instances have a transform",
-                id.0
-            );
+        let Attached::Instance { handle, transform: old, .. } = self.find(id)? else {
+            let text = format!("geometry {} is a mesh, and only instances have a transform", id.0);
             return Err(Error::new(ErrorCode::InvalidOperation, text));
         };
         if *old != transform {
@@ -254,18 +206,16 @@ impl Scene {
 
     fn find(&mut self, id: GeometryId) -> Result<&mut Attached, Error> {
         let count = self.attached.len();
-        self.attached.get_mut(id.0 as usize).ok_or_else(|| {
-            Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0))
-        })
+        self.attached
+            .get_mut(id.0 as usize)
+            .ok_or_else(|| Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0)))
     }
 
     fn check_device(&self, other: &Device) -> Result<(), Error> {
         if self.device.is_same(other) {
             return Ok(());
         }
-        Err(Error::invalid_argument(
-            "the geometry and the scene are of different devices",
-        ))
+        Err(Error::invalid_argument("the geometry and the scene are of different devices"))
     }
 }
 
@@ -281,9 +231,7 @@ fn check_transform(transform: &[f32; 12]) -> Result<(), Error> {
     if transform.iter().all(|x| x.is_finite()) {
         return Ok(());
     }
-    Err(Error::invalid_argument(format!(
-        "the transform {transform:?} is not finite"
-    )))
+    Err(Error::invalid_argument(format!("the transform {transform:?} is not finite")))
 }
 
 /// Owns one reference to an Embree scene.

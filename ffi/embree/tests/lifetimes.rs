@@ -4,8 +4,8 @@
 mod scenes;
 
 use embree::{
-    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId,
-    RayHit16, Scene, Valid16, VertexBuffer,
+    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId, RayHit16,
+    Scene, Valid16, VertexBuffer,
 };
 use scenes::{IDENTITY, UNIT_TRIANGLE, device, down, medium, mesh, moved};
 use std::sync::Arc;
@@ -28,10 +28,7 @@ fn a_wrong_configuration_is_refused_in_embrees_words() {
     let error = Device::new("threads=abc").unwrap_err();
     assert!(error.message().contains("integer expected"), "{error}");
     assert_eq!(error.to_string(), format!("Embree: {}", error.message()));
-    assert_eq!(
-        Device::new("a\0b").unwrap_err().code(),
-        ErrorCode::InvalidArgument
-    );
+    assert_eq!(Device::new("a\0b").unwrap_err().code(), ErrorCode::InvalidArgument);
     // The failure is taken, not left for the next call.
     assert!(Device::new("threads=1").is_ok());
 }
@@ -57,34 +54,17 @@ fn misuse_of_a_scene_is_an_error() {
         |act: &dyn Fn(&mut Scene) -> Result<(), embree::Error>| act(&mut scene).unwrap_err().code();
 
     let nan = moved(f32::NAN, 0.0, 0.0);
-    assert_eq!(
-        code(&|s| s.set_instance_transform(placed, nan)),
-        ErrorCode::InvalidArgument
-    );
-    assert_eq!(
-        code(&|s| s.attach_instance(&child, nan, 1).map(drop)),
-        ErrorCode::InvalidArgument
-    );
-    assert_eq!(
-        code(&|s| s.set_instance_transform(plain, IDENTITY)),
-        ErrorCode::InvalidOperation
-    );
-    assert_eq!(
-        code(&|s| s.set_mask(GeometryId(2), 1)),
-        ErrorCode::InvalidArgument
-    );
+    assert_eq!(code(&|s| s.set_instance_transform(placed, nan)), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.attach_instance(&child, nan, 1).map(drop)), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.set_instance_transform(plain, IDENTITY)), ErrorCode::InvalidOperation);
+    assert_eq!(code(&|s| s.set_mask(GeometryId(2), 1)), ErrorCode::InvalidArgument);
     let foreign = scenes::device();
     let strange = mesh(&foreign, &[UNIT_TRIANGLE], 1);
-    assert_eq!(
-        code(&|s| s.attach(&strange).map(drop)),
-        ErrorCode::InvalidArgument
-    );
+    assert_eq!(code(&|s| s.attach(&strange).map(drop)), ErrorCode::InvalidArgument);
 
     // One level of instances: what holds one cannot be one.
     let nested = scene.freeze().unwrap();
-    let error = medium(&device)
-        .attach_instance(&nested, IDENTITY, 1)
-        .unwrap_err();
+    let error = medium(&device).attach_instance(&nested, IDENTITY, 1).unwrap_err();
     assert_eq!(error.code(), ErrorCode::InvalidOperation);
 }
 
@@ -98,9 +78,7 @@ fn a_scene_outlives_whatever_it_was_made_from() {
         let mut child = medium(&device);
         child.attach(&geometry).unwrap();
         let mut scene = medium(&device);
-        scene
-            .attach_instance(&child.freeze().unwrap(), IDENTITY, 1)
-            .unwrap();
+        scene.attach_instance(&child.freeze().unwrap(), IDENTITY, 1).unwrap();
         scene
     };
     assert_eq!(Arc::strong_count(&vertices), 2, "shared, not copied");
@@ -112,9 +90,7 @@ fn a_scene_outlives_whatever_it_was_made_from() {
 #[test]
 fn memory_is_counted_and_given_back() {
     let device = device();
-    let many: Vec<_> = (0..10_000)
-        .map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z]))
-        .collect();
+    let many: Vec<_> = (0..10_000).map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z])).collect();
     let mut scene = medium(&device);
     scene.attach(&mesh(&device, &many, 1)).unwrap();
     scene.commit().unwrap();
@@ -152,13 +128,9 @@ fn threads_build_and_trace_at_the_same_time() {
                 for i in 0..50 {
                     let mut scene = medium(&device);
                     scene.attach(&shared).unwrap();
-                    let id = scene
-                        .attach_instance(&child, moved(3.0, 0.0, 0.0), 1)
-                        .unwrap();
+                    let id = scene.attach_instance(&child, moved(3.0, 0.0, 0.0), 1).unwrap();
                     assert_eq!(hits(scene.commit().unwrap()), 16);
-                    scene
-                        .set_instance_transform(id, moved(i as f32, 0.0, 0.0))
-                        .unwrap();
+                    scene.set_instance_transform(id, moved(i as f32, 0.0, 0.0)).unwrap();
                     let tracer = scene.commit().unwrap();
                     std::thread::scope(|more| {
                         more.spawn(move || assert_eq!(hits(tracer), 16));
@@ -176,11 +148,7 @@ fn errors_are_each_threads_own() {
         for i in 0..8 {
             threads.spawn(move || {
                 for _ in 0..20 {
-                    let config = if i % 2 == 0 {
-                        "threads=abc"
-                    } else {
-                        "threads=1"
-                    };
+                    let config = if i % 2 == 0 { "threads=abc" } else { "threads=1" };
                     assert_eq!(Device::new(config).is_err(), i % 2 == 0);
                 }
             });

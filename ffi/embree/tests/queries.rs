@@ -13,10 +13,7 @@ fn drop_ray(scene: &mut Scene, x: f32, y: f32, mask: u32) -> (f32, [u32; 3], [f3
     let mut rays = down(|_| [x, y, 1.0]);
     rays.mask = [mask; LANES];
     let mut packet = RayHit16::new(rays);
-    scene
-        .commit()
-        .unwrap()
-        .intersect16(&Valid16::ALL, &mut packet, Coherence::Incoherent);
+    scene.commit().unwrap().intersect16(&Valid16::ALL, &mut packet, Coherence::Incoherent);
     let hit = &packet.hit;
     (
         packet.ray.tfar[3],
@@ -60,26 +57,18 @@ fn lanes_that_are_off_are_left_alone() {
 fn an_instance_stands_where_its_transform_puts_it() {
     let device = scenes::device();
     let mut child = medium(&device);
-    child
-        .attach(&mesh(&device, &[UNIT_TRIANGLE], u32::MAX))
-        .unwrap();
+    child.attach(&mesh(&device, &[UNIT_TRIANGLE], u32::MAX)).unwrap();
     let child = child.freeze().unwrap();
     let mut scene = medium(&device);
-    scene
-        .attach(&mesh(&device, &[UNIT_TRIANGLE], u32::MAX))
-        .unwrap();
-    let id = scene
-        .attach_instance(&child, moved(5.0, 0.0, -1.0), u32::MAX)
-        .unwrap();
+    scene.attach(&mesh(&device, &[UNIT_TRIANGLE], u32::MAX)).unwrap();
+    let id = scene.attach_instance(&child, moved(5.0, 0.0, -1.0), u32::MAX).unwrap();
     assert_eq!(id.0, 1);
 
     assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 1).0, 2.0);
     assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 1).1, [0, 0, id.0]);
     assert_eq!(drop_ray(&mut scene, 0.25, 0.25, 1).1, [0, 0, INVALID]);
 
-    scene
-        .set_instance_transform(id, moved(9.0, 0.0, -3.0))
-        .unwrap();
+    scene.set_instance_transform(id, moved(9.0, 0.0, -3.0)).unwrap();
     assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 1).0, f32::INFINITY);
     assert_eq!(drop_ray(&mut scene, 9.25, 0.25, 1).0, 4.0);
 
@@ -94,17 +83,11 @@ fn an_instance_stands_where_its_transform_puts_it() {
 fn masks_hide_meshes_and_instances() {
     let device = scenes::device();
     let mut child = medium(&device);
-    child
-        .attach(&mesh(&device, &[UNIT_TRIANGLE], 0b110))
-        .unwrap();
+    child.attach(&mesh(&device, &[UNIT_TRIANGLE], 0b110)).unwrap();
     let child = child.freeze().unwrap();
     let mut scene = medium(&device);
-    let plain = scene
-        .attach(&mesh(&device, &[UNIT_TRIANGLE], 0b001))
-        .unwrap();
-    let placed = scene
-        .attach_instance(&child, moved(5.0, 0.0, 0.0), 0b010)
-        .unwrap();
+    let plain = scene.attach(&mesh(&device, &[UNIT_TRIANGLE], 0b001)).unwrap();
+    let placed = scene.attach_instance(&child, moved(5.0, 0.0, 0.0), 0b010).unwrap();
 
     let is_hit = |scene: &mut Scene, x, mask| drop_ray(scene, x, 0.25, mask).0.is_finite();
     assert!(is_hit(&mut scene, 0.25, 0b001) && !is_hit(&mut scene, 0.25, 0b110));
@@ -132,20 +115,14 @@ fn a_mask_changes_in_one_scene_alone() {
 fn of_two_coincident_triangles_one_is_closest_and_both_occlude() {
     let device = scenes::device();
     let mut scene = medium(&device);
-    scene
-        .attach(&mesh(&device, &[UNIT_TRIANGLE, UNIT_TRIANGLE], 1))
-        .unwrap();
+    scene.attach(&mesh(&device, &[UNIT_TRIANGLE, UNIT_TRIANGLE], 1)).unwrap();
     let (t, ids, _) = drop_ray(&mut scene, 0.25, 0.25, 1);
     assert!(t == 1.0 && ids[0] < 2);
 
     // Excluding one of them leaves the other in the way.
     let tracer = scene.commit().unwrap();
     for own in 0..2 {
-        let own = OwnPrims16 {
-            geom_id: [0; LANES],
-            prim_id: [own; LANES],
-            ..Default::default()
-        };
+        let own = OwnPrims16 { geom_id: [0; LANES], prim_id: [own; LANES], ..Default::default() };
         let mut rays = down(|_| [0.25, 0.25, 1.0]);
         tracer.occluded16_past_own(&Valid16::ALL, &mut rays, &own, Coherence::Coherent);
         assert!((0..LANES).all(|lane| rays.is_occluded(lane)));
@@ -157,15 +134,8 @@ fn no_ray_is_occluded_by_its_own_primitive() {
     let device = scenes::device();
     let mut scene = medium(&device);
     // 16 triangles side by side in one mesh; over the odd ones another mesh hovers.
-    let floor: Vec<_> = (0..16)
-        .map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z]))
-        .collect();
-    let above: Vec<_> = floor
-        .iter()
-        .skip(1)
-        .step_by(2)
-        .map(|t| t.map(|[x, y, z]| [x, y, z + 0.5]))
-        .collect();
+    let floor: Vec<_> = (0..16).map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z])).collect();
+    let above: Vec<_> = floor.iter().skip(1).step_by(2).map(|t| t.map(|[x, y, z]| [x, y, z + 0.5])).collect();
     scene.attach(&mesh(&device, &floor, 1)).unwrap();
     scene.attach(&mesh(&device, &above, 1)).unwrap();
     let tracer = scene.commit().unwrap();
@@ -185,13 +155,7 @@ fn no_ray_is_occluded_by_its_own_primitive() {
         }
 
         // With nothing excluded, or another's primitive, all are occluded, and lanes that are off are not asked.
-        for none in [
-            OwnPrims16::default(),
-            OwnPrims16 {
-                inst_id: [0; LANES],
-                ..own
-            },
-        ] {
+        for none in [OwnPrims16::default(), OwnPrims16 { inst_id: [0; LANES], ..own }] {
             let mut rays = down(start);
             tracer.occluded16_past_own(&Valid16::first(5), &mut rays, &none, coherence);
             assert!((0..LANES).all(|lane| rays.is_occluded(lane) == (lane < 5)));
@@ -207,17 +171,11 @@ fn own_primitives_are_known_by_their_instance() {
     let child = child.freeze().unwrap();
     let mut scene = medium(&device);
     scene.attach_instance(&child, IDENTITY, 1).unwrap();
-    scene
-        .attach_instance(&child, moved(5.0, 0.0, 0.0), 1)
-        .unwrap();
+    scene.attach_instance(&child, moved(5.0, 0.0, 0.0), 1).unwrap();
     let tracer = scene.commit().unwrap();
     // Half of the lanes look at each instance, all exclude the second.
     let start = |lane: usize| [if lane < 8 { 0.25 } else { 5.25 }, 0.25, 1.0];
-    let own = OwnPrims16 {
-        geom_id: [0; LANES],
-        prim_id: [0; LANES],
-        inst_id: [1; LANES],
-    };
+    let own = OwnPrims16 { geom_id: [0; LANES], prim_id: [0; LANES], inst_id: [1; LANES] };
     for coherence in BOTH {
         let mut rays = down(start);
         tracer.occluded16_past_own(&Valid16::ALL, &mut rays, &own, coherence);
@@ -252,22 +210,14 @@ fn bounds_contain_instances() {
     let mut child = medium(&device);
     child.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
     let child = child.freeze().unwrap();
-    let unit = Bounds {
-        lower: [0.0; 3],
-        upper: [1.0, 1.0, 0.0],
-    };
+    let unit = Bounds { lower: [0.0; 3], upper: [1.0, 1.0, 0.0] };
     assert_eq!(child.committed().bounds(), Some(unit));
     let mut scene = medium(&device);
-    scene
-        .attach_instance(&child, moved(0.0, 0.0, 2.0), 1)
-        .unwrap();
+    scene.attach_instance(&child, moved(0.0, 0.0, 2.0), 1).unwrap();
     let Bounds { lower, upper } = scene.commit().unwrap().bounds().unwrap();
     // Embree may widen an instance's box by a rounding error.
     let is_near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
-    assert!(
-        is_near(lower, [0.0, 0.0, 2.0]) && is_near(upper, [1.0, 1.0, 2.0]),
-        "{lower:?} {upper:?}"
-    );
+    assert!(is_near(lower, [0.0, 0.0, 2.0]) && is_near(upper, [1.0, 1.0, 2.0]), "{lower:?} {upper:?}");
 }
 
 #[test]

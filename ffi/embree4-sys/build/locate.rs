@@ -78,10 +78,7 @@ impl Unusable {
             Self::NoVersion(at) => format!("{} states no version", at.display()),
             Self::NoLibrary(at) => format!("there is no libembree4.so below {}", at.display()),
             Self::TooOld(at, version) => {
-                format!(
-                    "the Embree in {} is {version} and 4.3 or newer is needed",
-                    at.display()
-                )
+                format!("the Embree in {} is {version} and 4.3 or newer is needed", at.display())
             }
         }
     }
@@ -99,20 +96,12 @@ fn examine(prefix: &Path, multiarch: &str) -> Result<Found, Unusable> {
     if version < OLDEST {
         return Err(Unusable::TooOld(prefix.to_path_buf(), version));
     }
-    let libdir = [
-        "lib".to_owned(),
-        "lib64".to_owned(),
-        format!("lib/{multiarch}"),
-    ]
-    .iter()
-    .map(|below| prefix.join(below))
-    .find(|dir| dir.join("libembree4.so").is_file())
-    .ok_or_else(|| Unusable::NoLibrary(prefix.to_path_buf()))?;
-    Ok(Found {
-        include,
-        libdir,
-        version,
-    })
+    let libdir = ["lib".to_owned(), "lib64".to_owned(), format!("lib/{multiarch}")]
+        .iter()
+        .map(|below| prefix.join(below))
+        .find(|dir| dir.join("libembree4.so").is_file())
+        .ok_or_else(|| Unusable::NoLibrary(prefix.to_path_buf()))?;
+    Ok(Found { include, libdir, version })
 }
 
 /// Reads the three `#define RTC_VERSION_…` lines of `rtcore_config.h`.
@@ -124,9 +113,5 @@ pub fn version_of(config: &str) -> Option<Version> {
             matches.then(|| words.next()?.parse().ok()).flatten()
         })
     };
-    Some(Version(
-        number("RTC_VERSION_MAJOR")?,
-        number("RTC_VERSION_MINOR")?,
-        number("RTC_VERSION_PATCH")?,
-    ))
+    Some(Version(number("RTC_VERSION_MAJOR")?, number("RTC_VERSION_MINOR")?, number("RTC_VERSION_PATCH")?))
 }

@@ -30,9 +30,7 @@ fn places() -> Places {
     let crate_dir = PathBuf::from(cargo_env("CARGO_MANIFEST_DIR"));
     let workspace = crate_dir.ancestors().nth(2).unwrap_or(&crate_dir);
     Places {
-        chosen: env::var_os("EMBREE_DIR")
-            .filter(|dir| !dir.is_empty())
-            .map(PathBuf::from),
+        chosen: env::var_os("EMBREE_DIR").filter(|dir| !dir.is_empty()).map(PathBuf::from),
         // Neither Embree nor Debian ships a pkg-config file, so the prefixes are named here.
         system: vec!["/usr/local".into(), "/usr".into()],
         private: workspace.join(".deps/embree"),
@@ -48,23 +46,13 @@ fn watch(found: &Found, places: &Places) {
         println!("cargo::rerun-if-changed={}", places.private.display());
     } else {
         println!("cargo::rerun-if-changed={}", headers.display());
-        println!(
-            "cargo::rerun-if-changed={}",
-            found.libdir.join("libembree4.so").display()
-        );
+        println!("cargo::rerun-if-changed={}", found.libdir.join("libembree4.so").display());
     }
 }
 
 fn link(found: &Found) {
-    let libdir = found
-        .libdir
-        .canonicalize()
-        .unwrap_or_else(|_| found.libdir.clone());
-    let rpath = if on_loader_path(&libdir) {
-        String::new()
-    } else {
-        libdir.display().to_string()
-    };
+    let libdir = found.libdir.canonicalize().unwrap_or_else(|_| found.libdir.clone());
+    let rpath = if on_loader_path(&libdir) { String::new() } else { libdir.display().to_string() };
     println!("cargo::rustc-link-search=native={}", libdir.display());
     println!("cargo::rustc-link-lib=dylib=embree4");
     if !rpath.is_empty() {
@@ -74,10 +62,7 @@ fn link(found: &Found) {
     println!("cargo::metadata=libdir={}", libdir.display());
     println!("cargo::metadata=version={}", found.version);
     // The layout test compiles C against the same headers.
-    println!(
-        "cargo::rustc-env=EMBREE4_INCLUDE={}",
-        found.include.display()
-    );
+    println!("cargo::rustc-env=EMBREE4_INCLUDE={}", found.include.display());
     println!("cargo::rustc-env=EMBREE4_TARGET={}", cargo_env("TARGET"));
 }
 
@@ -97,9 +82,7 @@ fn bind(found: &Found) -> Result<(), String> {
         .generate()
         .map_err(|why| format!("bindgen cannot read Embree's headers: {why}"))?;
     let target = PathBuf::from(cargo_env("OUT_DIR")).join("bindings.rs");
-    bindings
-        .write_to_file(&target)
-        .map_err(|why| format!("cannot write {}: {why}", target.display()))
+    bindings.write_to_file(&target).map_err(|why| format!("cannot write {}: {why}", target.display()))
 }
 
 fn cargo_env(name: &str) -> String {

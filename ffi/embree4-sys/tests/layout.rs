@@ -14,21 +14,10 @@ fn ask_the_compiler(cpp: bool) -> BTreeMap<String, u64> {
     let program = folder.path().join("layout");
     // Outside of a build script `cc` has to be told what cargo would have.
     let host = env!("EMBREE4_TARGET");
-    let compiler = cc::Build::new()
-        .cpp(cpp)
-        .target(host)
-        .host(host)
-        .opt_level(0)
-        .cargo_metadata(false)
-        .get_compiler();
+    let compiler =
+        cc::Build::new().cpp(cpp).target(host).host(host).opt_level(0).cargo_metadata(false).get_compiler();
     let status = Command::new(compiler.path())
-        .args([
-            "-x",
-            if cpp { "c++" } else { "c" },
-            "-I",
-            env!("EMBREE4_INCLUDE"),
-            "-o",
-        ])
+        .args(["-x", if cpp { "c++" } else { "c" }, "-I", env!("EMBREE4_INCLUDE"), "-o"])
         .arg(&program)
         .arg(&source)
         .status()
@@ -36,10 +25,7 @@ fn ask_the_compiler(cpp: bool) -> BTreeMap<String, u64> {
     assert!(status.success(), "{} does not compile", source.display());
     let output = Command::new(&program).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let pair = |line: &str| {
-        line.split_once(' ')
-            .map(|(k, v)| (k.to_owned(), v.parse().unwrap()))
-    };
+    let pair = |line: &str| line.split_once(' ').map(|(k, v)| (k.to_owned(), v.parse().unwrap()));
     text.lines().filter_map(pair).collect()
 }
 
@@ -71,28 +57,14 @@ fn bindings() -> BTreeMap<String, u64> {
     };
     let (intersect, occluded) = (init_intersect_arguments(), init_occluded_arguments());
     let context = init_ray_query_context();
-    let set =
-        intersect.filter.is_some() || intersect.intersect.is_some() || !intersect.context.is_null();
-    let set_too =
-        occluded.filter.is_some() || occluded.occluded.is_some() || !occluded.context.is_null();
+    let set = intersect.filter.is_some() || intersect.intersect.is_some() || !intersect.context.is_null();
+    let set_too = occluded.filter.is_some() || occluded.occluded.is_some() || !occluded.context.is_null();
     let numbers = [
-        (
-            "RTC_INVALID_GEOMETRY_ID",
-            u64::from(RTC_INVALID_GEOMETRY_ID),
-        ),
+        ("RTC_INVALID_GEOMETRY_ID", u64::from(RTC_INVALID_GEOMETRY_ID)),
         ("RTC_FEATURE_FLAG_ALL", u64::from(RTC_FEATURE_FLAG_ALL)),
-        (
-            "RTC_RAY_QUERY_FLAG_COHERENT",
-            u64::from(RTC_RAY_QUERY_FLAG_COHERENT),
-        ),
-        (
-            "RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER",
-            u64::from(RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER),
-        ),
-        (
-            "RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR",
-            u64::from(RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR),
-        ),
+        ("RTC_RAY_QUERY_FLAG_COHERENT", u64::from(RTC_RAY_QUERY_FLAG_COHERENT)),
+        ("RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER", u64::from(RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER)),
+        ("RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR", u64::from(RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR)),
         ("intersect.flags", u64::from(intersect.flags)),
         ("intersect.feature_mask", u64::from(intersect.feature_mask)),
         ("intersect.pointers", u64::from(set)),
@@ -132,14 +104,7 @@ fn the_bindings_agree_with_cpp_and_its_accessors() {
 
 #[test]
 fn alignment_is_that_of_packets_of_16() {
-    assert_eq!(
-        [
-            align_of::<RTCRay16>(),
-            align_of::<RTCHit16>(),
-            align_of::<RTCRayHit16>()
-        ],
-        [64; 3]
-    );
+    assert_eq!([align_of::<RTCRay16>(), align_of::<RTCHit16>(), align_of::<RTCRayHit16>()], [64; 3]);
     assert_eq!(align_of::<RTCBounds>(), 16);
 }
 

@@ -31,12 +31,7 @@ fn prefix(root: &Path, name: &str, version: &str, libdir: &str) -> PathBuf {
 }
 
 fn places(chosen: Option<PathBuf>, system: Vec<PathBuf>, private: PathBuf) -> Places {
-    Places {
-        chosen,
-        system,
-        private,
-        multiarch: "x86_64-linux-gnu".to_owned(),
-    }
+    Places { chosen, system, private, multiarch: "x86_64-linux-gnu".to_owned() }
 }
 
 #[test]
@@ -48,16 +43,10 @@ fn a_chosen_folder_comes_first_and_then_the_system() {
 
     let all = places(Some(chosen.clone()), vec![system.clone()], private.clone());
     let found = find(&all).unwrap();
-    assert_eq!(
-        (found.version, found.libdir),
-        (Version(4, 3, 0), chosen.join("lib64"))
-    );
+    assert_eq!((found.version, found.libdir), (Version(4, 3, 0), chosen.join("lib64")));
 
     let found = find(&places(None, vec![system.clone()], private.clone())).unwrap();
-    assert_eq!(
-        (found.version, found.include),
-        (Version(4, 3, 1), system.join("include"))
-    );
+    assert_eq!((found.version, found.include), (Version(4, 3, 1), system.join("include")));
 
     let found = find(&places(None, vec![root.path().join("none")], private)).unwrap();
     assert_eq!(found.version, Version(4, 3, 2));
@@ -68,10 +57,7 @@ fn an_old_system_gives_way_to_the_private_copy() {
     let root = tempfile::tempdir().unwrap();
     let old = prefix(root.path(), "system", "4.2.0", "lib");
     let private = prefix(root.path(), "private", "4.3.3", "lib");
-    assert_eq!(
-        find(&places(None, vec![old], private)).unwrap().version,
-        Version(4, 3, 3)
-    );
+    assert_eq!(find(&places(None, vec![old], private)).unwrap().version, Version(4, 3, 3));
 }
 
 #[test]
@@ -83,36 +69,18 @@ fn every_refusal_is_one_sentence_that_says_what_to_do() {
     let unreadable = prefix(root.path(), "unreadable", "4.x.0", "lib");
     let good = prefix(root.path(), "good", "4.3.3", "lib");
     let refusals = [
-        (
-            places(None, vec![none.clone()], none.clone()),
-            "was not found",
-        ),
-        (
-            places(None, vec![old.clone()], none.clone()),
-            "is 4.2.0 and 4.3 or newer is needed",
-        ),
+        (places(None, vec![none.clone()], none.clone()), "was not found"),
+        (places(None, vec![old.clone()], none.clone()), "is 4.2.0 and 4.3 or newer is needed"),
         // Who chooses a folder gets that or an error, never another.
-        (
-            places(Some(old), vec![good.clone()], good.clone()),
-            "is 4.2.0 and 4.3 or newer is needed",
-        ),
-        (
-            places(Some(none), vec![good.clone()], good.clone()),
-            "there is no ",
-        ),
-        (
-            places(Some(no_library), vec![], good.clone()),
-            "there is no libembree4.so",
-        ),
+        (places(Some(old), vec![good.clone()], good.clone()), "is 4.2.0 and 4.3 or newer is needed"),
+        (places(Some(none), vec![good.clone()], good.clone()), "there is no "),
+        (places(Some(no_library), vec![], good.clone()), "there is no libembree4.so"),
         (places(Some(unreadable), vec![], good), "states no version"),
     ];
     for (places, why) in refusals {
         let sentence = find(&places).unwrap_err();
         assert!(sentence.contains(why), "{sentence}");
-        assert!(
-            sentence.contains("make setup") && sentence.contains("EMBREE_DIR"),
-            "{sentence}"
-        );
+        assert!(sentence.contains("make setup") && sentence.contains("EMBREE_DIR"), "{sentence}");
         assert!(!sentence.contains('\n'), "{sentence}");
     }
 }

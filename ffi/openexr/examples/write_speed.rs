@@ -17,50 +17,24 @@ const CHANNELS: usize = 37;
 const REPEATS: u32 = 3;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args_os()
-        .nth(1)
-        .map_or_else(std::env::temp_dir, PathBuf::from);
+    let folder = std::env::args_os().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
     let path = folder.join(format!("write_speed-{}.exr", std::process::id()));
-    let names: Vec<String> = (0..CHANNELS)
-        .map(|index| format!("layer{:02}.v", index))
-        .collect();
+    let names: Vec<String> = (0..CHANNELS).map(|index| format!("layer{:02}.v", index)).collect();
     let planes: Vec<Vec<f32>> = (0..CHANNELS).map(plane).collect();
     let stored = |index| {
-        if index < HALVES {
-            SampleType::Half
-        } else {
-            SampleType::Float
-        }
+        if index < HALVES { SampleType::Half } else { SampleType::Float }
     };
     let channels: Vec<Channel<'_>> = (0..CHANNELS)
-        .map(|index| Channel {
-            name: &names[index],
-            stored: stored(index),
-            data: &planes[index],
-        })
+        .map(|index| Channel { name: &names[index], stored: stored(index), data: &planes[index] })
         .collect();
-    println!(
-        "OpenEXR {}, {} threads",
-        openexr::version(),
-        rayon::current_num_threads()
-    );
+    println!("OpenEXR {}, {} threads", openexr::version(), rayon::current_num_threads());
     println!("method level seconds processor-seconds megabytes");
     let zips = [1, 2, 3, 4, 6].map(|level| (Compression::Zips, level));
-    let others = [
-        (Compression::Zip, 1),
-        (Compression::Piz, 1),
-        (Compression::None, 1),
-    ];
+    let others = [(Compression::Zip, 1), (Compression::Piz, 1), (Compression::None, 1)];
     for (compression, level) in zips.into_iter().chain(others) {
         let (width, height) = (WIDTH as u32, HEIGHT as u32);
         let (channels, attributes) = (channels.clone(), Vec::new());
-        let image = Image {
-            width,
-            height,
-            channels,
-            attributes,
-            compression,
-        };
+        let image = Image { width, height, channels, attributes, compression };
         let (mut best, before) = (f64::INFINITY, processor_seconds());
         for _ in 0..REPEATS {
             let start = Instant::now();
@@ -69,10 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let busy = (processor_seconds() - before) / f64::from(REPEATS);
         let megabytes = std::fs::metadata(&path)?.len() as f64 / 1e6;
-        println!(
-            "{:<6} {level:>5} {best:>7.3} {busy:>17.3} {megabytes:>9.1}",
-            format!("{compression:?}")
-        );
+        println!("{:<6} {level:>5} {best:>7.3} {busy:>17.3} {megabytes:>9.1}", format!("{compression:?}"));
     }
     std::fs::remove_file(&path)?;
     Ok(())
@@ -82,14 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn processor_seconds() -> f64 {
     const TICKS_PER_SECOND: f64 = 100.0; // the kernel's unit towards programs
     let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = status
-        .rsplit_once(')')
-        .map_or("", |(_, fields)| fields)
-        .split_whitespace();
-    let ticks = fields
-        .skip(11)
-        .take(2)
-        .filter_map(|ticks| ticks.parse::<f64>().ok());
+    let fields = status.rsplit_once(')').map_or("", |(_, fields)| fields).split_whitespace();
+    let ticks = fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok());
     ticks.sum::<f64>() / TICKS_PER_SECOND
 }
 
@@ -102,10 +67,7 @@ fn plane(channel: usize) -> Vec<f32> {
         (state >> 8) as f32 / 16_777_216.0
     };
     let pixel = |index: usize| {
-        let (x, y) = (
-            (index % WIDTH) as f32 / WIDTH as f32,
-            (index / WIDTH) as f32 / HEIGHT as f32,
-        );
+        let (x, y) = ((index % WIDTH) as f32 / WIDTH as f32, (index / WIDTH) as f32 / HEIGHT as f32);
         value(channel, x, y, noise())
     };
     (0..WIDTH * HEIGHT).map(pixel).collect()

@@ -26,9 +26,7 @@ pub fn medium(device: &Device) -> Scene {
 /// Triangles that share no vertex.
 pub fn mesh(device: &Device, triangles: &[Triangle], mask: u32) -> Geometry {
     let vertices = Arc::new(VertexBuffer::new(triangles.as_flattened().to_vec()));
-    let indices = (0..triangles.len() as u32)
-        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-        .collect();
+    let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     Geometry::triangles(device, vertices, indices, mask).unwrap()
 }
 

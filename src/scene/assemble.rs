@@ -1,0 +1,273 @@
+//! From files to meshes: each OBJ once, with its materials looked up, overridden and settled.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+
+use super::error::Findings;
+use super::lines::words;
+use super::mtl::{self, MtlMaterial};
+use super::obj::{self, ObjFile};
+use super::obj_lines::Named;
+use super::paths::find_beside;
+use super::pictures::Pictures;
+use super::spelling;
+use super::{Material, Mesh, SceneError, Texture};
+
+/// Most materials of a shot: a triangle keeps 16 bits of index.
+const MOST_MATERIALS: usize = 1 << 16;
+
+/// Unknown materials of a file that get a warning each.
+const MOST_NAMED: usize = 10;
+
+/// A `[[material]]` of the shot file: what is not `None` replaces what the MTL file says.
+pub(crate) struct Override {
+    pub values: MtlMaterial,
+    /// The shot file, and the line and column of the entry in it.
+    pub path: PathBuf,
+    pub line: usize,
+    pub column: usize,
+    /// Whether any model has a material of the name.
+    pub used: bool,
+}
+
+/// Models' meshes and what they share.
+#[derive(Default)]
+pub(crate) struct Assembly {
+    findings: Findings,
+    overrides: Vec<Override>,
+    materials: Vec<Material>,
+    pictures: Pictures,
+    meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// All names that MTL files define, for hints.
+    known_names: Vec<String>,
+}
+
+/// A material of an MTL file, with the file.
+struct Defined {
+    material: MtlMaterial,
+    path: PathBuf,
+}
+
+impl Assembly {
+    /// Empty. `strict`: stand-ins are errors.
+    pub fn new(strict: bool, overrides: Vec<Override>) -> Self {
+        Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
+    }
+
+    /// The mesh of the OBJ file at `path`, in object space.
+    ///
+    /// # Errors
+    /// Where the OBJ or one of its MTL files is wrong; in a strict load also where one is missing.
+    pub fn mesh(&mut self, path: &Path) -> Result<Arc<Mesh>, SceneError> {
+        let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let obj = obj::read(path)?;
+        let (defined, complete) = self.libraries(&obj, path)?;
+        let ids = self.settle_all(&obj, &defined, complete, path)?;
+        let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+
+    /// Reads the MTL files of `obj`. The flag says whether all were found.
+    fn libraries(&mut self, obj: &ObjFile, path: &Path) -> Result<(Vec<Defined>, bool), SceneError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut defined = Vec::new();
+        let mut complete = true;
+        // some writers repeat the line before every object
+        let (mut names, mut files) = (HashSet::new(), HashSet::new());
+        for library in obj.libraries.iter().filter(|library| names.insert(library.name.as_str())) {
+            let (found, missing) = library_files(folder, &library.name);
+            complete &= missing.is_empty();
+            for name in missing {
+                let message =
+                    format!("the material file `{name}` cannot be found; faces that need it are drawn grey");
+                self.findings.stand_in(SceneError::new(path, message).at_line(library.line))?;
+            }
+            for file in found {
+                if !files.insert(file.clone()) {
+                    continue;
+                }
+                let materials = mtl::read(&file)?;
+                self.note_contradictions(&materials, &file);
+                self.known_names.extend(materials.iter().map(|material| material.name.clone()));
+                defined
+                    .extend(materials.into_iter().map(|material| Defined { material, path: file.clone() }));
+            }
+        }
+        Ok((defined, complete))
+    }
+
+    fn note_contradictions(&mut self, materials: &[MtlMaterial], file: &Path) {
+        if let Some(first) = materials.iter().find(|material| material.contradicts_itself()) {
+            let message =
+                format!("`d` and `Tr` of the material `{}` contradict each other: `d` counts", first.name);
+            self.findings.note(SceneError::new(file, message).at_line(first.line));
+        }
+    }
+
+    /// Settles the materials that `obj` uses. Index into all materials for each of its names.
+    fn settle_all(
+        &mut self,
+        obj: &ObjFile,
+        defined: &[Defined],
+        complete: bool,
+        path: &Path,
+    ) -> Result<Vec<u16>, SceneError> {
+        // as in tobj, the last definition of a name counts
+        let by_name: HashMap<&str, &Defined> =
+            defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
+        let mut used = vec![false; obj.materials.len()];
+        obj.material_of.iter().for_each(|id| used[*id as usize] = true);
+        let mut ids = vec![0; obj.materials.len()];
+        let mut unknown = Vec::new();
+        for (i, named) in obj.materials.iter().enumerate().filter(|(i, _)| used[*i]) {
+            let found = by_name.get(named.name.as_str()).copied();
+            if found.is_none() && complete && !named.name.is_empty() && !self.is_overridden(&named.name) {
+                unknown.push(named);
+            }
+            let material = self.settle(named, found, path)?;
+            if self.materials.len() == MOST_MATERIALS {
+                return Err(SceneError::new(
+                    path,
+                    format!("with this model the shot has more than {MOST_MATERIALS} materials"),
+                ));
+            }
+            ids[i] = self.materials.len() as u16;
+            self.materials.push(material);
+        }
+        self.report_unknown(&unknown, defined, path)?;
+        Ok(ids)
+    }
+
+    fn is_overridden(&self, name: &str) -> bool {
+        self.overrides.iter().any(|entry| entry.values.name == name)
+    }
+
+    fn report_unknown(
+        &mut self,
+        unknown: &[&Named],
+        defined: &[Defined],
+        path: &Path,
+    ) -> Result<(), SceneError> {
+        for named in unknown.iter().take(MOST_NAMED) {
+            let near =
+                spelling::hint(&named.name, defined.iter().map(|defined| defined.material.name.as_str()));
+            let message =
+                format!("no material file defines `{}`; its faces are drawn grey{near}", named.name);
+            self.findings.stand_in(SceneError::new(path, message).at_line(named.line))?;
+        }
+        if unknown.len() > MOST_NAMED {
+            let message = format!("{} more materials are not defined", unknown.len() - MOST_NAMED);
+            self.findings.note(SceneError::new(path, message));
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {
+        let mut stated = match found {
+            Some(defined) => defined.material.clone(),
+            None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
+        };
+        let mut asking = found.map_or(obj, |defined| &defined.path).to_path_buf();
+        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == named.name) {
+            entry.used = true;
+            stated.replace_with(&entry.values);
+            if entry.values.map_kd.is_some() {
+                asking.clone_from(&entry.path);
+            }
+        }
+        let mut material = stated.settle();
+        if named.name.is_empty() {
+            material.name = Material::fallback().name;
+        }
+        if let Some(map) = &stated.map_kd {
+            let folder = asking.parent().unwrap_or(Path::new(""));
+            let index = self.pictures.index_of(map, folder, &asking, &mut self.findings)?;
+            material.diffuse_map = Some(index);
+        }
+        Ok(material)
+    }
+
+    /// Tells of overrides that no model has taken.
+    ///
+    /// # Errors
+    /// One such, in a strict load.
+    pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
+        let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
+        for entry in self.overrides.iter().filter(|entry| !entry.used) {
+            let name = &entry.values.name;
+            let message = if self.known_names.contains(name) {
+                format!("the material `{name}` is defined, but no face uses it")
+            } else {
+                format!(
+                    "no model has a material `{name}`{}",
+                    spelling::hint(name, used.iter().map(String::as_str))
+                )
+            };
+            let finding = SceneError::new(&entry.path, message).at(entry.line, entry.column);
+            self.findings.stand_in(finding)?;
+        }
+        Ok(())
+    }
+
+    /// What was assembled: materials, textures, findings.
+    pub fn finish(self) -> (Vec<Material>, Vec<Texture>, Findings) {
+        (self.materials, self.pictures.textures, self.findings)
+    }
+}
+
+/// The files that a `mtllib` line means: one name that may hold spaces, or several, or several that may
+/// hold spaces. Then the names for which there is no file.
+fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
+    let words: Vec<String> =
+        words(text.as_bytes()).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    if let Some(path) = find_beside(folder, text) {
+        return (vec![path], missing);
+    }
+    let mut at = 0;
+    while at < words.len() {
+        // the longest name that there is a file for; limited, for lines of a thousand words
+        let longest = words.len().min(at + 16);
+        let file = (at + 1..=longest)
+            .rev()
+            .find_map(|end| Some((end, find_beside(folder, &words[at..end].join(" "))?)));
+        at = match file {
+            Some((end, path)) => {
+                found.push(path);
+                end
+            }
+            None => {
+                missing.push(words[at].clone());
+                at + 1
+            }
+        };
+    }
+    if found.is_empty() && !text.is_empty() {
+        missing = vec![text.to_string()];
+    }
+    (found, missing)
+}
+
+/// Orders the triangles: first those that cast shadows, each kind in the order of the file.
+fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
+    let casts = |material: &u16| materials[*material as usize].casts_shadow();
+    let material_of: Vec<u16> = obj.material_of.iter().map(|id| ids[*id as usize]).collect();
+    let (first, last): (Vec<u32>, Vec<u32>) =
+        (0..material_of.len() as u32).partition(|i| casts(&material_of[*i as usize]));
+    let order = || first.iter().chain(&last).map(|i| *i as usize);
+    Mesh {
+        positions: Arc::new(VertexBuffer::new(obj.positions)),
+        triangles: order().map(|i| obj.triangles[i]).collect(),
+        normals: obj.normals,
+        uvs: obj.uvs,
+        material_of: order().map(|i| material_of[i]).collect(),
+        shadow_casting: first.len(),
+    }
+}

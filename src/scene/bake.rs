@@ -1,0 +1,77 @@
+//! Still models are put into world space once, so that all of them can share one still Embree scene.
+
+use embree::VertexBuffer;
+use glam::{DAffine3, DVec3, Vec3};
+use std::sync::Arc;
+
+use super::Mesh;
+use super::obj_lines::LARGEST_COORDINATE;
+
+/// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
+pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
+    let positions: Vec<[f32; 3]> = mesh
+        .positions
+        .as_slice()
+        .iter()
+        .map(|p| map.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array())
+        .collect();
+    if !positions.as_flattened().iter().all(|x| x.abs() <= LARGEST_COORDINATE) {
+        return None;
+    }
+    let to_normal = map.matrix3.inverse().transpose();
+    let normal = |n: &Vec3| (to_normal * n.as_dvec3()).normalize_or(DVec3::ZERO).as_vec3();
+    let mirrored = map.matrix3.determinant() < 0.0;
+    Some(Mesh {
+        positions: Arc::new(VertexBuffer::new(positions)),
+        triangles: if mirrored {
+            // a mirror image turns the other way; its outside must stay outside
+            mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+        } else {
+            mesh.triangles.clone()
+        },
+        normals: mesh.normals.iter().map(normal).collect(),
+        uvs: mesh.uvs.clone(),
+        material_of: mesh.material_of.clone(),
+        shadow_casting: mesh.shadow_casting,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec3};
+
+    fn triangle() -> Mesh {
+        Mesh {
+            positions: Arc::new(VertexBuffer::new(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])),
+            triangles: Arc::from([[0, 1, 2]]),
+            normals: vec![Vec3::new(0.6, 0.0, 0.8); 3],
+            uvs: Vec::new(),
+            material_of: vec![0],
+            shadow_casting: 1,
+        }
+    }
+
+    #[test]
+    fn moves_points_and_keeps_normals_perpendicular() {
+        let map = DAffine3::from_mat3_translation(
+            DMat3::from_diagonal(DVec3::new(2.0, 1.0, 1.0)),
+            DVec3::new(0.0, 0.0, 5.0),
+        );
+        let mesh = baked(&triangle(), map).expect("finite");
+        assert_eq!(mesh.positions.as_slice()[1], [2.0, 0.0, 5.0]);
+        let expected = Vec3::new(0.3, 0.0, 0.8).normalize();
+        assert!(mesh.normals[0].abs_diff_eq(expected, 1e-6));
+    }
+
+    #[test]
+    fn mirror_images_keep_their_outside() {
+        let map = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        assert_eq!(*baked(&triangle(), map).expect("finite").triangles, [[0, 2, 1]]);
+    }
+
+    #[test]
+    fn too_far_is_refused() {
+        assert!(baked(&triangle(), DAffine3::from_scale(DVec3::splat(1e30))).is_none());
+    }
+}

@@ -1,0 +1,184 @@
+//! Which frames of a shot to render: `1-100x2,150`.
+
+use std::fmt;
+
+/// Most frames that a range may name: at 24 a second, eleven hours.
+pub const MOST_FRAMES: u64 = 1_000_000;
+
+/// Frames from `first` to `last`, both included where `step` meets them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Run {
+    /// A frame of the run.
+    pub first: i32,
+    /// Never below `first`; itself a frame of the run.
+    pub last: i32,
+    /// At least 1.
+    pub step: u32,
+}
+
+/// The frames that were asked for. Never empty, at most [`MOST_FRAMES`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frames {
+    runs: Vec<Run>,
+}
+
+impl Run {
+    /// How many frames.
+    pub fn count(&self) -> u64 {
+        (i64::from(self.last) - i64::from(self.first)) as u64 / u64::from(self.step) + 1
+    }
+
+    fn frames(self) -> impl Iterator<Item = i32> {
+        (self.first..=self.last).step_by(self.step as usize)
+    }
+}
+
+impl Frames {
+    /// Reads runs between commas: `FRAME`, `FIRST-LAST` or `FIRST:LAST`, each with `xSTEP` if wanted.
+    /// Frames may be negative: `-10--1` is `-10:-1`.
+    ///
+    /// # Errors
+    /// A sentence that says what is wrong with which part.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut runs = text.split(',').map(|part| run(part.trim())).collect::<Result<Vec<_>, _>>()?;
+        runs.sort();
+        let total: u64 = runs.iter().map(Run::count).sum();
+        if total > MOST_FRAMES {
+            return Err(format!(
+                "`{text}` names {total} frames: more than {MOST_FRAMES} are not rendered in a run"
+            ));
+        }
+        Ok(Self { runs })
+    }
+
+    /// From `first` to `last`.
+    ///
+    /// # Panics
+    /// Where `last` is before `first`.
+    pub fn between(first: i32, last: i32) -> Self {
+        assert!(first <= last, "a range ends before it begins");
+        Self { runs: vec![Run { first, last, step: 1 }] }
+    }
+
+    /// In rising order of their first frame; runs may overlap.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// Every frame once, in rising order.
+    pub fn list(&self) -> Vec<i32> {
+        let mut frames: Vec<i32> = self.runs.iter().flat_map(|run| run.frames()).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        frames
+    }
+
+    /// The earliest frame.
+    pub fn first(&self) -> i32 {
+        self.runs[0].first
+    }
+}
+
+/// As [`Frames::parse`] reads it.
+impl fmt::Display for Frames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, run) in self.runs.iter().enumerate() {
+            let comma = if i == 0 { "" } else { "," };
+            match run {
+                Run { first, last, .. } if first == last => write!(f, "{comma}{first}")?,
+                Run { first, last, step: 1 } => write!(f, "{comma}{first}-{last}")?,
+                Run { first, last, step } => write!(f, "{comma}{first}-{last}x{step}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn run(part: &str) -> Result<Run, String> {
+    let example = "write frames like `1-100x2,150`";
+    if part.is_empty() {
+        return Err(format!("a part of the frame range is empty: {example}"));
+    }
+    let (range, step) = match part.split_once(['x', 'X']) {
+        Some((range, step)) => (range.trim(), step.trim().parse().ok().filter(|step| *step > 0)),
+        None => (part, Some(1)),
+    };
+    let step: u32 =
+        step.ok_or_else(|| format!("`{part}`: the step after `x` must be a whole number above 0"))?;
+    // a minus sign at the front belongs to the number
+    let separator = range.char_indices().skip(1).find(|(_, c)| matches!(c, '-' | ':')).map(|(i, _)| i);
+    let number = |text: &str| {
+        text.trim()
+            .parse::<i32>()
+            .map_err(|_| format!("`{part}`: `{}` is not a frame's number: {example}", text.trim()))
+    };
+    let (first, last) = match separator {
+        Some(i) => (number(&range[..i])?, number(&range[i + 1..])?),
+        None => (number(range)?, number(range)?),
+    };
+    if last < first {
+        return Err(format!(
+            "`{part}` runs backwards: write `{last}-{first}`; frames are rendered in rising order"
+        ));
+    }
+    let beyond = (i64::from(last) - i64::from(first)) % i64::from(step);
+    Ok(Run { first, last: (i64::from(last) - beyond) as i32, step })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::*;
+
+    #[test]
+    fn reads_runs_steps_and_single_frames() {
+        let frames = Frames::parse(" 150, 1-10x4 , 5:6").unwrap();
+        assert_eq!(frames.list(), [1, 5, 6, 9, 150]);
+        assert_eq!(frames.runs()[0], Run { first: 1, last: 9, step: 4 });
+        assert_eq!((frames.first(), frames.to_string().as_str()), (1, "1-9x4,5-6,150"));
+    }
+
+    #[test]
+    fn reads_negative_frames() {
+        for text in ["-3--1", "-3:-1", "-3 - -1", "-1,-2,-3,-2"] {
+            assert_eq!(Frames::parse(text).unwrap().list(), [-3, -2, -1], "{text}");
+        }
+        assert_eq!(Frames::parse("-2-1x3").unwrap().list(), [-2, 1]);
+    }
+
+    #[test]
+    fn reads_back_what_it_prints() {
+        for text in ["1", "-5--1", "1-99x7,200", "1-9x4,5-6,150"] {
+            let frames = Frames::parse(text).unwrap();
+            assert_eq!(Frames::parse(&frames.to_string()).unwrap(), frames);
+        }
+    }
+
+    #[test]
+    fn refuses_what_makes_no_sense() {
+        for (text, word) in [
+            ("", "empty"),
+            ("1,,2", "empty"),
+            ("10-1", "runs backwards"),
+            ("1-10x0", "step"),
+            ("1-10x-2", "step"),
+            ("one", "not a frame"),
+            ("1-", "not a frame"),
+            ("1.5", "not a frame"),
+            ("99999999999", "not a frame"),
+            ("1-2-3", "not a frame"),
+            ("é-1", "not a frame"),
+        ] {
+            let message = Frames::parse(text).unwrap_err();
+            assert!(message.contains(word), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn refuses_absurdly_many() {
+        let message = Frames::parse("-2147483648-2147483647").unwrap_err();
+        assert!(message.contains("4294967296 frames"), "{message}");
+        assert_eq!(Frames::parse("-2147483648-2147483647x4294967295").unwrap().list().len(), 2);
+        assert!(Frames::parse("1-600000,1-600000").is_err());
+    }
+}

@@ -1,0 +1,112 @@
+//! Lines of OBJ and MTL text: any encoding of line ends, continuation by a backslash, byte order marks.
+
+use std::borrow::Cow;
+
+/// Bytes in an encoding that the readers understand: UTF-16 becomes UTF-8, marks go, and the lone
+/// carriage returns of old systems become line ends.
+pub(crate) fn readable(bytes: Vec<u8>) -> Vec<u8> {
+    match bytes.as_slice() {
+        [0xFE, 0xFF, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        [0xFF, 0xFE, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xEF, 0xBB, 0xBF, rest @ ..] => rest.to_vec(),
+        all if all.contains(&b'\n') => bytes,
+        all => all.iter().map(|byte| if *byte == b'\r' { b'\n' } else { *byte }).collect(),
+    }
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    readable(text.into_bytes())
+}
+
+/// The lines of a text, trimmed, continued ones joined, with the number (from 1) of each one's beginning.
+pub(crate) struct Lines<'a> {
+    rest: &'a [u8],
+    next: usize,
+}
+
+impl<'a> Lines<'a> {
+    /// From the beginning of `text`.
+    pub fn new(text: &'a [u8]) -> Self {
+        Self { rest: text, next: 1 }
+    }
+
+    fn physical(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self.rest.iter().position(|byte| *byte == b'\n');
+        let (line, rest) = match end {
+            Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
+            None => (self.rest, &[][..]),
+        };
+        self.rest = rest;
+        self.next += 1;
+        Some(line.trim_ascii())
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = (usize, Cow<'a, [u8]>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let number = self.next;
+        let line = self.physical()?;
+        // a comment may well end in a path of Windows
+        if line.last() != Some(&b'\\') || line.first() == Some(&b'#') {
+            return Some((number, Cow::Borrowed(line)));
+        }
+        let mut joined = line.to_vec();
+        while joined.last() == Some(&b'\\') {
+            joined.pop();
+            let Some(more) = self.physical() else { break };
+            joined.push(b' ');
+            joined.extend_from_slice(more);
+        }
+        Some((number, Cow::Owned(joined.trim_ascii().to_vec())))
+    }
+}
+
+/// The first word of a line, and the rest without the blanks around it.
+pub(crate) fn split_keyword(line: &[u8]) -> (&[u8], &[u8]) {
+    let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+    (&line[..end], line[end..].trim_ascii())
+}
+
+/// The words of a line up to a comment.
+pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let end = line.iter().position(|byte| *byte == b'#').unwrap_or(line.len());
+    line[..end].split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(text: &[u8]) -> Vec<(usize, String)> {
+        let text = readable(text.to_vec());
+        Lines::new(&text).map(|(n, line)| (n, String::from_utf8_lossy(&line).into_owned())).collect()
+    }
+
+    #[test]
+    fn joins_continued_lines_and_keeps_count() {
+        let read = lines(b"f 1 \\\r\n 2 \\\n3\r\n# c:\\\nv 1 2 3\nend\\");
+        let expected = [(1, "f 1  2  3"), (4, "# c:\\"), (5, "v 1 2 3"), (6, "end")];
+        assert_eq!(read, expected.map(|(n, line)| (n, line.to_string())));
+    }
+
+    #[test]
+    fn reads_old_and_wide_encodings() {
+        assert_eq!(lines(b"a\rb").len(), 2);
+        assert_eq!(lines(b"\xEF\xBB\xBFv 1")[0].1, "v 1");
+        assert_eq!(lines(b"\xFE\xFF\0v\0\n\0f"), lines(b"v\nf"));
+        assert_eq!(lines(b"\xFF\xFEv\0\n\0f\0"), lines(b"v\nf"));
+    }
+
+    #[test]
+    fn splits_words() {
+        assert_eq!(split_keyword(b"usemtl\t a b "), (&b"usemtl"[..], &b"a b"[..]));
+        assert_eq!(words(b" 1\t2 # 3").collect::<Vec<_>>(), [b"1", b"2"]);
+    }
+}

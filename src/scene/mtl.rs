@@ -1,0 +1,408 @@
+//! Reads MTL files, and settles what their materials mean.
+//!
+//! Not through tobj's reader: that one stops the program at a colour of two numbers, and does not know
+//! the lines. The format's meaning follows Wavefront's description of it (`illum` 0 to 10).
+
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use super::lines::{Lines, readable, split_keyword, words};
+use super::material::Optics;
+use super::{Material, SceneError};
+
+/// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
+const HIGHEST_SHININESS: f32 = 1e5;
+
+/// What a file states of one material. Absent values are not the defaults: which those are depends on
+/// other values.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct MtlMaterial {
+    pub name: String,
+    /// Where `newmtl` stands.
+    pub line: usize,
+    pub kd: Option<Vec3>,
+    pub ka: Option<Vec3>,
+    pub ks: Option<Vec3>,
+    pub ke: Option<Vec3>,
+    pub tf: Option<Vec3>,
+    pub ns: Option<f32>,
+    pub ni: Option<f32>,
+    pub d: Option<f32>,
+    pub tr: Option<f32>,
+    pub illum: Option<u32>,
+    pub map_kd: Option<MapKd>,
+}
+
+/// A texture as a material asks for it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct MapKd {
+    /// As written; may hold spaces, backslashes and the case of another system.
+    pub file: String,
+    pub scale: Vec2,
+    pub offset: Vec2,
+    pub clamp: bool,
+    /// Where it is asked for.
+    pub line: usize,
+}
+
+impl MapKd {
+    /// The whole picture, repeating.
+    pub fn plain(file: impl Into<String>, line: usize) -> Self {
+        Self { file: file.into(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, line }
+    }
+}
+
+/// Reads the MTL file at `path`.
+///
+/// # Errors
+/// Where it cannot be read, or a value makes no sense.
+pub(crate) fn read(path: &Path) -> Result<Vec<MtlMaterial>, SceneError> {
+    let bytes = std::fs::read(path)
+        .map_err(|error| SceneError::new(path, format!("the MTL file cannot be read: {error}")))?;
+    parse(&readable(bytes)).map_err(|(line, message)| SceneError::new(path, message).at_line(line))
+}
+
+/// Reads MTL text; errors are line and message.
+pub(crate) fn parse(text: &[u8]) -> Result<Vec<MtlMaterial>, (usize, String)> {
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    for (number, line) in Lines::new(text) {
+        let (keyword, rest) = split_keyword(&line);
+        if keyword.eq_ignore_ascii_case(b"newmtl") {
+            let name = String::from_utf8_lossy(rest).into_owned();
+            materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
+        } else if let Some(material) = materials.last_mut() {
+            let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
+            statement(material, &keyword, rest, number).map_err(|message| (number, message))?;
+        }
+    }
+    Ok(materials)
+}
+
+fn statement(material: &mut MtlMaterial, keyword: &str, rest: &[u8], line: usize) -> Result<(), String> {
+    match keyword {
+        "kd" => material.kd = color("Kd", rest)?.or(material.kd),
+        "ka" => material.ka = color("Ka", rest)?.or(material.ka),
+        "ks" => material.ks = color("Ks", rest)?.or(material.ks),
+        "ke" => material.ke = color("Ke", rest)?.or(material.ke),
+        "tf" => material.tf = color("Tf", rest)?.or(material.tf),
+        "ns" => material.ns = Some(number("Ns", rest)?),
+        "ni" => material.ni = Some(number("Ni", rest)?),
+        "d" => material.d = Some(number("d", rest)?),
+        "tr" => material.tr = Some(number("Tr", rest)?),
+        "illum" => material.illum = Some(illumination(rest)?),
+        "map_kd" => material.map_kd = texture(&String::from_utf8_lossy(rest), line),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// One number for grey, or three. `None` for `xyz` and `spectral`, which have no plain RGB.
+fn color(key: &str, rest: &[u8]) -> Result<Option<Vec3>, String> {
+    let values: Vec<&[u8]> = words(rest).collect();
+    match values.as_slice() {
+        [b"xyz" | b"spectral", ..] => Ok(None),
+        [grey] => Ok(Some(Vec3::splat(value(key, grey)?))),
+        [r, g, b, ..] => Ok(Some(Vec3::new(value(key, r)?, value(key, g)?, value(key, b)?))),
+        _ => Err(format!("`{key}` takes three numbers, red, green and blue")),
+    }
+}
+
+fn number(key: &str, rest: &[u8]) -> Result<f32, String> {
+    let word = words(rest).find(|word| *word != b"-halo").ok_or_else(|| format!("`{key}` takes a number"))?;
+    value(key, word)
+}
+
+fn value(key: &str, word: &[u8]) -> Result<f32, String> {
+    let word = String::from_utf8_lossy(word);
+    match word.parse::<f32>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err(format!("`{key}` is `{word}`: it must be a finite number, not negative")),
+    }
+}
+
+fn illumination(rest: &[u8]) -> Result<u32, String> {
+    let model = number("illum", rest)?;
+    if model.fract() != 0.0 || model > 10.0 {
+        return Err(format!("`illum` is `{model}`: the models are the whole numbers from 0 to 10"));
+    }
+    Ok(model as u32)
+}
+
+/// Options, then a file name that may hold spaces. `None` without a name.
+fn texture(text: &str, line: usize) -> Option<MapKd> {
+    let mut map = MapKd::plain("", line);
+    let mut rest = text.trim();
+    while let Some((option, after)) = option(rest) {
+        let (values, after) = match option {
+            "s" | "o" | "t" => take_numbers(after, 3),
+            "mm" => take_numbers(after, 2),
+            "bm" | "boost" | "texres" => take_numbers(after, 1),
+            _ => (Vec::new(), after),
+        };
+        rest = after;
+        match option {
+            // a factor of zero would be a single texel; exporters write it for "unset"
+            "s" => map.scale = pair(&values, 1.0).map(|x| if x == 0.0 { 1.0 } else { x }),
+            "o" => map.offset = pair(&values, 0.0),
+            "t" | "mm" | "bm" | "boost" | "texres" => {}
+            _ => {
+                let (word, after) = split_word(rest);
+                if option == "clamp" {
+                    map.clamp = word.eq_ignore_ascii_case("on");
+                }
+                rest = after;
+            }
+        }
+    }
+    map.file = without_trailing_options(rest).trim_matches('"').to_string();
+    (!map.file.is_empty()).then_some(map)
+}
+
+/// Options that `map_` statements take, each with values behind it.
+const OPTIONS: [&str; 14] = [
+    "s",
+    "o",
+    "t",
+    "mm",
+    "bm",
+    "boost",
+    "texres",
+    "clamp",
+    "blendu",
+    "blendv",
+    "cc",
+    "imfchan",
+    "type",
+    "colorspace",
+];
+
+fn option(text: &str) -> Option<(&str, &str)> {
+    let (word, rest) = split_word(text);
+    let name = word.strip_prefix('-')?;
+    OPTIONS.contains(&name).then_some((name, rest))
+}
+
+/// Some files put options behind the name.
+fn without_trailing_options(text: &str) -> &str {
+    let ends = text.match_indices(" -").map(|(i, _)| i).find(|i| option(text[*i..].trim_start()).is_some());
+    text[..ends.unwrap_or(text.len())].trim()
+}
+
+fn split_word(text: &str) -> (&str, &str) {
+    let end = text.find(char::is_whitespace).unwrap_or(text.len());
+    (&text[..end], text[end..].trim_start())
+}
+
+fn take_numbers(mut text: &str, most: usize) -> (Vec<f32>, &str) {
+    let mut values = Vec::new();
+    while values.len() < most {
+        let (word, rest) = split_word(text);
+        // a file may be called `1`: the last word is the name
+        match word.parse::<f32>() {
+            Ok(value) if value.is_finite() && !rest.is_empty() => values.push(value),
+            _ => break,
+        }
+        text = rest;
+    }
+    (values, text)
+}
+
+fn pair(values: &[f32], default: f32) -> Vec2 {
+    Vec2::new(values.first().copied().unwrap_or(default), values.get(1).copied().unwrap_or(default))
+}
+
+impl MtlMaterial {
+    /// Whether `d` and `Tr`, which mean the same thing from two sides, say different things.
+    pub fn contradicts_itself(&self) -> bool {
+        matches!((self.d, self.tr), (Some(d), Some(tr)) if (d + tr - 1.0).abs() > 0.01)
+    }
+
+    /// Takes every value that `other` states.
+    pub fn replace_with(&mut self, other: &Self) {
+        self.kd = other.kd.or(self.kd);
+        self.ka = other.ka.or(self.ka);
+        self.ks = other.ks.or(self.ks);
+        self.ke = other.ke.or(self.ke);
+        self.tf = other.tf.or(self.tf);
+        self.ns = other.ns.or(self.ns);
+        self.ni = other.ni.or(self.ni);
+        self.d = other.d.or(self.d);
+        self.tr = other.tr.or(self.tr);
+        self.illum = other.illum.or(self.illum);
+        self.map_kd = other.map_kd.clone().or(self.map_kd.take());
+    }
+
+    /// What the statements mean together. The texture is left to the caller.
+    pub fn settle(&self) -> Material {
+        let illum = self.illum.unwrap_or(2);
+        let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
+        let (optics, share) = self.optics(illum, solid);
+        let kd = self.kd.unwrap_or_else(|| self.default_diffuse(&optics));
+        let highlight = if illum < 2 { Vec3::ZERO } else { self.ks.unwrap_or(Vec3::ZERO) };
+        Material {
+            name: self.name.clone(),
+            diffuse: kd * share,
+            ambient: self.ka.unwrap_or(kd) * share,
+            specular: highlight,
+            emission: self.ke.unwrap_or(Vec3::ZERO),
+            shininess: self.ns.unwrap_or(1.0).clamp(1.0, HIGHEST_SHININESS),
+            optics,
+            diffuse_map: None,
+        }
+    }
+
+    /// What happens to the ray from the eye, and the share of the light that the surface itself takes.
+    fn optics(&self, illum: u32, solid: f32) -> (Optics, f32) {
+        let tint = self.ks.unwrap_or(Vec3::ONE);
+        let filter = self.tf.unwrap_or(Vec3::ONE).min(Vec3::ONE);
+        // files leave Ni out, or 0, for "does not bend"
+        let index = self.ni.filter(|ni| *ni > 0.0).unwrap_or(1.0);
+        match illum {
+            3 | 5 | 8 => (Optics::Mirror { tint: self.ks.unwrap_or(Vec3::ZERO), fresnel: illum == 5 }, 1.0),
+            // glass by its model alone: the filter says how much comes through
+            4 | 6 | 7 | 9 if solid == 1.0 => {
+                let glass = Optics::Glass { transmission: filter, index, reflection: tint };
+                (glass, 1.0 - filter.max_element())
+            }
+            4 | 6 | 7 | 9 => {
+                (Optics::Glass { transmission: filter * (1.0 - solid), index, reflection: tint }, solid)
+            }
+            _ if solid < 1.0 => {
+                // cut-outs and veils: writers of `Tf 0 0 0` with `d` do not mean black
+                let filter = if filter == Vec3::ZERO { Vec3::ONE } else { filter };
+                let veil = Optics::Glass {
+                    transmission: filter * (1.0 - solid),
+                    index: 1.0,
+                    reflection: Vec3::ZERO,
+                };
+                (veil, solid)
+            }
+            _ => (Optics::Opaque, 1.0),
+        }
+    }
+
+    /// Kd where the file gives none.
+    fn default_diffuse(&self, optics: &Optics) -> Vec3 {
+        match optics {
+            _ if self.map_kd.is_some() => Vec3::ONE, // the picture as it is
+            Optics::Mirror { .. } => Vec3::ZERO,
+            Optics::Glass { index, .. } if *index != 1.0 => Vec3::ZERO,
+            _ => Material::fallback().diffuse,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::*;
+
+    fn stated(statements: &str) -> MtlMaterial {
+        let all = parse(format!("newmtl m\n{statements}").as_bytes()).unwrap();
+        all.into_iter().next().unwrap()
+    }
+
+    fn settled(statements: &str) -> Material {
+        stated(statements).settle()
+    }
+
+    fn glass(transmission: f32, index: f32, reflection: Vec3) -> Optics {
+        Optics::Glass { transmission: Vec3::splat(transmission), index, reflection }
+    }
+
+    #[test]
+    fn illumination_models_say_what_the_surface_does() {
+        let half = Vec3::splat(0.5);
+        for (statements, optics, specular) in [
+            ("Ks .5 .5 .5\nillum 0", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 1", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 2", Optics::Opaque, half),
+            ("Ks .5 .5 .5", Optics::Opaque, half),
+            ("Ks .5 .5 .5\nillum 3", Optics::Mirror { tint: half, fresnel: false }, half),
+            ("Ks .5 .5 .5\nillum 5", Optics::Mirror { tint: half, fresnel: true }, half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 4", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 6", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd 1\nillum 7", glass(1.0, 1.5, half), half),
+            ("Ks .5\nNi 0\nTr .75\nillum 9", glass(0.75, 1.0, half), half),
+            ("d .25\nillum 1", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("Tr .75\nNi 1.5", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d -halo .25\nTr .25", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d 7", Optics::Opaque, Vec3::ZERO),
+        ] {
+            let material = settled(statements);
+            assert_eq!((material.optics, material.specular), (optics, specular), "{statements}");
+        }
+    }
+
+    #[test]
+    fn filters_tint_what_comes_through() {
+        let Optics::Glass { transmission, .. } = settled("Tf 1 .5 0\nd .5\nillum 7").optics else {
+            unreachable!("glass by its model")
+        };
+        assert_eq!(transmission, Vec3::new(0.5, 0.25, 0.0));
+    }
+
+    #[test]
+    fn colours_have_defaults_that_fit() {
+        let plain = settled("");
+        assert_eq!((plain.diffuse, plain.ambient), (Vec3::splat(0.6), Vec3::splat(0.6)));
+        assert_eq!(settled("Kd 1 0 0").ambient, Vec3::X);
+        assert_eq!(settled("Kd 1 0 0\nKa 0 1 0").ambient, Vec3::Y);
+        assert_eq!(settled("map_Kd a.png").diffuse, Vec3::ONE);
+        assert_eq!(settled("Ks 1 1 1\nillum 3").diffuse, Vec3::ZERO);
+        assert_eq!(settled("Kd .5\nd .5").diffuse, Vec3::splat(0.25));
+        assert_eq!(settled("Ke 3 2 1").emission, Vec3::new(3.0, 2.0, 1.0));
+        assert_eq!(settled("Ns 1e9").shininess, HIGHEST_SHININESS);
+    }
+
+    #[test]
+    fn knows_contradictions() {
+        assert!(stated("d 1\nTr 1").contradicts_itself());
+        assert!(!stated("d .25\nTr .75").contradicts_itself());
+        assert!(!stated("d .25").contradicts_itself());
+    }
+
+    #[test]
+    fn texture_statements_have_options_before_names_with_spaces() {
+        let map = |statement: &str| stated(&format!("map_Kd {statement}")).map_kd.unwrap();
+        let full = map("-s 2 3 1 -o 0.5 0.25 0 -clamp on -bm 0.2 file name 1.png");
+        assert_eq!(full.file, "file name 1.png");
+        assert_eq!((full.scale, full.offset, full.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.25), true));
+        let partly = map("-s 2 tex.png");
+        assert_eq!((partly.file.as_str(), partly.scale), ("tex.png", Vec2::new(2.0, 1.0)));
+        assert_eq!(map("-blendu on -mm 0 1 -imfchan r -texres 64 a\\b.tga").file, "a\\b.tga");
+        assert_eq!(map("wood.jpg -bm 1.5 -clamp on").file, "wood.jpg");
+        assert_eq!(map("my -odd- name.jpg").file, "my -odd- name.jpg");
+        assert_eq!(map("-o 1 1 1").file, "1");
+        assert_eq!(stated("map_Kd").map_kd, None);
+    }
+
+    #[test]
+    fn names_keep_their_spaces() {
+        let all = parse(b"Kd 9 9 9\nnewmtl  a b \r\n\tKd 1 0 0\r\nnewmtl c").unwrap();
+        assert_eq!(all.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["a b", "c"]);
+        assert_eq!((all[0].kd, all[1].line), (Some(Vec3::X), 4));
+    }
+
+    #[test]
+    fn values_that_make_no_sense_are_errors_with_their_line() {
+        for bad in [
+            "Kd 1 2",
+            "Kd -1 0 0",
+            "Kd nan 0 0",
+            "Kd",
+            "Ns x",
+            "Ns -1",
+            "d inf",
+            "illum 11",
+            "illum 1.5",
+            "Ni",
+        ] {
+            let (line, message) = parse(format!("newmtl m\n\n{bad}").as_bytes()).unwrap_err();
+            let key = bad.split(' ').next().unwrap();
+            assert!(line == 3 && message.contains(&format!("`{key}`")), "{bad}: {line} {message}");
+        }
+        assert_eq!(stated("Kd spectral file.rfl 1").kd, None);
+    }
+}

@@ -1,0 +1,300 @@
+//! From the keys of a shot file to tracks: each value checked, each message at the value's own place.
+
+use glam::{DVec3, Vec3};
+
+use super::camera::Aim;
+use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
+use super::toml_text::{At, TomlText};
+use super::{CameraTrack, Light, LightKind, SceneError};
+use crate::motion::track::Keyed;
+use crate::motion::{Interpolation, Track, TransformTrack};
+
+/// Vertical field of view where no key has said one, degrees.
+const DEFAULT_FOV: f64 = 40.0;
+/// Frames that are looked at one by one for values that curves overshoot.
+const MOST_FRAMES_LOOKED_AT: f64 = 100_000.0;
+
+/// The camera of a shot.
+pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<CameraTrack, SceneError> {
+    let keys = in_order(text, &table.get_ref().key, |key| &key.frame)?;
+    let Some((_, first)) = keys.first() else {
+        let message = "the camera has no keys: write one [[camera.key]] with frame, eye and target at least";
+        return Err(text.fault(table.span(), message));
+    };
+    let by_target = first.get_ref().target.is_some();
+    let interpolation = table.get_ref().interpolation;
+    let cuts = cuts(text, &keys)?;
+    let eye = each(&keys, |key| text.vector("eye", &key.eye))?;
+    let fov = fields_of_view(text, &keys)?;
+    let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
+    let aim = each(&keys, |key| aim_of(text, key, by_target))?;
+    let roll = each(&keys, |key| key.roll.as_ref().map_or(Ok(0.0), |roll| any_number(text, "roll", roll)))?;
+    if let Some(roll) = keys.iter().find_map(|(_, key)| key.get_ref().roll.as_ref()).filter(|_| !by_target) {
+        return Err(text.bad(
+            "roll",
+            roll,
+            "goes with `target`: with `rotation`, give it as the third number",
+        ));
+    }
+    if let Some(i) = (0..keys.len()).find(|i| by_target && eye[*i].1 == aim[*i].1) {
+        return Err(text.bad(
+            "eye",
+            &keys[i].1.get_ref().eye,
+            "and `target` are the same point: move one of them",
+        ));
+    }
+    let aim = through(aim, interpolation).cut_at(&cut_frames);
+    let track = CameraTrack {
+        eye: through(eye, interpolation).cut_at(&cut_frames),
+        aim: if by_target {
+            Aim::Target { target: aim, roll: through(roll, interpolation).cut_at(&cut_frames) }
+        } else {
+            Aim::Rotation(aim)
+        },
+        fov: through(fov, interpolation).cut_at(&cut_frames),
+        cuts,
+    };
+    let wide = |frame| !(track.fov.at(frame) > 0.0 && track.fov.at(frame) < 180.0);
+    if let Some(frame) = frames_between(&keys).find(|frame| wide(*frame)) {
+        let message = format!("the smooth curve of `fov` leaves 0..180 at frame {frame}: add a key there");
+        return Err(text.fault(table.span(), message));
+    }
+    Ok(track)
+}
+
+fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<i32>, SceneError> {
+    let mut cuts = Vec::new();
+    for (frame, key) in keys.iter().filter(|(_, key)| key.get_ref().cut) {
+        if frame.fract() != 0.0 {
+            let message = format!("is {frame}: a cut falls on a whole frame");
+            return Err(text.bad("frame", &key.get_ref().frame, &message));
+        }
+        cuts.push(*frame as i32);
+    }
+    Ok(cuts)
+}
+
+fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
+    let mut last = DEFAULT_FOV;
+    each(keys, |key| {
+        if let Some(fov) = &key.fov {
+            last = text.number("fov", fov, "between 0 and 180 degrees", |fov| fov > 0.0 && fov < 180.0)?;
+        }
+        Ok(last)
+    })
+}
+
+fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3, SceneError> {
+    match (&key.target, &key.rotation) {
+        (Some(target), None) if by_target => text.vector("target", target),
+        (None, Some(rotation)) if !by_target => text.vector("rotation", rotation),
+        (None, None) => {
+            let message = "this camera key needs `target` (a point) or `rotation` (pitch, yaw, roll)";
+            Err(text.fault(key.frame.span(), message))
+        }
+        (Some(_), Some(rotation)) => {
+            Err(text.bad("rotation", rotation, "and `target` exclude each other: keep one of them"))
+        }
+        (Some(other), None) | (None, Some(other)) => {
+            let message = "the keys of a camera have either all `target` or all `rotation`";
+            Err(text.fault(other.span(), message))
+        }
+    }
+}
+
+/// The motion of a model.
+pub(crate) fn model(text: TomlText<'_>, table: &ModelTable) -> Result<TransformTrack, SceneError> {
+    let keys = in_order(text, &table.key, |key| &key.frame)?;
+    let vector = |key: &str, value: &Three| text.vector(key, value);
+    let factor = |key: &str, value: &At<Scale>| scale(text, key, value);
+    let translate = or(&table.translate, "translate", DVec3::ZERO, vector)?;
+    let rotate = or(&table.rotate, "rotate", DVec3::ZERO, vector)?;
+    let constant = or(&table.scale, "scale", DVec3::ONE, factor)?;
+    let how = table.interpolation;
+    let track = TransformTrack {
+        translate: through_or(translate, &keys, how, |key| {
+            or(&key.translate, "translate", translate, vector)
+        })?,
+        rotate: through_or(rotate, &keys, how, |key| or(&key.rotate, "rotate", rotate, vector))?,
+        scale: through_or(constant, &keys, how, |key| or(&key.scale, "scale", constant, factor))?,
+    };
+    let flat = |frame| track.scale.at(frame).signum() != track.scale.at(keys[0].0).signum();
+    if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
+        let message =
+            format!("the scale of this model passes through zero before frame {frame}: keep it off zero");
+        return Err(text.fault(table.obj.span(), message));
+    }
+    Ok(track)
+}
+
+fn scale(text: TomlText<'_>, key: &str, value: &At<Scale>) -> Result<DVec3, SceneError> {
+    let factors = DVec3::from_array(value.get_ref().0);
+    let fits = factors.to_array().iter().all(|factor| (1e-9..=1e9).contains(&factor.abs()));
+    fits.then_some(factors)
+        .ok_or_else(|| text.bad(key, value, "must not be zero (or below 1e-9, or above 1e9) along any axis"))
+}
+
+/// A light; `number` counts from 1, for those without a name.
+pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Result<Light, SceneError> {
+    let (light, span) = (table.get_ref(), table.span());
+    refuse_foreign_keys(text, light)?;
+    let keys = in_order(text, &light.key, |key| &key.frame)?;
+    let how = light.interpolation;
+    let vector = |key: &str, value: &Three| text.vector(key, value);
+    let color = or(&light.color, "color", Vec3::ONE, |key, value| text.color(key, value))?;
+    let watts =
+        |key: &str, value: &At<f64>| text.number(key, value, "finite and not negative", |power| power >= 0.0);
+    let power = or(&light.power, "power", 1.0, watts)?;
+    let place = |key: &str,
+                 constant: &Option<Three>,
+                 keyed: fn(&super::shot_file::LightKey) -> &Option<Three>| {
+        let all_keyed = !keys.is_empty() && keys.iter().all(|(_, entry)| keyed(entry.get_ref()).is_some());
+        if constant.is_none() && !all_keyed {
+            return Err(text.fault(span.clone(), format!("this light needs the key `{key}`")));
+        }
+        let rest = or(constant, key, DVec3::ZERO, vector)?;
+        through_or(rest, &keys, how, |entry| or(keyed(entry), key, rest, vector))
+    };
+    let kind = match light.kind {
+        LightType::Directional => {
+            refuse_zero_directions(text, light)?;
+            LightKind::Directional { direction: place("direction", &light.direction, |key| &key.direction)? }
+        }
+        LightType::Point => {
+            LightKind::Point { position: place("position", &light.position, |key| &key.position)? }
+        }
+        LightType::Spot => LightKind::Spot {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            cone: or(&light.cone, "cone", 45.0, |key, value| {
+                text.number(key, value, "between 0 and 180 degrees", |cone| cone > 0.0 && cone < 180.0)
+            })?,
+            soft: or(&light.soft, "soft", 0.0, |key, value| {
+                text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
+            })?,
+        },
+    };
+    if let LightKind::Spot { position, target, .. } = &kind {
+        let mut frames = keys.iter().map(|(frame, _)| *frame).chain([0.0]);
+        if frames.any(|frame| position.at(frame) == target.at(frame)) {
+            return Err(
+                text.fault(span, "`position` and `target` of this light are the same point: move one")
+            );
+        }
+    }
+    Ok(Light {
+        name: light.name.clone().unwrap_or_else(|| format!("light {number}")),
+        kind,
+        color: through_or(color, &keys, how, |key| or(&key.color, "color", color, |k, v| text.color(k, v)))?,
+        power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
+    })
+}
+
+/// A key that the light's type has no use for is a mistake about the type.
+fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
+    let (kind, allowed): (_, &[&str]) = match light.kind {
+        LightType::Directional => ("directional", &["direction"]),
+        LightType::Point => ("point", &["position"]),
+        LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
+    };
+    let span = |value: &Option<Three>| value.as_ref().map(At::span);
+    let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
+    let mut stated = vec![
+        ("direction", span(&light.direction)),
+        ("position", span(&light.position)),
+        ("target", span(&light.target)),
+        ("cone", number(&light.cone)),
+        ("soft", number(&light.soft)),
+    ];
+    for key in light.key.iter().map(At::get_ref) {
+        let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];
+        stated.extend(places.map(|(name, value)| (name, span(value))));
+    }
+    let foreign = |(name, span): (&'static str, Option<_>)| span.map(|span| (name, span));
+    match stated.into_iter().filter_map(foreign).find(|(name, _)| !allowed.contains(name)) {
+        None => Ok(()),
+        Some((name, span)) => {
+            let message = format!(
+                "a {kind} light has no `{name}`: it takes {} beside color and power",
+                allowed.join(", ")
+            );
+            Err(text.fault(span, message))
+        }
+    }
+}
+
+fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
+    let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
+    match light.direction.iter().chain(keyed).find(|direction| *direction.get_ref() == [0.0; 3]) {
+        Some(zero) => {
+            Err(text.bad("direction", zero, "must not be zero: it is the way that the light travels"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Keys by rising frame. No two may share one.
+fn in_order<'a, K>(
+    text: TomlText<'_>,
+    keys: &'a [At<K>],
+    frame: impl Fn(&K) -> &At<f64>,
+) -> Result<Vec<(f64, &'a At<K>)>, SceneError> {
+    let fits = |frame: f64| frame.abs() <= f64::from(i32::MAX);
+    let mut ordered = Vec::new();
+    for key in keys {
+        ordered.push((text.number("frame", frame(key.get_ref()), "a frame's number", fits)?, key));
+    }
+    ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match ordered.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => {
+            let message = format!("is {}: there is another key at this frame already", pair[1].0);
+            Err(text.bad("frame", frame(pair[1].1.get_ref()), &message))
+        }
+        None => Ok(ordered),
+    }
+}
+
+/// One value a key.
+fn each<K, T>(
+    keys: &[(f64, &At<K>)],
+    mut value: impl FnMut(&K) -> Result<T, SceneError>,
+) -> Result<Vec<(f64, T)>, SceneError> {
+    keys.iter().map(|(frame, key)| Ok((*frame, value(key.get_ref())?))).collect()
+}
+
+/// The value that is stated, or `default`.
+fn or<V, T>(
+    stated: &Option<V>,
+    key: &str,
+    default: T,
+    read: impl Fn(&str, &V) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    stated.as_ref().map_or(Ok(default), |value| read(key, value))
+}
+
+fn any_number(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneError> {
+    text.number(key, value, "finite", |_| true)
+}
+
+fn through<T: Keyed>(keys: Vec<(f64, T)>, interpolation: Interpolation) -> Track<T> {
+    Track::through(keys, interpolation).expect("keys are there, in order, no two at a frame")
+}
+
+/// A track through one value a key, or, without keys, at rest.
+fn through_or<K, T: Keyed>(
+    rest: T,
+    keys: &[(f64, &At<K>)],
+    interpolation: Interpolation,
+    value: impl Fn(&K) -> Result<T, SceneError>,
+) -> Result<Track<T>, SceneError> {
+    let values = each(keys, value)?;
+    Ok(if values.is_empty() { Track::constant(rest) } else { through(values, interpolation) })
+}
+
+/// The whole frames from the first key to the last; of very long tracks the first ones.
+fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
+    let first = keys.first().map_or(0.0, |(frame, _)| frame.floor());
+    let last = keys.last().map_or(-1.0, |(frame, _)| frame.ceil());
+    let count = (last - first + 1.0).clamp(0.0, MOST_FRAMES_LOOKED_AT);
+    (0..count as u32).map(move |i| first + f64::from(i))
+}

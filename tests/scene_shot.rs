@@ -1,0 +1,264 @@
+//! Shot files: what they mean, and what is said about mistakes in them.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use afterimage::motion::{Pose, TransformTrack};
+use afterimage::scene::material::Optics;
+use afterimage::scene::{self, Background, LightKind, Shot};
+use afterimage::settings::{Filter, Mode};
+use glam::{DVec3, Vec3};
+use tempfile::TempDir;
+
+const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n\
+                   usemtl clear\nf 1 2 3\nusemtl wood\nf 2 4 3\n";
+const MTL: &str = "newmtl wood\nKd 0.5 0.25 0.125\nnewmtl clear\nd 0.1\nnewmtl spare\n";
+const REST: &str =
+    "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[[model]]\nobj = \"m.obj\"\n";
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.obj"), OBJ).unwrap();
+    std::fs::write(folder.path().join("m.mtl"), MTL).unwrap();
+    folder
+}
+
+fn load_in(folder: &Path, text: &str, strict: bool) -> Result<Shot, scene::SceneError> {
+    let path = folder.join("s.toml");
+    std::fs::write(&path, text).unwrap();
+    scene::load(&path, strict)
+}
+
+fn load(text: &str) -> Shot {
+    load_in(folder().path(), text, true).unwrap()
+}
+
+/// Without the folder: `s.toml:1:2: …`.
+fn error(text: &str) -> String {
+    let folder = folder();
+    let error = load_in(folder.path(), text, true).unwrap_err().to_string();
+    error.replace(&format!("{}/", folder.path().display()), "")
+}
+
+#[test]
+fn defaults_are_as_documented() {
+    let shot = load(REST);
+    let settings = &shot.settings;
+    assert_eq!((settings.width, settings.height, settings.samples), (1280, 720, 2));
+    assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
+    assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
+    assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
+    assert_eq!((shot.output, shot.warnings.len()), (None, 0));
+    assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
+    assert_eq!(shot.scene.models[0].name, "m");
+    assert_eq!(shot.scene.camera.fov.at(1.0), 40.0);
+}
+
+#[test]
+fn every_key_is_read() {
+    let shot = load(&format!(
+        "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
+         filter = \"mitchell\"\ndepth = 0\nbase_every = 0\nmode = \"full\"\n[output]\npath = \"o.#.exr\"\n\
+         [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\n\
+         [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
+         color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
+         [[light]]\nname = \"sun\"\ntype = \"directional\"\ndirection = [0, -1, 0]\n{REST}"
+    ));
+    assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("T", (24000, 1001), vec![1, 3]));
+    assert_eq!((shot.settings.width, shot.settings.filter), (64, Filter::Mitchell));
+    assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
+    assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
+    assert_eq!(shot.scene.background.ground, Vec3::ONE);
+    let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };
+    assert_eq!((spot.name.as_str(), sun.name.as_str()), ("light 1", "sun"));
+    assert_eq!((spot.power.at(1.0), spot.power.at(2.0), spot.power.at(3.0)), (2.0, 3.0, 4.0));
+    assert!(matches!(spot.kind, LightKind::Spot { cone: 30.0, soft: 0.5, .. }));
+    assert_eq!(shot.scene.ambient, Vec3::splat(0.5));
+}
+
+#[test]
+fn still_models_are_baked_and_moving_ones_share_their_mesh() {
+    let moving =
+        "[[model]]\nobj = \"m.obj\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = 2\n";
+    let still = "[[model]]\nname = \"still\"\nobj = \"M.OBJ\"\ntranslate = [0, 0, 3]\nrotate = [0, 0, 90]\n";
+    let shot = load(&format!("{REST}{still}{moving}{moving}"));
+    let models = &shot.scene.models;
+    assert_eq!(models.len(), 4);
+    assert!(Arc::ptr_eq(&models[2].mesh, &models[3].mesh) && Arc::ptr_eq(&models[0].mesh, &models[2].mesh));
+    assert_eq!(models[1].track, TransformTrack::identity());
+    let corner = Vec3::from(models[1].mesh.positions.as_slice()[1]);
+    assert!(corner.abs_diff_eq(Vec3::new(0.0, 1.0, 3.0), 1e-6), "{corner}");
+    assert_eq!(models[2].track.scale.at(1.5), DVec3::splat(1.5));
+}
+
+#[test]
+fn clear_triangles_come_last() {
+    let shot = load(REST);
+    let mesh = &shot.scene.models[0].mesh;
+    assert_eq!((mesh.shadow_casting, mesh.triangles.len()), (1, 2));
+    let names = mesh.material_of.iter().map(|id| shot.scene.materials[*id as usize].name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["wood", "clear"]);
+}
+
+#[test]
+fn materials_are_overridden_field_by_field() {
+    let shot = load(&format!(
+        "{REST}[[material]]\nname = \"clear\"\nd = 1\nke = [1, 2, 3]\n[[material]]\nname = \"wood\"\n\
+         kd = [1, 0, 0]\nks = [1, 1, 1]\nillum = 3\n"
+    ));
+    let named = |name: &str| shot.scene.materials.iter().find(|material| material.name == name).unwrap();
+    assert_eq!((named("clear").optics, named("clear").emission), (Optics::Opaque, Vec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(named("wood").diffuse, Vec3::X);
+    assert!(matches!(named("wood").optics, Optics::Mirror { fresnel: false, .. }));
+    assert_eq!(shot.scene.models[0].mesh.shadow_casting, 2);
+}
+
+#[test]
+fn cameras_cut_without_passing_between() {
+    let shot = load(
+        "[camera]\ninterpolation = \"smooth\"\n\
+         [[camera.key]]\nframe = 1\neye = [0, 0, 5]\nrotation = [0, 0, 0]\nfov = 30\n\
+         [[camera.key]]\nframe = 5\neye = [4, 0, 5]\nrotation = [0, 90, 0]\n\
+         [[camera.key]]\nframe = 11\neye = [90, 0, 5]\nrotation = [0, 0, 0]\ncut = true\n\
+         [[model]]\nobj = \"m.obj\"\n",
+    );
+    let camera = &shot.scene.camera;
+    assert_eq!(camera.cuts, [11]);
+    let eye = |frame| camera.eye.at(frame).x;
+    assert_eq!((eye(3.0), eye(5.0), eye(10.0), eye(11.0)), (2.0, 4.0, 4.0, 90.0));
+    assert_eq!(camera.fov.at(11.0), 30.0);
+    assert!(Pose::of(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
+}
+
+#[test]
+fn mistakes_are_told_with_place_and_remedy() {
+    let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\n";
+    let light = format!("{REST}[[light]]\n");
+    for (text, expected) in [
+        ("[render]\nsise = [1, 2]\n".into(), "s.toml:2:1: unknown key `sise`: did you mean `size`?"),
+        (
+            "[render]\nsize = [0, 2]\n".into(),
+            "s.toml:2:9: `size` is 0: it must be a whole number from 1 to 65536",
+        ),
+        ("[render]\nsize = [8, \"a\"]\n".into(), "s.toml:2:12: `size`: invalid type: string"),
+        ("[render]\nsamples = 17\n".into(), "s.toml:2:11: `samples` is 17"),
+        ("[render]\nframes = \"9-1\"\n".into(), "s.toml:2:10: `frames`: `9-1` runs backwards"),
+        ("[render]\nrate = \"24/0\"\n".into(), "s.toml:2:8: `rate` must be frames per second"),
+        ("[render]\nrate = 23.976\n".into(), "s.toml:2:8: `rate`: invalid type: floating point"),
+        (
+            "[render]\nmode = \"ful\"\n".into(),
+            "s.toml:2:8: `mode`: unknown value `ful`: did you mean `full`?",
+        ),
+        ("[render\n".into(), "s.toml:1:8: "),
+        (String::new(), "s.toml: there is no [camera]"),
+        ("[camera]\n".into(), "s.toml:1:1: the camera has no keys"),
+        ("[[camera.key]]\nframe = 1\n".into(), "s.toml:1:1: the key `eye` is missing"),
+        (camera.to_string(), "s.toml:2:9: this camera key needs `target`"),
+        (format!("{camera}target = [0, 0, 5]\n"), "s.toml:3:7: `eye` and `target` are the same point"),
+        (format!("{camera}target = [0, 0, nan]\n"), "s.toml:4:10: `target` must be three finite numbers"),
+        (format!("{camera}target = [0, 0]\n"), "s.toml:4:10: `target`: invalid length 2"),
+        (format!("{camera}rotation = [0, 0, 0]\nroll = 1\n"), "s.toml:5:8: `roll` goes with `target`"),
+        (
+            format!("{camera}target = [0, 0, 0]\nfov = 180\n"),
+            "s.toml:5:7: `fov` is 180: it must be between 0 and 180 degrees",
+        ),
+        (
+            format!("{camera}target = [0, 0, 0]\n{camera}target = [0, 0, 0]\n"),
+            "s.toml:6:9: `frame` is 1: there is another key at this frame already",
+        ),
+        (format!("{camera}target = [0, 0, 0]\n"), "s.toml: there is nothing to see"),
+        (format!("{REST}scale = 0\n"), "s.toml:7:9: `scale` must not be zero"),
+        (format!("{REST}scale = [1, 1]\n"), "s.toml:7:9: `scale`: invalid length 2"),
+        (REST.replace("m.obj", "none.obj"), "s.toml:6:7: `obj`: there is no file `none.obj`"),
+        (format!("{light}type = \"point\"\n"), "s.toml:7:1: this light needs the key `position`"),
+        (
+            format!("{light}type = \"point\"\nposition = [0, 0, 0]\ncone = 3\n"),
+            "s.toml:10:8: a point light has no `cone`",
+        ),
+        (
+            format!("{light}type = \"directional\"\ndirection = [0, 0, 0.0]\n"),
+            "s.toml:9:13: `direction` must not be zero",
+        ),
+        (format!("{light}type = \"lamp\"\n"), "s.toml:8:8: `type`: unknown value `lamp`"),
+        (
+            format!("{light}type = \"point\"\nposition = [0, 0, 0]\npower = -1\n"),
+            "s.toml:10:9: `power` is -1: it must be finite and not negative",
+        ),
+        (
+            format!("{REST}[[material]]\nname = \"wod\"\n"),
+            "s.toml:8:8: no model has a material `wod`: did you mean `wood`?",
+        ),
+        (format!("{REST}[[material]]\nname = \"wood\"\nkd = [-1, 0, 0]\n"), "s.toml:9:6: `kd` is a colour"),
+        (format!("[background]\ncolor = [0, 0, 0]\nground = [0, 0, 0]\n{REST}"), "s.toml:2:9: `color` and"),
+        (format!("[output]\npath = \"\"\n{REST}"), "s.toml:2:8: `path` is empty"),
+    ] {
+        let message = error(&text);
+        assert!(message.starts_with(expected), "for\n{text}\nexpected {expected}\ngot      {message}");
+    }
+}
+
+#[test]
+fn scales_may_not_pass_through_zero() {
+    let text = format!("{REST}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 5\nscale = -1\n");
+    assert!(error(&text).contains("passes through zero"), "{}", error(&text));
+}
+
+#[test]
+fn missing_files_are_stand_ins_or_strict_errors() {
+    let folder = folder();
+    std::fs::write(
+        folder.path().join("m.mtl"),
+        "newmtl wood\nmap_Kd a.png\nnewmtl clear\nmap_Kd -s 2 a.png\n",
+    )
+    .unwrap();
+    let shot = load_in(folder.path(), REST, false).unwrap();
+    assert_eq!(shot.warnings.len(), 1, "one a file: {:?}", shot.warnings);
+    assert!(shot.warnings[0].to_string().contains("m.mtl:4: the texture `a.png` cannot be found"));
+    let [first, second] = shot.scene.textures.as_slice() else { unreachable!("two ways to use the file") };
+    assert!(Arc::ptr_eq(&first.texels, &second.texels));
+    assert!(load_in(folder.path(), REST, true).is_err());
+    std::fs::write(folder.path().join("a.png"), "no picture").unwrap();
+    let shot = load_in(folder.path(), REST, false).unwrap();
+    assert!(shot.warnings[0].to_string().contains("cannot be read"), "{:?}", shot.warnings);
+    std::fs::remove_file(folder.path().join("m.mtl")).unwrap();
+    let shot = load_in(folder.path(), REST, false).unwrap();
+    assert_eq!(shot.warnings.len(), 1, "{:?}", shot.warnings);
+    assert!(shot.warnings[0].to_string().contains("m.obj:1: the material file `m.mtl` cannot be found"));
+}
+
+#[test]
+fn pictures_are_read_and_sampled() {
+    let folder = folder();
+    let mut picture = image::RgbImage::new(2, 1);
+    picture.put_pixel(0, 0, image::Rgb([255, 0, 0]));
+    picture.put_pixel(1, 0, image::Rgb([0, 0, 255]));
+    picture.save(folder.path().join("Red.png")).unwrap();
+    std::fs::write(folder.path().join("m.mtl"), "newmtl wood\nmap_Kd maps\\red.PNG\nnewmtl clear\n").unwrap();
+    let shot = load_in(folder.path(), REST, true).unwrap();
+    assert_eq!(shot.scene.textures[0].sample(glam::Vec2::new(0.25, 0.5)), Vec3::X);
+}
+
+#[test]
+fn bare_models_turn_in_front_of_the_camera() {
+    let folder = folder();
+    let shot = scene::load(&folder.path().join("m.obj"), true).unwrap();
+    assert_eq!((shot.frames.list().len(), shot.settings.samples, shot.scene.lights.len()), (120, 2, 2));
+    for frame in [1, 31, 120] {
+        let camera = Pose::of(&shot.scene, frame).camera;
+        let seen = camera.world_to_ndc(16.0 / 9.0);
+        for corner in shot.scene.models[0].mesh.positions.as_slice() {
+            let ndc = seen.project_point3(Vec3::from(*corner));
+            assert!(ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0, "{frame}: {ndc}");
+        }
+    }
+}
+
+#[test]
+fn other_files_are_refused() {
+    let folder = folder();
+    let message = |name: &str| scene::load(&folder.path().join(name), false).unwrap_err().to_string();
+    assert!(message("m.mtl").contains("not a file that can be rendered"));
+    assert!(message("none.obj").contains("none.obj: the OBJ file cannot be read"));
+    assert!(message("none.toml").contains("none.toml: the shot file cannot be read"));
+}
