@@ -37,4 +37,10 @@ impl Film {
     pub fn plane(&self, name: &str) -> Option<&Plane> {
         self.planes.iter().find(|plane| plane.name == name)
     }
+
+    /// The values of the plane of that name.
+    #[must_use]
+    pub fn values(&self, name: &str) -> Option<&[f32]> {
+        self.plane(name).map(|plane| plane.data.as_slice())
+    }
 }

@@ -4,6 +4,8 @@ use std::ops::AddAssign;
 
 use serde::Serialize;
 
+use crate::settings::Settings;
+
 /// Seconds of wall-clock time, by phase. `total` holds the whole frame with all that is not in a phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]
@@ -118,12 +120,102 @@ pub struct Memory {
     pub bytes_per_sample: f64,
 }
 
-/// The most memory that this process ever held, resident; 0 where the system does not tell.
-pub fn peak_resident_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = line.and_then(|rest| rest.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
-    kib.unwrap_or(0) * 1024
+impl Memory {
+    /// The same, with the most that this process ever held until now.
+    pub fn with_peak(self) -> Self {
+        Self { peak_bytes: peak_bytes().unwrap_or(self.peak_bytes), ..self }
+    }
+}
+
+/// Most bytes that this process ever held in memory (resident); `None` where the system does not tell.
+pub fn peak_bytes() -> Option<u64> {
+    high_water(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+/// `VmHWM` of Linux's process status, which is in KiB.
+fn high_water(status: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+impl Seconds {
+    /// Without the writing of files, which costs the same whatever made the picture.
+    pub fn rendering(&self) -> f64 {
+        self.total - self.write
+    }
+}
+
+impl SampleCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.base + self.reused() + self.missed + self.obscured
+    }
+
+    /// Those that were not traced.
+    pub fn reused(&self) -> u64 {
+        self.good + self.overlapped
+    }
+}
+
+/// What tracing every sample of a frame would cast, estimated in a run that does not do it.
+///
+/// One primary ray a sample; shadow rays a sample as in the last base frame, where they were counted;
+/// reflection and refraction rays as cast, because they are made anew in every frame.
+/// `compare` measures instead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FullEstimate {
+    shadow_per_sample: f64,
+}
+
+impl FullEstimate {
+    /// From a frame that was traced in full; `None` where `frame` was not.
+    pub fn from_base(frame: &FrameStats) -> Option<Self> {
+        let samples = frame.samples.total();
+        let full = samples > 0 && frame.samples.base == samples;
+        full.then(|| Self { shadow_per_sample: frame.rays.shadow as f64 / samples as f64 })
+    }
+
+    /// Rays of `frame`, had it been traced in full.
+    pub fn rays(&self, frame: &FrameStats) -> f64 {
+        let each = 1.0 + self.shadow_per_sample;
+        each * frame.samples.total() as f64 + (frame.rays.reflection + frame.rays.refraction) as f64
+    }
+}
+
+/// Percent of `full` that `cast` leaves out; negative where it is more.
+pub fn saved_percent(cast: f64, full: f64) -> f64 {
+    if full > 0.0 { 100.0 * (1.0 - cast / full) } else { 0.0 }
+}
+
+/// The settings of a run as its statistics state them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunSettings {
+    /// What decides the pictures.
+    #[serde(flatten)]
+    pub picture: Settings,
+    /// Which tracer answered the rays.
+    pub backend: &'static str,
+    /// That worked.
+    pub threads: usize,
+}
+
+/// All that `--stats` writes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunStats<'a> {
+    /// The shot's file as it was named.
+    pub shot: &'a str,
+    /// Of the run.
+    pub settings: &'a RunSettings,
+    /// Frames that were written, in the order of rendering.
+    pub frames: &'a [FrameStats],
+    /// The sum over frames that were rendered only because others are inferred from them; in no other
+    /// sum.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run_up: Option<Totals>,
+    /// The sum over `frames`.
+    pub totals: Totals,
+    /// Of the process.
+    pub memory: Memory,
 }
 
 macro_rules! sum_fields {
@@ -139,3 +231,87 @@ sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, write);
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction);
 sum_fields!(AuditCounts: checked, differing, on_edge);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{Filter, Mode};
+
+    fn frame(number: i32, base: u64, good: u64, shadow: u64) -> FrameStats {
+        FrameStats {
+            frame: number,
+            mode: if good == 0 { "base" } else { "reproject" },
+            samples: SampleCounts { base, good, ..SampleCounts::default() },
+            rays: RayCounts { primary: base, verification: good, shadow, ..RayCounts::default() },
+            ..FrameStats::default()
+        }
+    }
+
+    #[test]
+    fn totals_sum_every_field() {
+        let mut audited = frame(2, 0, 10, 3);
+        audited.audit = Some(AuditCounts { checked: 10, differing: 1, on_edge: 2 });
+        let totals = Totals::of(&[frame(1, 10, 0, 5), audited]);
+        assert_eq!((totals.samples.base, totals.samples.good, totals.rays.total()), (10, 10, 28));
+        assert_eq!(totals.audit.map(|audit| audit.differing), Some(1));
+    }
+
+    #[test]
+    fn the_estimate_takes_shadow_rays_from_the_base_frame() {
+        let estimate = FullEstimate::from_base(&frame(1, 100, 0, 200)).expect("a base frame");
+        assert!(FullEstimate::from_base(&frame(2, 0, 100, 0)).is_none());
+        let inferred = frame(2, 0, 100, 50);
+        assert_eq!(estimate.rays(&inferred), 300.0);
+        assert_eq!(saved_percent(inferred.rays.total() as f64, estimate.rays(&inferred)), 50.0);
+        assert_eq!(saved_percent(1.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn the_json_has_the_keys_of_the_contract() {
+        let picture = Settings {
+            width: 4,
+            height: 3,
+            samples: 2,
+            filter: Filter::Mitchell,
+            depth: 4,
+            mode: Mode::Auto,
+            base_every: 0,
+            audit: true,
+        };
+        let frames = [FrameStats { audit: Some(AuditCounts::default()), ..frame(2, 1, 0, 0) }];
+        let stats = RunStats {
+            shot: "a.toml",
+            settings: &RunSettings { picture, backend: "embree", threads: 2 },
+            frames: &frames,
+            run_up: None,
+            totals: Totals::of(&frames),
+            memory: Memory::default(),
+        };
+        let json = serde_json::to_value(&stats).expect("plain data");
+        let keys = |pointer: &str| -> Vec<String> {
+            let object = json.pointer(pointer).and_then(|value| value.as_object());
+            object.expect(pointer).keys().cloned().collect()
+        };
+        let sorted = |list: &str| -> Vec<String> {
+            let mut keys: Vec<String> = list.split(' ').map(String::from).collect();
+            keys.sort();
+            keys
+        };
+        assert_eq!(keys(""), sorted("shot settings frames totals memory"));
+        assert_eq!(keys("/frames/0"), sorted("frame mode seconds samples rays audit"));
+        assert_eq!(keys("/totals"), sorted("seconds samples rays audit"));
+        assert_eq!(keys("/frames/0/seconds"), sorted("total reproject verify trace enhance filter write"));
+        assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured"));
+        assert_eq!(keys("/totals/rays"), sorted("primary verification shadow reflection refraction"));
+        assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge"));
+        assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));
+        assert_eq!(json["settings"]["width"], 4);
+        assert_eq!(json["settings"]["filter"], "mitchell");
+    }
+
+    #[test]
+    fn reads_the_high_water_mark() {
+        assert_eq!(high_water("VmPeak:\t 9 kB\nVmHWM:\t  12 kB\n"), Some(12 * 1024));
+        assert_eq!(high_water("VmHWM: many"), None);
+    }
+}

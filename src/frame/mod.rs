@@ -176,7 +176,7 @@ impl<'s> Renderer<'s> {
             * u64::from(self.settings.height)
             * u64::from(self.settings.samples).pow(2);
         Memory {
-            peak_bytes: crate::stats::peak_resident_bytes(),
+            peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
             bytes_per_sample: bytes as f64 / samples as f64,
         }

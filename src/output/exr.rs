@@ -32,6 +32,11 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), opene
     openexr::write(path, &image)
 }
 
+/// Whether `path` is an EXR file that can be read to its end: left by a run that finished the frame.
+pub fn is_whole(path: &Path) -> bool {
+    path.exists() && openexr::read(path).is_ok()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]

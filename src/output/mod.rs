@@ -19,4 +19,4 @@ pub use exr::write_exr;
 pub use metadata::FrameMeta;
 pub use path::{OutputPattern, PatternError};
 pub use png::write_png;
-pub use staged::{WriteError, ensure_writable};
+pub use staged::{WriteError, ensure_writable, write_whole};

@@ -5,8 +5,6 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::OutputPattern;
-
 /// A file or folder that could not be written. Its text names it and says what to do.
 #[derive(Debug)]
 pub struct WriteError {
@@ -42,15 +40,15 @@ impl std::error::Error for WriteError {
     }
 }
 
-/// Creates the pattern's folder and writes and removes a small file in it.
+/// Creates the folder of `file` and writes and removes a small file in it.
 ///
 /// # Errors
 /// What a render would run into after its first frame: no permission, a read-only or full disk, a
 /// file where a folder should be.
-pub fn ensure_writable(pattern: &OutputPattern) -> Result<(), WriteError> {
-    let folder = match pattern.folder() {
-        folder if folder.as_os_str().is_empty() => Path::new("."),
-        folder => folder,
+pub fn ensure_writable(file: &Path) -> Result<(), WriteError> {
+    let folder = match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     };
     let refused = |error| WriteError::new(folder, error);
     fs::create_dir_all(folder).map_err(refused)?;
@@ -61,7 +59,7 @@ pub fn ensure_writable(pattern: &OutputPattern) -> Result<(), WriteError> {
 }
 
 /// Writes all bytes under a hidden name beside `path`, then renames. On an error nothing is left.
-pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let refused = |error| WriteError::new(path, error);
     let Some(name) = path.file_name() else {
         return Err(refused(ErrorKind::IsADirectory.into()));
@@ -86,10 +84,9 @@ mod tests {
     #[test]
     fn folders_are_made_and_left_empty() {
         let folder = tempfile::tempdir().unwrap();
-        let text = format!("{}/new/deep/a.####.exr", folder.path().display());
-        let pattern = OutputPattern::parse(&text, "a", "exr").unwrap();
-        ensure_writable(&pattern).unwrap();
-        assert_eq!(fs::read_dir(pattern.folder()).unwrap().count(), 0);
+        let file = folder.path().join("new/deep/a.0001.exr");
+        ensure_writable(&file).unwrap();
+        assert_eq!(fs::read_dir(file.parent().unwrap()).unwrap().count(), 0);
     }
 
     #[test]
@@ -97,9 +94,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         fs::write(&file, "").unwrap();
-        let text = format!("{}/a.####.exr", file.display());
-        let pattern = OutputPattern::parse(&text, "a", "exr").unwrap();
-        let text = ensure_writable(&pattern).unwrap_err().to_string();
+        let text = ensure_writable(&file.join("a.0001.exr")).unwrap_err().to_string();
         assert!(text.contains("in the way") && text.contains("file"), "{text}");
     }
 

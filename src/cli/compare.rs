@@ -1,0 +1,371 @@
+//! `afterimage compare`: the same frames, reprojected and traced in full, in one run.
+//!
+//! Which of the two comes first alternates from frame to frame, so that whatever else the machine does
+//! strikes both. Comparing Embree with the Rust backend belongs here as well, once there is one: a
+//! second pair beside `reprojected` and `full`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::failure::Failure;
+use super::render::{audit_verdict, plan, prepare_file, warn_about};
+use super::schedule::{self, Step};
+use super::shot_args::{Job, ShotArgs, on_threads};
+use super::table;
+use super::target::Target;
+use super::terminal::{Terminal, duration};
+use crate::frame::{Finished, Renderer};
+use crate::report::comparison::{BothTotals, ComparedFrame, Comparison, Difference, Saving};
+use crate::report::file::{write_json, write_text};
+use crate::report::html::{self, Pictures};
+use crate::report::picture;
+use crate::report::versions::Versions;
+use crate::settings::{Mode, Settings};
+use crate::stats::{Memory, RunSettings, Totals, saved_percent};
+
+/// Frames that the report shows.
+const PICTURES: usize = 4;
+
+/// Below the options in `--help`.
+const EXAMPLES: &str = "\
+Examples:
+  afterimage compare city.toml
+      each frame twice: a table of rays and seconds, and what reprojection saved
+  afterimage compare statue.obj --frames 1-24 --audit --report statue.html
+      with a page to pass on, and the proof that no sample is wrong
+  afterimage compare city.toml -o city.####.exr --png --json city.json
+      keeps the reprojected frames as well
+
+The table: seconds of both without writing files; rays of both in millions, of every kind; the pictures'
+mean difference (linear R, G, B) and the percent of pixels of which any channel differs by more than 0.02.
+Edges differ, because samples lie elsewhere in their cells. Comparing backends will come with the second
+one. Exit code: 0, 1 if something failed or --audit found a difference, 2 if the command line makes no
+sense.";
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    shot: ShotArgs,
+
+    /// Write the reprojected frames, #### or %04d for the frame's number [default: write none]
+    #[arg(short, long, value_name = "DIR/name.####.exr")]
+    output: Option<String>,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+
+    /// Write a page with charts and pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+/// As it holds.
+#[derive(Debug)]
+struct Options {
+    job: Job,
+    target: Option<Target>,
+    json: Option<PathBuf>,
+    report: Option<PathBuf>,
+    threads: Option<NonZeroUsize>,
+    command: String,
+}
+
+impl CompareArgs {
+    /// The streams that it asks for.
+    pub fn terminal(&self) -> Terminal {
+        Terminal::new(self.shot.progress, self.shot.quiet)
+    }
+
+    /// Compares. `command` is what made it, for the report.
+    pub fn execute(self, command: String, terminal: &mut Terminal) -> Result<(), Failure> {
+        let threads = self.shot.threads;
+        on_threads(threads, || compare(&self.settle(command)?, terminal))
+    }
+
+    fn settle(self, command: String) -> Result<Options, Failure> {
+        if self.shot.png && self.output.is_none() {
+            return Err(Failure::Usage(String::from(
+                "--png writes previews beside EXR files: name them with -o",
+            )));
+        }
+        let mut job = self.shot.load()?;
+        // a shot that asks for full tracing would be compared with itself
+        if job.settings.mode == Mode::Full {
+            job.settings.mode = Mode::Auto;
+        }
+        let output = self.output.as_deref();
+        let target = output.map(|text| job.target(Some(text), self.shot.png)).transpose()?;
+        let Self { shot, json, report, .. } = self;
+        Ok(Options { job, target, json, report, threads: shot.threads, command })
+    }
+}
+
+/// The renderers of the two ways. Each has its own store and its own scene in the tracer.
+struct Pair<'s> {
+    ours: Renderer<'s>,
+    full: Renderer<'s>,
+}
+
+fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
+    let job = &options.job;
+    warn_about(job, terminal);
+    let steps = plan(job, false, |_| false)?;
+    if let Some(note) = schedule::run_up_note(&steps) {
+        terminal.note(&note);
+    }
+    options.target.as_ref().map_or(Ok(()), |target| target.prepare(job.frames.first()))?;
+    prepare_file(options.json.as_deref())?;
+    prepare_file(options.report.as_deref())?;
+
+    let full_settings = Settings { mode: Mode::Full, audit: false, ..job.settings.clone() };
+    let mut pair = Pair {
+        ours: Renderer::new(&job.shot.scene, &job.settings).map_err(Failure::of)?,
+        full: Renderer::new(&job.shot.scene, &full_settings).map_err(Failure::of)?,
+    };
+    let mut made = Made { frames: Vec::new(), pictures: Vec::new(), to_show: shown(&steps) };
+    terminal.begin(steps.len());
+    terminal.result(&header());
+    let outcome =
+        steps.iter().try_for_each(|step| compare_step(*step, &mut pair, options, &mut made, terminal));
+    terminal.end();
+
+    // what was measured is reported even if a later frame failed
+    let memory = pair.ours.memory().with_peak();
+    let comparison = comparison(options, made.frames, memory, pair.ours.build_seconds());
+    terminal.result(&summary(&comparison));
+    let reports = write_reports(options, &comparison, &made.pictures, terminal);
+    let differing = comparison.totals.reprojected.audit.map(|audit| audit.differing);
+    outcome.and(reports).and_then(|()| audit_verdict(differing))
+}
+
+/// What is kept of the frames.
+struct Made {
+    frames: Vec<ComparedFrame>,
+    pictures: Vec<Pictures>,
+    to_show: Vec<i32>,
+}
+
+fn compare_step(
+    step: Step,
+    pair: &mut Pair<'_>,
+    options: &Options,
+    made: &mut Made,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    if !step.write {
+        let run_up = render(&mut pair.ours, step.frame, step.reuse)?;
+        terminal.frame_done(&run_up.stats, None);
+        return Ok(());
+    }
+    let ours_first = made.frames.len() % 2 == 0;
+    let (mut ours, full) = if ours_first {
+        let ours = render(&mut pair.ours, step.frame, step.reuse)?;
+        (ours, render(&mut pair.full, step.frame, false)?)
+    } else {
+        let full = render(&mut pair.full, step.frame, false)?;
+        (render(&mut pair.ours, step.frame, step.reuse)?, full)
+    };
+    let file = options.target.as_ref().map(|target| target.write(&mut ours)).transpose()?;
+    if options.report.is_some() && made.to_show.contains(&step.frame) {
+        made.pictures.extend(pictures(&ours, &full));
+    }
+    let frame = ComparedFrame {
+        frame: step.frame,
+        difference: Difference::between(&ours.film, &full.film),
+        reprojected: ours.stats,
+        full: full.stats,
+    };
+    terminal.result(&row(&frame));
+    terminal.frame_done(&frame.reprojected, file.as_deref());
+    made.frames.push(frame);
+    Ok(())
+}
+
+fn render(renderer: &mut Renderer<'_>, frame: i32, reuse: bool) -> Result<Finished, Failure> {
+    renderer.render(frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
+}
+
+/// Frames for the report: inferred ones, spread evenly from the first to the last.
+fn shown(steps: &[Step]) -> Vec<i32> {
+    let inferred: Vec<i32> =
+        steps.iter().filter(|step| step.write && step.reuse).map(|step| step.frame).collect();
+    let Some(last) = inferred.len().checked_sub(1) else {
+        return steps.iter().filter(|step| step.write).map(|step| step.frame).take(1).collect();
+    };
+    let mut frames: Vec<i32> = (0..PICTURES).map(|i| inferred[i * last / (PICTURES - 1)]).collect();
+    frames.dedup();
+    frames
+}
+
+fn pictures(ours: &Finished, full: &Finished) -> Option<Pictures> {
+    Some(Pictures {
+        frame: ours.stats.frame,
+        reprojected: picture::beauty(&ours.film)?,
+        statuses: picture::status_map(&ours.film),
+        full: picture::beauty(&full.film)?,
+    })
+}
+
+fn comparison(
+    options: &Options,
+    frames: Vec<ComparedFrame>,
+    memory: Memory,
+    build_seconds: f64,
+) -> Comparison {
+    let job = &options.job;
+    let versions = Versions::here();
+    let mut comparison = Comparison {
+        shot: job.path.display().to_string(),
+        title: job.shot.title.clone(),
+        settings: RunSettings {
+            picture: job.settings.clone(),
+            backend: job.backend.name(),
+            threads: options.threads.map_or(versions.threads, NonZeroUsize::get),
+        },
+        frames,
+        totals: BothTotals { reprojected: Totals::default(), full: Totals::default() },
+        saved: Saving::default(),
+        saved_inferred: Saving::default(),
+        memory,
+        build_seconds,
+        command: options.command.clone(),
+        versions,
+    };
+    comparison.sum_up();
+    comparison
+}
+
+fn write_reports(
+    options: &Options,
+    comparison: &Comparison,
+    pictures: &[Pictures],
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    if let Some(path) = &options.json {
+        write_json(path, comparison).map_err(Failure::of)?;
+        terminal.result(&format!("{:<9}{}", "json", path.display()));
+    }
+    if let Some(path) = &options.report {
+        write_text(path, &html::page(comparison, pictures)).map_err(Failure::of)?;
+        terminal.result(&format!("{:<9}{}", "report", path.display()));
+    }
+    if let Some(target) = &options.target {
+        terminal.result(&format!("{:<9}{}", "files", target.text()));
+    }
+    Ok(())
+}
+
+fn header() -> String {
+    String::from(
+        " frame mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02% audit",
+    )
+}
+
+fn row(frame: &ComparedFrame) -> String {
+    let (ours, full) = (&frame.reprojected, &frame.full);
+    let seconds = (ours.seconds.rendering(), full.seconds.rendering());
+    let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
+    format!(
+        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7.1} {:>7.1} {:>10.5} {:>7.2} {}",
+        frame.frame,
+        ours.mode,
+        seconds.0,
+        seconds.1,
+        speed_up,
+        table::millions(ours.rays.total()),
+        table::millions(full.rays.total()),
+        saved_percent(ours.rays.total() as f64, full.rays.total() as f64),
+        table::reused_percent(ours),
+        frame.difference.mean,
+        frame.difference.percent_above,
+        table::audit(ours.audit),
+    )
+}
+
+fn summary(comparison: &Comparison) -> String {
+    let (ours, full) = (&comparison.totals.reprojected, &comparison.totals.full);
+    let mut lines =
+        vec![String::new(), format!("{:<14}{:>13}{:>13}{:>9}", "", "reprojected", "full", "saved")];
+    let rays = |name, ours: u64, full: u64| {
+        let saved = percent_or_dash(ours as f64, full as f64);
+        format!("{name:<14}{:>11} M{:>11} M{saved:>9}", table::millions(ours), table::millions(full))
+    };
+    lines.extend([
+        rays("primary", ours.rays.primary, full.rays.primary),
+        rays("verification", ours.rays.verification, full.rays.verification),
+        rays("shadow", ours.rays.shadow, full.rays.shadow),
+        rays("reflection", ours.rays.reflection, full.rays.reflection),
+        rays("refraction", ours.rays.refraction, full.rays.refraction),
+        rays("all rays", ours.rays.total(), full.rays.total()),
+    ]);
+    let seconds = |name, ours: f64, full: f64| {
+        format!("{name:<14}{ours:>11.3} s{full:>11.3} s{:>9}", percent_or_dash(ours, full))
+    };
+    lines.extend([
+        seconds("reproject", ours.seconds.reproject, full.seconds.reproject),
+        seconds("verify", ours.seconds.verify, full.seconds.verify),
+        seconds("trace", ours.seconds.trace, full.seconds.trace),
+        seconds("enhance", ours.seconds.enhance, full.seconds.enhance),
+        seconds("filter", ours.seconds.filter, full.seconds.filter),
+        seconds("all seconds", ours.seconds.rendering(), full.seconds.rendering()),
+        String::new(),
+        saving("all frames", &comparison.saved),
+        saving("inferred", &comparison.saved_inferred),
+    ]);
+    lines.extend(ours.audit.map(table::audit_line));
+    lines.push(table::memory_line(&comparison.memory) + " (peak: both renderers)");
+    lines.push(format!(
+        "{:<9}in no sum above: writing {}, building the scene {}",
+        "beside",
+        duration(ours.seconds.write),
+        duration(comparison.build_seconds)
+    ));
+    lines.join("\n")
+}
+
+fn saving(name: &str, saving: &Saving) -> String {
+    format!(
+        "saved    {:.1} % of the rays, {:.1} % of the time, {:.2} times as fast ({name}: {})",
+        saving.rays_percent, saving.time_percent, saving.speed_up, saving.frames
+    )
+}
+
+fn percent_or_dash(ours: f64, full: f64) -> String {
+    if full > 0.0 { format!("{:.1} %", saved_percent(ours, full)) } else { String::from("-") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(frame: i32, reuse: bool, write: bool) -> Step {
+        Step { frame, reuse, write }
+    }
+
+    #[test]
+    fn the_report_shows_inferred_frames_from_first_to_last() {
+        let steps: Vec<Step> = (1..=60).map(|frame| step(frame, frame > 1, frame > 2)).collect();
+        assert_eq!(shown(&steps), [3, 22, 41, 60]);
+        assert_eq!(shown(&steps[..4]), [3, 4]);
+        assert_eq!(shown(&[step(7, false, true)]), [7]);
+        assert!(shown(&[]).is_empty());
+    }
+
+    #[test]
+    fn rows_stand_under_their_titles() {
+        let frame = ComparedFrame {
+            frame: 5,
+            reprojected: Default::default(),
+            full: Default::default(),
+            difference: Difference::default(),
+        };
+        let (head, row) = (header(), row(&frame));
+        let end = head.find(">0.02%").map(|at| at + ">0.02%".len()).expect("a title");
+        assert!(row[..end].ends_with("0.00") && row[end..] == *" -", "{head}\n{row}");
+    }
+}

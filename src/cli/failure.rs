@@ -1,0 +1,53 @@
+//! Why the program ends with another code than 0.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// The end of a run that did not do what was asked. The text is one line and says what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// What was asked for makes no sense.
+    Usage(String),
+    /// It could not be done.
+    Failed(String),
+}
+
+impl Failure {
+    /// From any error.
+    pub fn of(error: impl fmt::Display) -> Self {
+        Self::Failed(one_line(&error.to_string()))
+    }
+
+    /// 1: failed; 2: usage.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Failed(_) => ExitCode::from(1),
+            Self::Usage(_) => ExitCode::from(2),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(text) => write!(f, "{text} (see --help)"),
+            Self::Failed(text) => f.write_str(text),
+        }
+    }
+}
+
+/// Messages of libraries may have several lines; a log wants one.
+pub fn one_line(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_become_one_line() {
+        assert_eq!(Failure::of("first\n  second\n\n").to_string(), "first; second");
+        assert_eq!(Failure::Usage("no".into()).to_string(), "no (see --help)");
+    }
+}

@@ -1,0 +1,224 @@
+//! `afterimage info`: what is in a file, or what this program is made of.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::Vec3;
+use openexr::{Attribute, ReadImage};
+
+use super::failure::Failure;
+use super::shot_args::open;
+use super::terminal::Terminal;
+use crate::report::versions::Versions;
+use crate::scene::shot::Shot;
+use crate::scene::{LightKind, Model, Scene};
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  afterimage info                    versions of the program, Embree and OpenEXR; the processor
+  afterimage info city.toml          models, materials, lights, frames, and what is missing
+  afterimage info city.0001.exr      layers and attributes of a frame")]
+pub struct InfoArgs {
+    /// A shot (TOML), a model (OBJ), or a frame (EXR)
+    file: Option<PathBuf>,
+}
+
+impl InfoArgs {
+    /// Prints what it finds.
+    pub fn execute(&self, terminal: &mut Terminal) -> Result<(), Failure> {
+        let Some(path) = &self.file else {
+            terminal.result(&Versions::here().to_string());
+            return Ok(());
+        };
+        let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let text = match kind.as_str() {
+            "exr" => exr(&openexr::read(path).map_err(Failure::of)?),
+            "obj" | "toml" => {
+                let shot = open(path, false)?;
+                for warning in &shot.warnings {
+                    terminal.warn(&warning.0.to_string());
+                }
+                if kind == "obj" { model(&shot.scene) } else { described(&shot) }
+            }
+            _ => {
+                return Err(Failure::Failed(format!(
+                    "{}: not a shot (.toml), a model (.obj) or a frame (.exr), by its ending",
+                    path.display()
+                )));
+            }
+        };
+        terminal.result(text.trim_end());
+        Ok(())
+    }
+}
+
+fn described(shot: &Shot) -> String {
+    let (settings, scene) = (&shot.settings, &shot.scene);
+    let samples = settings.samples;
+    let mut text = format!("{}\n", shot.title);
+    line(
+        &mut text,
+        "picture",
+        format!("{}x{}, {samples}x{samples} samples a pixel", settings.width, settings.height),
+    );
+    line(
+        &mut text,
+        "frames",
+        format!("{} ({} in all), {} a second", shot.frames, shot.frames.list().len(), rate(shot.rate)),
+    );
+    line(
+        &mut text,
+        "base",
+        match settings.base_every {
+            0 => String::from("the first frame alone"),
+            every => format!("every {every} frames"),
+        },
+    );
+    if !scene.camera.cuts.is_empty() {
+        line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));
+    }
+    line(&mut text, "output", shot.output.clone().unwrap_or_else(|| String::from("not said")));
+    let triangles: usize = scene.models.iter().map(|model| model.mesh.triangles.len()).sum();
+    line(&mut text, "models", format!("{}, {triangles} triangles", scene.models.len()));
+    for model in &scene.models {
+        let moves = if model.track.is_constant() { "still" } else { "moves" };
+        let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
+        line(&mut text, "", format!("{name}: {count} triangles, {moves}, {path}"));
+    }
+    line(&mut text, "lights", scene.lights.len().to_string());
+    for light in &scene.lights {
+        let kind = match light.kind {
+            LightKind::Point { .. } => "point",
+            LightKind::Directional { .. } => "directional",
+            LightKind::Spot { .. } => "spot",
+        };
+        line(&mut text, "", format!("{}: {kind}", light.name));
+    }
+    surfaces(&mut text, scene);
+    text
+}
+
+fn model(scene: &Scene) -> String {
+    let mut text = String::new();
+    for model in &scene.models {
+        let _ = writeln!(text, "{}", model.path.display());
+        let mesh = &model.mesh;
+        line(&mut text, "triangles", mesh.triangles.len().to_string());
+        line(
+            &mut text,
+            "vertices",
+            format!(
+                "{}{}{}",
+                mesh.positions.as_slice().len(),
+                if mesh.normals.is_empty() { ", no normals" } else { ", normals" },
+                if mesh.uvs.is_empty() { ", no texture coordinates" } else { ", texture coordinates" }
+            ),
+        );
+        if let Some((low, high)) = bounds(model) {
+            line(&mut text, "bounds", format!("{low} to {high}, size {}", high - low));
+        }
+    }
+    surfaces(&mut text, scene);
+    text
+}
+
+fn surfaces(text: &mut String, scene: &Scene) {
+    let mirrors = scene.materials.iter().filter(|material| material.has_secondary_rays()).count();
+    line(text, "materials", format!("{}, {mirrors} of them mirrors or glass", scene.materials.len()));
+    line(text, "textures", scene.textures.len().to_string());
+    for texture in &scene.textures {
+        line(text, "", format!("{}: {}x{}", texture.path.display(), texture.width, texture.height));
+    }
+}
+
+/// Of the mesh, object space.
+fn bounds(model: &Model) -> Option<(Vec3, Vec3)> {
+    let points = model.mesh.positions.as_slice().iter().map(|&point| Vec3::from(point));
+    points.map(|point| (point, point)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn exr(image: &ReadImage) -> String {
+    let mut text = String::new();
+    line(&mut text, "size", format!("{}x{}", image.width, image.height));
+    let compression = image.compression.map_or_else(|| String::from("other"), |kind| format!("{kind:?}"));
+    line(&mut text, "packing", compression.to_uppercase());
+    line(&mut text, "channels", image.channels.len().to_string());
+    for channel in &image.channels {
+        let (low, high) =
+            channel.data.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &value| {
+                (low.min(value), high.max(value))
+            });
+        let stored = format!("{:?}", channel.stored).to_lowercase();
+        line(&mut text, "", format!("{:<24}{stored:<6}{low} to {high}", channel.name));
+    }
+    line(&mut text, "attributes", image.attributes.len().to_string());
+    for (name, value) in &image.attributes {
+        line(&mut text, "", format!("{name:<24}{}", attribute(value)));
+    }
+    text
+}
+
+fn attribute(value: &Attribute) -> String {
+    match value {
+        Attribute::Text(text) => text.escape_debug().to_string(),
+        Attribute::Float(number) => number.to_string(),
+        Attribute::Int(number) => number.to_string(),
+        Attribute::Rational { numerator, denominator } => format!("{numerator}/{denominator}"),
+        Attribute::M44f(numbers) => format!("{numbers:?}"),
+        Attribute::V2f(numbers) => format!("{numbers:?}"),
+        Attribute::V2i(numbers) => format!("{numbers:?}"),
+        Attribute::V3f(numbers) => format!("{numbers:?}"),
+        Attribute::Chromaticities(numbers) => format!("{numbers:?}"),
+        Attribute::TimeCode { time_and_flags, .. } => format!("time code {time_and_flags:08x}"),
+        Attribute::Other(kind) => format!("(of type {kind})"),
+    }
+}
+
+fn rate((frames, seconds): (i32, u32)) -> String {
+    if seconds == 1 { frames.to_string() } else { format!("{frames}/{seconds}") }
+}
+
+fn list(parts: impl Iterator<Item = String>) -> String {
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+fn line(text: &mut String, name: &str, value: String) {
+    let _ = writeln!(text, "  {name:<11}{value}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attributes_are_one_line_each() {
+        assert_eq!(attribute(&Attribute::Text("a\nb".into())), "a\\nb");
+        assert_eq!(attribute(&Attribute::Rational { numerator: 24000, denominator: 1001 }), "24000/1001");
+        assert_eq!((rate((24, 1)), rate((24000, 1001))), ("24".into(), "24000/1001".into()));
+    }
+
+    #[test]
+    fn a_frame_is_described_by_its_channels() {
+        let image = ReadImage {
+            width: 2,
+            height: 1,
+            channels: vec![openexr::ReadChannel {
+                name: "status.good".into(),
+                stored: openexr::SampleType::Half,
+                data: vec![0.25, 1.0],
+            }],
+            attributes: vec![(
+                "framesPerSecond".into(),
+                Attribute::Rational { numerator: 24, denominator: 1 },
+            )],
+            compression: Some(openexr::Compression::Zips),
+        };
+        let text = exr(&image);
+        for part in ["2x1", "ZIPS", "status.good", "half", "0.25 to 1", "24/1"] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+    }
+}

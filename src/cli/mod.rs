@@ -1,0 +1,127 @@
+//! The command line: the only room that prints.
+//!
+//! Arguments are parsed as typed (`…Args`), then turned into options that make sense; only those reach
+//! the rest of the program. Results go to stdout, everything else to stderr.
+
+pub mod compare;
+pub mod failure;
+pub mod info;
+pub mod render;
+pub mod schedule;
+pub mod shot_args;
+pub mod table;
+pub mod target;
+pub mod terminal;
+
+use std::ffi::{OsStr, OsString};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::report::versions::AFTERIMAGE;
+use failure::Failure;
+use terminal::{ProgressKind, Terminal};
+
+/// A ray tracer for animations that reuses the samples of the frame before, exactly.
+///
+/// The first frame of a shot is traced in full. Each further frame moves the samples of the frame before
+/// to their new place, checks them with rays, and traces only what is new. Frames are multi-layer EXR
+/// files; `--audit` proves that no sample is wrong.
+#[derive(Debug, Parser)]
+#[command(name = "afterimage", version = AFTERIMAGE, arg_required_else_help = true, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render frames of a shot, or of a model on a turntable, into EXR files
+    Render(Box<render::RenderArgs>),
+    /// Render frames twice, reprojected and in full, and tell what reprojection saved
+    Compare(Box<compare::CompareArgs>),
+    /// Tell what is in a shot, a model or an EXR; without a file: versions and processor
+    Info(info::InfoArgs),
+}
+
+/// Runs the program. `words` starts with the program's name.
+///
+/// The exit code is 0 only if everything that was asked for was done, 1 if something failed, 2 if the
+/// command line makes no sense.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let cli = match Cli::try_parse_from(&words) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // help and version are results and end with 0; a closed pipe is no error
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    match cli.command {
+        Command::Render(args) => {
+            let mut terminal = args.terminal();
+            let outcome = args.execute(&mut terminal);
+            conclude(outcome, &terminal)
+        }
+        Command::Compare(args) => {
+            let mut terminal = args.terminal();
+            let outcome = args.execute(command_line(&words), &mut terminal);
+            conclude(outcome, &terminal)
+        }
+        Command::Info(args) => {
+            let mut terminal = Terminal::new(ProgressKind::None, false);
+            let outcome = args.execute(&mut terminal);
+            conclude(outcome, &terminal)
+        }
+    }
+}
+
+/// The command line as a shell takes it, with the program's bare name.
+fn command_line(words: &[OsString]) -> String {
+    let mut text = String::from("afterimage");
+    for word in words.iter().skip(1) {
+        text.push(' ');
+        text.push_str(&quoted(word));
+    }
+    text
+}
+
+fn quoted(word: &OsStr) -> String {
+    let word = word.to_string_lossy();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+%@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+fn conclude(outcome: Result<(), Failure>, terminal: &Terminal) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            terminal.error(&failure.to_string());
+            failure.exit_code()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definitions_hold_together() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_command_line_can_be_pasted_into_a_shell() {
+        let words =
+            ["/x/afterimage", "compare", "a b.toml", "-o", "x.####.exr", "it's", ""].map(OsString::from);
+        assert_eq!(command_line(&words), r"afterimage compare 'a b.toml' -o 'x.####.exr' 'it'\''s' ''");
+    }
+}

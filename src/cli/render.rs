@@ -1,0 +1,293 @@
+//! `afterimage render`: frames of a shot into EXR files.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+use super::schedule::{self, Rule, Step};
+use super::shot_args::{Job, ShotArgs, on_threads};
+use super::table;
+use super::target::Target;
+use super::terminal::Terminal;
+use crate::frame::Renderer;
+use crate::output;
+use crate::report::file::write_json;
+use crate::settings::Mode;
+use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
+
+/// Below the options in `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  afterimage render city.toml
+      renders the shot's frames into the files that it names, or into out/city/
+  afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr --png
+      a model on a turntable, with previews
+  afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
+      a chunk of a farm: frames that are there and whole are kept; pictures do not depend on the chunk
+
+The table: seconds of a frame; samples reused, percent; rays cast, millions by kind; rays saved, percent,
+against tracing every sample (estimated: one primary ray each, shadow rays a sample as in the last base
+frame, reflection and refraction rays as cast; `afterimage compare` measures it).
+
+Files are written under a hidden temporary name (.NAME….part) and renamed when they are whole: what a
+killed run leaves of those may be deleted. Exit code: 0 if every frame asked for exists whole, 1 if
+something failed, 2 if the command line makes no sense.";
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    shot: ShotArgs,
+
+    /// Name of the files, #### or %04d for the frame's number [default: the shot's, or
+    /// out/NAME/NAME.####.exr]
+    #[arg(short, long, value_name = "DIR/name.####.exr")]
+    output: Option<String>,
+
+    /// Where samples come from [default: the shot's]
+    #[arg(long, value_enum)]
+    mode: Option<ModeArg>,
+
+    /// Write statistics of every frame
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+
+    /// Keep frames whose files are there and whole
+    #[arg(long)]
+    resume: bool,
+}
+
+/// Modes by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ModeArg {
+    /// Reproject where that pays
+    Auto,
+    /// Reproject every frame that has one before it
+    Reproject,
+    /// Trace every frame from nothing
+    Full,
+}
+
+/// As it holds.
+#[derive(Debug)]
+struct Options {
+    job: Job,
+    target: Target,
+    stats: Option<PathBuf>,
+    resume: bool,
+    threads: Option<NonZeroUsize>,
+}
+
+impl RenderArgs {
+    /// The streams that it asks for.
+    pub fn terminal(&self) -> Terminal {
+        Terminal::new(self.shot.progress, self.shot.quiet)
+    }
+
+    /// Renders.
+    pub fn execute(self, terminal: &mut Terminal) -> Result<(), Failure> {
+        let threads = self.shot.threads;
+        on_threads(threads, || render(&self.settle()?, terminal))
+    }
+
+    fn settle(self) -> Result<Options, Failure> {
+        let mut job = self.shot.load()?;
+        if let Some(mode) = self.mode {
+            job.settings.mode = mode.into();
+        }
+        let target = job.target(self.output.as_deref(), self.shot.png)?;
+        Ok(Options { job, target, stats: self.stats, resume: self.resume, threads: self.shot.threads })
+    }
+}
+
+impl From<ModeArg> for Mode {
+    fn from(mode: ModeArg) -> Self {
+        match mode {
+            ModeArg::Auto => Self::Auto,
+            ModeArg::Reproject => Self::Reproject,
+            ModeArg::Full => Self::Full,
+        }
+    }
+}
+
+/// The schedule of a job's frames.
+pub fn plan(job: &Job, full: bool, finished: impl Fn(i32) -> bool) -> Result<Vec<Step>, Failure> {
+    let rule = Rule {
+        shot_first: job.shot.frames.first(),
+        base_every: job.settings.base_every,
+        cuts: &job.shot.scene.camera.cuts,
+        full,
+    };
+    schedule::schedule(job.frames.runs(), &rule, finished).map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// Says what the loader found odd.
+pub fn warn_about(job: &Job, terminal: &Terminal) {
+    for warning in &job.shot.warnings {
+        terminal.warn(&warning.0.to_string());
+    }
+}
+
+/// Tries the folder of a file that is to be written at the end, before the work.
+pub fn prepare_file(path: Option<&Path>) -> Result<(), Failure> {
+    path.map_or(Ok(()), |path| output::ensure_writable(path).map_err(Failure::of))
+}
+
+fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
+    let Options { job, target, .. } = options;
+    warn_about(job, terminal);
+    let steps =
+        plan(job, job.settings.mode == Mode::Full, |frame| options.resume && target.is_finished(frame))?;
+    if let Some(note) = schedule::run_up_note(&steps) {
+        terminal.note(&note);
+    }
+    target.prepare(job.frames.first())?;
+    prepare_file(options.stats.as_deref())?;
+    let kept = job.frames.list().len() - steps.iter().filter(|step| step.write).count();
+    if kept > 0 {
+        terminal.note(&format!("resume: {kept} frames are there and whole"));
+    }
+    if steps.is_empty() {
+        // neither build a scene that nothing needs nor replace the statistics of the run that made them
+        return Ok(());
+    }
+
+    let mut renderer = Renderer::new(&job.shot.scene, &job.settings).map_err(Failure::of)?;
+    let mut record = Record::default();
+    terminal.begin(steps.len());
+    terminal.result(&table::header());
+    let outcome =
+        steps.iter().try_for_each(|step| render_step(*step, &mut renderer, target, &mut record, terminal));
+    terminal.end();
+
+    // what was finished is reported even if a later frame failed
+    let memory = renderer.memory().with_peak();
+    terminal.result(&record.summary(memory, renderer.build_seconds(), terminal.elapsed()));
+    terminal.result(&format!("{:<9}{}", "files", target.text()));
+    let stats = write_stats(options, &record, memory);
+    outcome.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+}
+
+fn render_step(
+    step: Step,
+    renderer: &mut Renderer<'_>,
+    target: &Target,
+    record: &mut Record,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut finished = renderer
+        .render(step.frame, step.reuse)
+        .map_err(|error| Failure::Failed(format!("frame {}: {error}", step.frame)))?;
+    let file = if step.write { Some(target.write(&mut finished)?) } else { None };
+    let full = record.add(&finished.stats, step.write);
+    if step.write {
+        terminal.result(&table::row(&finished.stats, full));
+    }
+    terminal.frame_done(&finished.stats, file.as_deref());
+    Ok(())
+}
+
+fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(), Failure> {
+    let Some(path) = &options.stats else { return Ok(()) };
+    let job = &options.job;
+    let settings = RunSettings {
+        picture: job.settings.clone(),
+        backend: job.backend.name(),
+        threads: options.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get),
+    };
+    let stats = RunStats {
+        shot: &job.path.to_string_lossy(),
+        settings: &settings,
+        frames: &record.frames,
+        run_up: (!record.run_up.is_empty()).then(|| Totals::of(&record.run_up)),
+        totals: record.totals(),
+        memory,
+    };
+    write_json(path, &stats).map_err(Failure::of)
+}
+
+/// A sample that does not hold breaks the program's promise, so the run has failed.
+pub fn audit_verdict(differing: Option<u64>) -> Result<(), Failure> {
+    match differing {
+        None | Some(0) => Ok(()),
+        Some(count) => Err(Failure::Failed(format!(
+            "audit: {count} samples differ from what their rays see now; please report this with the shot; \
+             --mode full renders without reuse"
+        ))),
+    }
+}
+
+/// What the frames of a run cost.
+#[derive(Default)]
+struct Record {
+    frames: Vec<FrameStats>,
+    run_up: Vec<FrameStats>,
+    full: Option<FullEstimate>,
+    full_rays: f64,
+}
+
+impl Record {
+    /// Keeps `stats`; returns the estimate that goes with the frame.
+    fn add(&mut self, stats: &FrameStats, written: bool) -> Option<FullEstimate> {
+        self.full = FullEstimate::from_base(stats).or(self.full);
+        if written {
+            self.full_rays += self.full.map_or(0.0, |full| full.rays(stats));
+            self.frames.push(stats.clone());
+        } else {
+            self.run_up.push(stats.clone());
+        }
+        self.full
+    }
+
+    fn totals(&self) -> Totals {
+        Totals::of(&self.frames)
+    }
+
+    fn summary(&self, memory: Memory, build_seconds: f64, wall_seconds: f64) -> String {
+        let run_up = Totals::of(&self.run_up);
+        table::summary(&table::Summary {
+            frames: self.frames.len(),
+            totals: &self.totals(),
+            full_rays: self.full_rays,
+            run_up: (!self.run_up.is_empty()).then_some((self.run_up.len(), &run_up)),
+            memory,
+            build_seconds,
+            wall_seconds,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{RayCounts, SampleCounts};
+
+    fn stats(base: u64, good: u64, shadow: u64) -> FrameStats {
+        FrameStats {
+            samples: SampleCounts { base, good, ..SampleCounts::default() },
+            rays: RayCounts { primary: base, verification: good, shadow, ..RayCounts::default() },
+            ..FrameStats::default()
+        }
+    }
+
+    #[test]
+    fn run_up_is_apart_but_its_base_frame_serves_the_estimate() {
+        let mut record = Record::default();
+        record.add(&stats(10, 0, 20), false);
+        let full = record.add(&stats(0, 10, 5), true);
+        assert_eq!((record.frames.len(), record.run_up.len()), (1, 1));
+        assert_eq!((full.is_some(), record.full_rays), (true, 30.0));
+        assert_eq!(record.totals().samples.base, 0);
+        assert!(record.summary(Memory::default(), 0.0, 1.0).contains("about 50.0 %"));
+    }
+
+    #[test]
+    fn an_audit_that_finds_something_fails_the_run() {
+        assert_eq!(audit_verdict(None), Ok(()));
+        assert_eq!(audit_verdict(Some(0)), Ok(()));
+        assert!(matches!(audit_verdict(Some(3)), Err(Failure::Failed(text)) if text.contains("3 samples")));
+    }
+}

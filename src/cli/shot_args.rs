@@ -1,0 +1,313 @@
+//! What `render` and `compare` have in common: options as typed, and as they are once they make sense.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+use super::target::Target;
+use super::terminal::ProgressKind;
+use crate::scene::frames::Frames;
+use crate::scene::shot::{self, Shot};
+use crate::settings::{Filter, Settings};
+
+/// Longest side of a picture, pixels.
+const LONGEST_SIDE: u32 = 65_535;
+/// Most samples of one frame.
+const MOST_SAMPLES: u64 = 1 << 32;
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+pub struct ShotArgs {
+    /// A shot (TOML), or a model (OBJ), which is shown on a turntable
+    #[arg(value_name = "SHOT.toml|MODEL.obj")]
+    pub shot: PathBuf,
+
+    /// Frames to render, for instance 1-100, 1-100x2 (every second) or 1-10,150 [default: the shot's]
+    #[arg(long, value_name = "RANGE", allow_hyphen_values = true, value_parser = Frames::parse)]
+    pub frames: Option<Frames>,
+
+    /// Size of the pictures in pixels, for instance 1280x720 [default: the shot's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// N, for N x N samples a pixel [default: the shot's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub samples: Option<u32>,
+
+    /// How samples become pixels [default: the shot's]
+    #[arg(long, value_enum)]
+    pub filter: Option<FilterArg>,
+
+    /// How many mirrors and panes of glass a ray from the eye may meet [default: the shot's]
+    #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub depth: Option<u32>,
+
+    /// A frame traced in full every K frames, counted from the shot's first; 0: the first alone
+    /// [default: the shot's]
+    #[arg(long, value_name = "K")]
+    pub base_every: Option<u32>,
+
+    /// Trace every sample of every frame again and count what differs; any difference is a failure
+    #[arg(long)]
+    pub audit: bool,
+
+    /// Write an 8-bit PNG beside each EXR
+    #[arg(long)]
+    pub png: bool,
+
+    /// Take missing textures and the like for errors instead of showing a stand-in
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Who answers the rays
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: Backend,
+
+    /// Threads that work [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
+
+    /// What to say on stderr while frames are rendered
+    #[arg(long, value_enum, default_value_t, value_name = "KIND")]
+    pub progress: ProgressKind,
+
+    /// Say nothing but errors and warnings
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Filters by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// The mean of a pixel's own samples
+    Box,
+    /// Mitchell and Netravali's cubic
+    Mitchell,
+}
+
+/// Tracers by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Backend {
+    /// Intel's Embree
+    #[default]
+    Embree,
+    /// Written in Rust, for comparison; not in this build
+    Rust,
+}
+
+impl Backend {
+    /// As the statistics name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Embree => "embree",
+            Self::Rust => "rust",
+        }
+    }
+}
+
+/// A shot that is loaded, with settings and frames that are settled.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// As it was named.
+    pub path: PathBuf,
+    /// Its `settings`, `frames` and `output` are what the file says, not what holds.
+    pub shot: Shot,
+    /// What holds.
+    pub settings: Settings,
+    /// Asked for; the chains of a schedule need the runs.
+    pub frames: Frames,
+    /// Who answers the rays.
+    pub backend: Backend,
+}
+
+impl ShotArgs {
+    /// Loads the shot. The command line beats the file.
+    pub fn load(&self) -> Result<Job, Failure> {
+        if self.backend == Backend::Rust {
+            return Err(Failure::Usage(String::from("this build has only --backend embree")));
+        }
+        let shot = open(&self.shot, self.strict)?;
+        let settings = self.settled(&shot.settings)?;
+        let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
+        Ok(Job { path: self.shot.clone(), shot, settings, frames, backend: self.backend })
+    }
+
+    /// `settings` with what the command line says instead.
+    fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
+        let (width, height) = self.size.unwrap_or((settings.width, settings.height));
+        let filter = self.filter.map(|filter| match filter {
+            FilterArg::Box => Filter::Box,
+            FilterArg::Mitchell => Filter::Mitchell,
+        });
+        let samples = self.samples.unwrap_or(settings.samples);
+        let count = u64::from(width) * u64::from(height) * u64::from(samples).pow(2);
+        if count > MOST_SAMPLES {
+            return Err(Failure::Usage(format!(
+                "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
+                 {MOST_SAMPLES} are the most: take a smaller --size or fewer --samples"
+            )));
+        }
+        Ok(Settings {
+            width,
+            height,
+            samples,
+            filter: filter.unwrap_or(settings.filter),
+            depth: self.depth.unwrap_or(settings.depth),
+            base_every: self.base_every.unwrap_or(settings.base_every),
+            audit: self.audit || settings.audit,
+            mode: settings.mode,
+        })
+    }
+}
+
+impl Job {
+    /// The files that `pattern` names, or the shot's `output`, or `out/NAME/NAME.####.exr`.
+    pub fn target(&self, pattern: Option<&str>, png: bool) -> Result<Target, Failure> {
+        let text = pattern.map(String::from).or_else(|| self.shot.output.clone());
+        let text = text.unwrap_or_else(|| default_output(&self.path));
+        Target::new(&text, &name_of(&self.path), &self.frames.list(), png, self.shot.rate)
+    }
+}
+
+/// Loads a shot, or a model as a turntable.
+pub fn open(path: &Path, strict: bool) -> Result<Shot, Failure> {
+    shot::load(path, strict).map_err(Failure::of)
+}
+
+/// Runs `work` on so many threads, all cores where none are given.
+pub fn on_threads<T: Send>(
+    threads: Option<NonZeroUsize>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, NonZeroUsize::get))
+        .thread_name(|index| format!("afterimage-{index}"))
+        .build()
+        .map_err(|error| Failure::Failed(format!("cannot start threads: {error}; try fewer --threads")))?;
+    pool.install(work)
+}
+
+fn default_output(shot: &Path) -> String {
+    let name = name_of(shot);
+    format!("out/{name}/{name}.####.exr")
+}
+
+/// What a shot is called in file names: its own file's name without its ending.
+fn name_of(shot: &Path) -> String {
+    let stem = shot.file_stem().map_or_else(|| "frame".into(), |stem| stem.to_string_lossy());
+    // in a pattern, # and % stand for the number
+    stem.replace(['#', '%'], "_")
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
+        Some((side(width)?, side(height)?))
+    });
+    sides.ok_or_else(|| format!("write it as 1280x720, each side from 1 to {LONGEST_SIDE}"))
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let count = text.parse::<NonZeroUsize>().ok().filter(|count| count.get() <= 4096);
+    count.ok_or_else(|| String::from("a whole number from 1 to 4096 is wanted"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::settings::Mode;
+
+    #[derive(Parser)]
+    struct Typed {
+        #[command(flatten)]
+        args: ShotArgs,
+    }
+
+    fn typed(line: &str) -> Result<ShotArgs, String> {
+        let words = std::iter::once("test").chain(line.split_whitespace());
+        Typed::try_parse_from(words).map(|typed| typed.args).map_err(|error| error.to_string())
+    }
+
+    fn of_file() -> Settings {
+        Settings {
+            width: 64,
+            height: 32,
+            samples: 3,
+            filter: Filter::Mitchell,
+            depth: 5,
+            mode: Mode::Auto,
+            base_every: 7,
+            audit: false,
+        }
+    }
+
+    #[test]
+    fn the_file_holds_where_the_command_line_is_silent() {
+        let args = typed("a.toml").expect("fine");
+        assert_eq!(args.settled(&of_file()), Ok(of_file()));
+    }
+
+    #[test]
+    fn the_command_line_beats_the_file() {
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --audit";
+        let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
+        let expected = Settings {
+            width: 8,
+            height: 4,
+            samples: 2,
+            filter: Filter::Box,
+            depth: 1,
+            mode: Mode::Auto,
+            base_every: 0,
+            audit: true,
+        };
+        assert_eq!(settled, expected);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_with_a_way_out() {
+        for (options, word) in [
+            ("--size 0x4", "1280x720"),
+            ("--size 4", "1280x720"),
+            ("--size 4x70000", "65535"),
+            ("--samples 0", "1..=64"),
+            ("--depth 65", "0..=64"),
+            ("--threads 0", "1 to 4096"),
+            ("--frames 9-1", "backwards"),
+            ("--frames 1-x", "frames"),
+            ("--backend cuda", "embree"),
+            ("--progress loud", "plain"),
+        ] {
+            let error = typed(&format!("a.toml {options}")).expect_err(options);
+            assert!(error.contains(word), "{options}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_frame_that_no_memory_holds_is_refused() {
+        let args = typed("a.toml --size 65535x65535 --samples 16").expect("each is fine by itself");
+        assert!(args.settled(&of_file()).is_err_and(|error| error.to_string().contains("--size")));
+    }
+
+    #[test]
+    fn frames_may_be_negative() {
+        let frames = typed("a.toml --frames -2-1").expect("fine").frames.expect("given");
+        assert_eq!(frames.list(), [-2, -1, 0, 1]);
+    }
+
+    #[test]
+    fn the_other_backend_is_a_usage_error() {
+        let error = typed("a.toml --backend rust").expect("known").load().expect_err("not built");
+        assert!(matches!(error, Failure::Usage(text) if text.contains("only --backend embree")));
+    }
+
+    #[test]
+    fn default_names_come_from_the_shot() {
+        assert_eq!(default_output(Path::new("scenes/city.toml")), "out/city/city.####.exr");
+        assert_eq!(default_output(Path::new("a#1.obj")), "out/a_1/a_1.####.exr");
+    }
+}

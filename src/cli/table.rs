@@ -1,0 +1,215 @@
+//! The table on stdout: one line a frame, and what the run amounts to.
+
+use super::terminal::duration;
+use crate::stats::{AuditCounts, FrameStats, FullEstimate, Memory, RayCounts, Totals, saved_percent};
+
+/// Title line of a render's table. Rays in millions.
+pub fn header() -> String {
+    String::from(
+        " frame mode       seconds reused%  primary   verify   shadow  reflect  refract   total  saved% audit",
+    )
+}
+
+/// One frame. `full` estimates what tracing every sample would cast.
+pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
+    let rays = &frame.rays;
+    let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
+    format!(
+        "{:>6} {:<10} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
+        frame.frame,
+        frame.mode,
+        frame.seconds.total,
+        reused_percent(frame),
+        millions(rays.primary),
+        millions(rays.verification),
+        millions(rays.shadow),
+        millions(rays.reflection),
+        millions(rays.refraction),
+        millions(rays.total()),
+        saved.map_or_else(|| String::from("-"), |saved| format!("{saved:.1}")),
+        audit(frame.audit),
+    )
+}
+
+/// Percent of a frame's samples that were not traced.
+pub fn reused_percent(frame: &FrameStats) -> f64 {
+    percent(frame.samples.reused(), frame.samples.total())
+}
+
+/// Percent; 0 of nothing.
+pub fn percent(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 0.0 } else { 100.0 * part as f64 / whole as f64 }
+}
+
+/// `12.34` for 12 340 000.
+pub fn millions(rays: u64) -> String {
+    format!("{:.2}", rays as f64 / 1e6)
+}
+
+/// `-`, `ok`, or how many samples do not hold.
+pub fn audit(counts: Option<AuditCounts>) -> String {
+    match counts {
+        None => String::from("-"),
+        Some(AuditCounts { differing: 0, .. }) => String::from("ok"),
+        Some(AuditCounts { differing, .. }) => format!("{differing} differ"),
+    }
+}
+
+/// What a render amounts to.
+pub struct Summary<'a> {
+    /// Frames written.
+    pub frames: usize,
+    /// Their sum.
+    pub totals: &'a Totals,
+    /// Rays that tracing every sample would have cast for them, estimated; 0: unknown.
+    pub full_rays: f64,
+    /// Frames that were rendered but not written, and their sum.
+    pub run_up: Option<(usize, &'a Totals)>,
+    /// At the end.
+    pub memory: Memory,
+    /// Building the acceleration structure.
+    pub build_seconds: f64,
+    /// The whole run, from the first frame on.
+    pub wall_seconds: f64,
+}
+
+/// The lines below the table.
+pub fn summary(sum: &Summary<'_>) -> String {
+    let totals = sum.totals;
+    let mut lines = vec![
+        format!(
+            "{:<9}{} in {}: rendering {}, writing {}; building the scene before {}",
+            "frames",
+            sum.frames,
+            duration(sum.wall_seconds),
+            duration(totals.seconds.rendering()),
+            duration(totals.seconds.write),
+            duration(sum.build_seconds),
+        ),
+        samples_line(totals),
+        format!("{:<9}{}", "rays", rays_text(&totals.rays)),
+    ];
+    if totals.samples.reused() > 0 && sum.full_rays > 0.0 {
+        lines.push(format!(
+            "{:<9}about {:.1} % of the rays, against tracing every sample: one primary ray each, shadow rays \
+             a sample as in the last base frame, reflection and refraction as cast (`compare` measures it)",
+            "saved",
+            saved_percent(totals.rays.total() as f64, sum.full_rays),
+        ));
+    }
+    if let Some((frames, totals)) = sum.run_up {
+        lines.push(format!(
+            "{:<9}{frames} more frames in {}, {} M rays: rendered, not written, and in no sum above",
+            "run-up",
+            duration(totals.seconds.total),
+            millions(totals.rays.total()),
+        ));
+    }
+    lines.extend(totals.audit.map(audit_line));
+    lines.push(memory_line(&sum.memory));
+    lines.join("\n")
+}
+
+fn samples_line(totals: &Totals) -> String {
+    let samples = &totals.samples;
+    let share = |count| percent(count, samples.total());
+    format!(
+        "{:<9}{:.1} % reused ({:.1} good, {:.1} overlapped), traced: {:.1} % missed, {:.1} obscured, {:.1} base",
+        "samples",
+        share(samples.reused()),
+        share(samples.good),
+        share(samples.overlapped),
+        share(samples.missed),
+        share(samples.obscured),
+        share(samples.base),
+    )
+}
+
+/// All kinds, and their sum.
+pub fn rays_text(rays: &RayCounts) -> String {
+    format!(
+        "{} M: primary {}, verification {}, shadow {}, reflection {}, refraction {}",
+        millions(rays.total()),
+        millions(rays.primary),
+        millions(rays.verification),
+        millions(rays.shadow),
+        millions(rays.reflection),
+        millions(rays.refraction),
+    )
+}
+
+/// What the audit found over all frames.
+pub fn audit_line(audit: AuditCounts) -> String {
+    format!(
+        "{:<9}{} samples traced again: {} differ; {} hold within the tolerance for edges",
+        "audit", audit.checked, audit.differing, audit.on_edge
+    )
+}
+
+/// Peak and store.
+pub fn memory_line(memory: &Memory) -> String {
+    format!(
+        "{:<9}{} at most; sample store {}, {:.1} bytes a sample",
+        "memory",
+        bytes(memory.peak_bytes),
+        bytes(memory.store_bytes),
+        memory.bytes_per_sample
+    )
+}
+
+/// `812.0 MiB`
+pub fn bytes(count: u64) -> String {
+    let mib = count as f64 / f64::from(1 << 20);
+    if mib < 1024.0 { format!("{mib:.1} MiB") } else { format!("{:.2} GiB", mib / 1024.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{SampleCounts, Seconds};
+
+    fn frame() -> FrameStats {
+        FrameStats {
+            frame: 12,
+            mode: "reproject",
+            seconds: Seconds { total: 0.5, write: 0.1, ..Seconds::default() },
+            samples: SampleCounts { good: 900, overlapped: 50, missed: 50, ..SampleCounts::default() },
+            rays: RayCounts { primary: 50, verification: 950, shadow: 1_234_000, ..RayCounts::default() },
+            audit: Some(AuditCounts { checked: 1000, differing: 0, on_edge: 1 }),
+        }
+    }
+
+    #[test]
+    fn rows_stand_under_their_titles() {
+        let (head, row) = (header(), row(&frame(), None));
+        let mut end_of_title = 0;
+        for (title, value) in
+            [("frame", "12"), ("seconds", "0.500"), ("reused%", "95.0"), ("shadow", "1.23"), ("saved%", "-")]
+        {
+            end_of_title = end_of_title + head[end_of_title..].find(title).expect(title) + title.len();
+            assert!(row[..end_of_title].ends_with(value), "{title} in\n{head}\n{row}");
+        }
+        assert!(row.ends_with(" ok"));
+    }
+
+    #[test]
+    fn the_summary_hides_no_ray() {
+        let totals = Totals::of(&[frame()]);
+        let sum = Summary {
+            frames: 1,
+            totals: &totals,
+            full_rays: 2_470_000.0,
+            run_up: Some((3, &totals)),
+            memory: Memory { peak_bytes: 3 << 30, store_bytes: 1 << 20, bytes_per_sample: 58.0 },
+            build_seconds: 0.1,
+            wall_seconds: 0.6,
+        };
+        let text = summary(&sum);
+        for part in
+            ["95.0 % reused", "rendering 0.40 s, writing 0.10 s", "1.24 M:", "about 50.0 %", "3 more frames"]
+        {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+        assert!(text.contains("3.00 GiB at most") && text.contains("0 differ"));
+    }
+}

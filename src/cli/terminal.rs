@@ -1,0 +1,206 @@
+//! What a run says while it works: the table on stdout; progress and warnings on stderr.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use super::failure::one_line;
+use crate::stats::FrameStats;
+
+/// What goes to stderr while frames are rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum ProgressKind {
+    /// A bar when stderr is a terminal, otherwise nothing
+    #[default]
+    Auto,
+    /// One line a frame
+    Plain,
+    /// One JSON object a line: events start, frame, warning, note, error, end
+    Json,
+    /// Nothing
+    None,
+}
+
+enum Progress {
+    Silent,
+    Plain,
+    Json,
+    Bar(ProgressBar),
+}
+
+/// The two streams. Results are dropped without a word once nobody reads them any more (a closed pipe
+/// is no error: the frames are what was asked for).
+pub struct Terminal {
+    progress: Progress,
+    quiet: bool,
+    stdout_open: bool,
+    started: Instant,
+    done: usize,
+    of: usize,
+}
+
+impl Terminal {
+    /// `quiet` leaves errors and warnings.
+    pub fn new(kind: ProgressKind, quiet: bool) -> Self {
+        let progress = match kind {
+            ProgressKind::Json => Progress::Json, // warnings and errors are events, even when quiet
+            _ if quiet => Progress::Silent,
+            ProgressKind::Auto if io::stderr().is_terminal() => Progress::Bar(bar()),
+            ProgressKind::Plain => Progress::Plain,
+            ProgressKind::Auto | ProgressKind::None => Progress::Silent,
+        };
+        Self { progress, quiet, stdout_open: true, started: Instant::now(), done: 0, of: 0 }
+    }
+
+    /// Lines of the result.
+    pub fn result(&mut self, text: &str) {
+        if self.quiet || !self.stdout_open {
+            return;
+        }
+        let write = || {
+            let mut stdout = io::stdout().lock();
+            writeln!(stdout, "{text}").and_then(|()| stdout.flush())
+        };
+        let outcome = match &self.progress {
+            Progress::Bar(bar) => bar.suspend(write),
+            _ => write(),
+        };
+        self.stdout_open = outcome.is_ok();
+    }
+
+    /// Something that the picture shows a stand-in for, or that is not as the user may think.
+    pub fn warn(&self, message: &str) {
+        self.say("warning", message);
+    }
+
+    /// Something good to know.
+    pub fn note(&self, message: &str) {
+        if !self.quiet {
+            self.say("note", message);
+        }
+    }
+
+    /// What ended the run.
+    pub fn error(&self, message: &str) {
+        self.say("error", message);
+    }
+
+    fn say(&self, event: &str, message: &str) {
+        let message = one_line(message);
+        match &self.progress {
+            Progress::Json => err_line(&json!({"event": event, "message": message}).to_string()),
+            Progress::Bar(bar) => bar.suspend(|| err_line(&format!("{event}: {message}"))),
+            _ => err_line(&format!("{event}: {message}")),
+        }
+    }
+
+    /// So many renderings are to come.
+    pub fn begin(&mut self, renderings: usize) {
+        (self.started, self.done, self.of) = (Instant::now(), 0, renderings);
+        match &self.progress {
+            Progress::Bar(bar) => {
+                bar.set_length(renderings as u64);
+                bar.reset_eta();
+                bar.enable_steady_tick(Duration::from_millis(250));
+            }
+            Progress::Json if !self.quiet => {
+                err_line(&json!({"event": "start", "renderings": renderings}).to_string());
+            }
+            _ => {}
+        }
+    }
+
+    /// One rendering is done, and in `file` if it was to be written.
+    pub fn frame_done(&mut self, stats: &FrameStats, file: Option<&Path>) {
+        self.done += 1;
+        let left = self.seconds_left();
+        match &self.progress {
+            Progress::Bar(bar) => {
+                bar.set_message(format!("frame {}", stats.frame));
+                bar.inc(1);
+            }
+            Progress::Plain => err_line(&format!(
+                "[{}/{}] frame {}: {}, {:.3} s, about {} left",
+                self.done,
+                self.of,
+                stats.frame,
+                stats.mode,
+                stats.seconds.total,
+                duration(left)
+            )),
+            Progress::Json if !self.quiet => err_line(
+                &json!({
+                    "event": "frame", "frame": stats.frame, "mode": stats.mode,
+                    "done": self.done, "of": self.of,
+                    "seconds": stats.seconds.total, "seconds_left": left,
+                    "file": file.map(|path| path.display().to_string()),
+                })
+                .to_string(),
+            ),
+            _ => {}
+        }
+    }
+
+    /// No more frames.
+    pub fn end(&mut self) {
+        match &self.progress {
+            Progress::Bar(bar) => bar.finish_and_clear(),
+            Progress::Json if !self.quiet => err_line(
+                &json!({
+                    "event": "end", "done": self.done, "of": self.of,
+                    "seconds": self.started.elapsed().as_secs_f64(),
+                })
+                .to_string(),
+            ),
+            _ => {}
+        }
+    }
+
+    /// Wall-clock seconds since the first frame began.
+    pub fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// By the mean of what is done.
+    fn seconds_left(&self) -> f64 {
+        let mean = self.elapsed() / self.done.max(1) as f64;
+        mean * self.of.saturating_sub(self.done) as f64
+    }
+}
+
+/// `0.42 s`, `12 s`, `3 min 05 s`, `2 h 07 min`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..=8 => format!("{seconds:.2} s"),
+        9..=119 => format!("{seconds:.1} s"),
+        120..=7199 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+fn bar() -> ProgressBar {
+    let template = "{bar:32.green/dim} {pos}/{len}  {msg}  {elapsed_precise} gone, {eta_precise} to go";
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(0).with_style(style.progress_chars("━╸─"))
+}
+
+/// Nobody may be there to read it.
+fn err_line(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_the_unit_that_is_read_best() {
+        let texts: Vec<_> = [0.4211, 9.7, 61.04, 185.0, 7620.0].map(duration).into();
+        assert_eq!(texts, ["0.42 s", "9.7 s", "61.0 s", "3 min 05 s", "2 h 07 min"]);
+    }
+}

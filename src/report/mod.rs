@@ -1,0 +1,8 @@
+//! Reports of runs: JSON and HTML files.
+
+pub mod chart;
+pub mod comparison;
+pub mod file;
+pub mod html;
+pub mod picture;
+pub mod versions;

@@ -1,0 +1,71 @@
+//! What a result was made with.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// Versions of the program and its libraries, and the machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Versions {
+    /// `git describe` where the build knew it, otherwise the package's version.
+    pub afterimage: &'static str,
+    /// Of the library that is loaded.
+    pub embree: String,
+    /// Of the library that is loaded.
+    pub openexr: String,
+    /// As the system names it.
+    pub cpu: String,
+    /// That work now.
+    pub threads: usize,
+}
+
+/// Of this program.
+pub const AFTERIMAGE: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("AFTERIMAGE_COMMIT"), ")");
+
+impl Versions {
+    /// Asks the libraries and the system.
+    pub fn here() -> Self {
+        Self {
+            afterimage: AFTERIMAGE,
+            embree: match embree::Device::new("") {
+                Ok(device) => device.version(),
+                Err(error) => format!("does not start: {error}"),
+            },
+            openexr: openexr::version(),
+            cpu: cpu(),
+            threads: rayon::current_num_threads(),
+        }
+    }
+}
+
+impl fmt::Display for Versions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "afterimage  {}", self.afterimage)?;
+        writeln!(f, "Embree      {}", self.embree)?;
+        writeln!(f, "OpenEXR     {}", self.openexr)?;
+        write!(f, "CPU         {}, {} threads", self.cpu, self.threads)
+    }
+}
+
+fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    model_name(&info).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
+}
+
+fn model_name(info: &str) -> Option<String> {
+    let line = info.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_processor() {
+        let info = "processor\t: 0\nmodel name\t: Swift 9000 @ 3 GHz\n";
+        assert_eq!(model_name(info).as_deref(), Some("Swift 9000 @ 3 GHz"));
+        assert_eq!(model_name(""), None);
+        assert!(!cpu().is_empty());
+    }
+}

@@ -1,0 +1,118 @@
+//! The binary itself: exit codes, messages, help. What needs a tracer is tested elsewhere.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn afterimage(words: &[&str]) -> Output {
+    in_folder(Path::new("."), words)
+}
+
+fn in_folder(folder: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(folder).args(words).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("it ended by itself")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+#[test]
+fn help_is_a_result() {
+    for words in [&["--help"][..], &["render", "--help"], &["compare", "--help"], &["info", "--help"]] {
+        let output = afterimage(words);
+        assert_eq!((code(&output), stderr(&output)), (0, String::new()), "{words:?}");
+        assert!(stdout(&output).contains("Usage:"), "{words:?}");
+    }
+    for (command, option) in [("render", "--resume"), ("compare", "--report"), ("render", "Examples:")] {
+        assert!(stdout(&afterimage(&[command, "--help"])).contains(option), "{command} {option}");
+    }
+}
+
+#[test]
+fn the_version_is_a_result() {
+    let output = afterimage(&["--version"]);
+    assert_eq!(code(&output), 0);
+    assert!(stdout(&output).starts_with("afterimage "));
+}
+
+#[test]
+fn nonsense_is_a_usage_error_and_says_why() {
+    for (words, why) in [
+        (&[][..], "Usage:"),
+        (&["paint"], "paint"),
+        (&["render"], "SHOT"),
+        (&["render", "a.toml", "--frames", "9-1"], "backwards"),
+        (&["render", "a.toml", "--size", "big"], "1280x720"),
+        (&["render", "a.toml", "--samples", "0"], "samples"),
+        (&["render", "a.toml", "--threads", "0"], "threads"),
+        (&["render", "a.toml", "--mode", "fast"], "reproject"),
+        (&["render", "a.toml", "--backend", "rust"], "embree"),
+        (&["render", "a.toml", "--no-such-option"], "--no-such-option"),
+        (&["compare", "a.toml", "--png"], "-o"),
+    ] {
+        let output = afterimage(words);
+        assert_eq!((code(&output), stdout(&output)), (2, String::new()), "{words:?}");
+        assert!(stderr(&output).contains(why), "{words:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_missing_file_is_named_in_one_line() {
+    for command in ["render", "compare", "info"] {
+        for file in ["no/such.toml", "no/such.obj"] {
+            let output = afterimage(&[command, file]);
+            assert_eq!(code(&output), 1, "{command} {file}");
+            let text = stderr(&output);
+            assert!(text.starts_with("error: ") && text.contains(file), "{command}: {text}");
+            assert_eq!(text.lines().count(), 1, "{text}");
+        }
+    }
+}
+
+#[test]
+fn info_refuses_what_it_does_not_know() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.txt"), "x").unwrap();
+    let output = in_folder(folder.path(), &["info", "a.txt"]);
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("a.txt"));
+    let output = in_folder(folder.path(), &["info", "none.exr"]);
+    assert_eq!(code(&output), 1);
+}
+
+#[test]
+fn info_names_versions_and_processor() {
+    let output = afterimage(&["info"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    for part in ["afterimage", "Embree", "OpenEXR", "CPU"] {
+        assert!(stdout(&output).contains(part), "{part}");
+    }
+}
+
+#[test]
+fn errors_are_json_where_progress_is() {
+    let output = afterimage(&["render", "no/such.toml", "--progress", "json"]);
+    assert_eq!(code(&output), 1);
+    let event: serde_json::Value = serde_json::from_str(stderr(&output).trim()).unwrap();
+    assert_eq!(event["event"], "error");
+    assert!(event["message"].as_str().unwrap().contains("no/such.toml"));
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    let mut child = command.arg("info").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+}
