@@ -1,4 +1,88 @@
-//! A safe wrapper of Embree 4 for tracing packets of 16 rays.
+//! A safe wrapper of [Embree 4](https://www.embree.org) for tracing packets of 16 rays.
+//!
+//! A [`Device`] makes [`Scene`]s. A scene holds meshes ([`Geometry`]) and instances of [`FrozenScene`]s.
+//! [`Scene::commit`] builds it and gives a [`Committed`], which answers rays: [`intersect16`] for the closest
+//! hit, [`occluded16`] for any hit, [`occluded16_past_own`] for any hit but one's own primitive.
+//!
+//! ```
+//! use embree::{BuildQuality, Coherence, Device, Geometry, Ray16, RayHit16, Scene, Valid16, VertexBuffer};
+//! use std::sync::Arc;
+//!
+//! let device = Device::new("")?;
+//! let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+//! let vertices = Arc::new(VertexBuffer::new(corners));
+//! let triangle = Geometry::triangles(&device, vertices, Arc::from([[0, 1, 2]]), u32::MAX)?;
+//!
+//! let mut scene = Scene::new(&device, BuildQuality::Medium, false)?;
+//! let id = scene.attach(&triangle)?;
+//! let tracer = scene.commit()?;
+//!
+//! let mut rays = Ray16::default();
+//! rays.set(0, [0.25, 0.25, 1.0], [0.0, 0.0, -1.0], 0.0, f32::INFINITY);
+//! let mut packet = RayHit16::new(rays);
+//! tracer.intersect16(&Valid16::first(1), &mut packet, Coherence::Coherent);
+//! assert_eq!(packet.hit.geom_id[0], id.0);
+//! assert_eq!(packet.ray.tfar[0], 1.0);
+//! # Ok::<(), embree::Error>(())
+//! ```
+//!
+//! # What the compiler forbids
+//! A scene cannot change while it is traced, because [`Committed`] borrows it:
+//! ```compile_fail,E0499
+//! # use embree::{BuildQuality, Coherence, Device, Geometry, Ray16, Scene, Valid16};
+//! fn wrong(scene: &mut Scene, more: &Geometry) -> Result<(), embree::Error> {
+//!     let tracer = scene.commit()?;
+//!     scene.attach(more)?;
+//!     tracer.occluded16(&Valid16::ALL, &mut Ray16::default(), Coherence::Coherent);
+//!     Ok(())
+//! }
+//! ```
+//! nor go away:
+//! ```compile_fail,E0505
+//! # use embree::{BuildQuality, Coherence, Device, Ray16, Scene, Valid16};
+//! fn wrong(mut scene: Scene) -> Result<(), embree::Error> {
+//!     let tracer = scene.commit()?;
+//!     drop(scene);
+//!     tracer.occluded16(&Valid16::ALL, &mut Ray16::default(), Coherence::Coherent);
+//!     Ok(())
+//! }
+//! ```
+//! A buffer cannot be freed under its geometry, nor written to: the geometry takes it, or a share of it, and a
+//! [`VertexBuffer`] lends its vertices for reading alone.
+//! ```compile_fail,E0382
+//! # use embree::{Device, Error, Geometry, VertexBuffer};
+//! # use std::sync::Arc;
+//! fn wrong(device: &Device, vertices: VertexBuffer) -> Result<Geometry, Error> {
+//!     let mesh = Geometry::triangles(device, Arc::new(vertices), Arc::from([[0, 1, 2]]), u32::MAX)?;
+//!     drop(vertices);
+//!     Ok(mesh)
+//! }
+//! ```
+//! A scene that instances show cannot be changed: [`Scene::freeze`] takes it away.
+//! ```compile_fail,E0382
+//! # use embree::{Geometry, Scene};
+//! fn wrong(child: Scene, more: &Geometry) -> Result<(), embree::Error> {
+//!     let frozen = child.freeze()?;
+//!     child.attach(more)?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! # Threads
+//! Everything is `Send` and `Sync`; a [`Committed`] is `Copy`, made to be handed to all threads. Embree builds
+//! with its own threads: commit outside of rayon's pool, or two pools share the cores. Embree recommends
+//! flush-to-zero; that is undefined behaviour in Rust, and nothing here touches the floating-point environment.
+//!
+//! # Errors
+//! Whatever can fail returns an [`Error`] with Embree's own message, taken where it arose. Queries cannot fail.
+//!
+//! # Finding the library
+//! The build script's metadata reach direct dependents: `DEP_EMBREE_RPATH` (a folder to write into programs as
+//! run path, empty if none is needed) and `DEP_EMBREE_VERSION` (of the headers).
+//!
+//! [`intersect16`]: Committed::intersect16
+//! [`occluded16`]: Committed::occluded16
+//! [`occluded16_past_own`]: Committed::occluded16_past_own
 
 mod device;
 mod error;

@@ -64,7 +64,8 @@ impl Valid16 {
 
 /// 16 ray segments: the points `org + t * dir` with `tnear <= t <= tfar`.
 ///
-/// Nothing here needs to be normalised: `t` counts lengths of `dir`. Rays that are not finite hit nothing.
+/// Nothing here needs to be normalised: `t` counts lengths of `dir`. What a ray hits that has a NaN or an
+/// infinite origin or direction is undefined (and slow to find out), but harms nothing.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray16 {

@@ -1,0 +1,189 @@
+//! Who keeps what alive, what is an error, and many threads.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod scenes;
+
+use embree::{
+    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId,
+    RayHit16, Scene, Valid16, VertexBuffer,
+};
+use scenes::{IDENTITY, UNIT_TRIANGLE, device, down, medium, mesh, moved};
+use std::sync::Arc;
+
+fn hits(tracer: Committed<'_>) -> usize {
+    let mut packet = RayHit16::new(down(|lane| [0.01 * lane as f32, 0.01, 1.0]));
+    tracer.intersect16(&Valid16::ALL, &mut packet, Coherence::Coherent);
+    (0..16).filter(|&lane| packet.hit.is_hit(lane)).count()
+}
+
+#[test]
+fn the_version_is_at_least_4_3() {
+    let version = device().version();
+    let numbers: Vec<u32> = version.split('.').map(|n| n.parse().unwrap()).collect();
+    assert!(numbers.len() == 3 && numbers >= vec![4, 3, 0], "{version}");
+}
+
+#[test]
+fn a_wrong_configuration_is_refused_in_embrees_words() {
+    let error = Device::new("threads=abc").unwrap_err();
+    assert!(error.message().contains("integer expected"), "{error}");
+    assert_eq!(error.to_string(), format!("Embree: {}", error.message()));
+    assert_eq!(
+        Device::new("a\0b").unwrap_err().code(),
+        ErrorCode::InvalidArgument
+    );
+    // The failure is taken, not left for the next call.
+    assert!(Device::new("threads=1").is_ok());
+}
+
+#[test]
+fn an_index_out_of_range_is_an_error() {
+    let vertices = Arc::new(VertexBuffer::new(UNIT_TRIANGLE.to_vec()));
+    let indices = Arc::from([[0, 1, 2], [0, 3, 1]]);
+    let error = Geometry::triangles(&device(), Arc::clone(&vertices), indices, 1).unwrap_err();
+    assert_eq!(error.code(), ErrorCode::InvalidArgument);
+    assert!(error.message().contains("triangle 1"), "{error}");
+    assert_eq!(vertices.as_slice(), UNIT_TRIANGLE);
+}
+
+#[test]
+fn misuse_of_a_scene_is_an_error() {
+    let device = device();
+    let mut scene = medium(&device);
+    let plain = scene.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
+    let child = medium(&device).freeze().unwrap();
+    let placed = scene.attach_instance(&child, IDENTITY, 1).unwrap();
+    let mut code =
+        |act: &dyn Fn(&mut Scene) -> Result<(), embree::Error>| act(&mut scene).unwrap_err().code();
+
+    let nan = moved(f32::NAN, 0.0, 0.0);
+    assert_eq!(
+        code(&|s| s.set_instance_transform(placed, nan)),
+        ErrorCode::InvalidArgument
+    );
+    assert_eq!(
+        code(&|s| s.attach_instance(&child, nan, 1).map(drop)),
+        ErrorCode::InvalidArgument
+    );
+    assert_eq!(
+        code(&|s| s.set_instance_transform(plain, IDENTITY)),
+        ErrorCode::InvalidOperation
+    );
+    assert_eq!(
+        code(&|s| s.set_mask(GeometryId(2), 1)),
+        ErrorCode::InvalidArgument
+    );
+    let foreign = scenes::device();
+    let strange = mesh(&foreign, &[UNIT_TRIANGLE], 1);
+    assert_eq!(
+        code(&|s| s.attach(&strange).map(drop)),
+        ErrorCode::InvalidArgument
+    );
+
+    // One level of instances: what holds one cannot be one.
+    let nested = scene.freeze().unwrap();
+    let error = medium(&device)
+        .attach_instance(&nested, IDENTITY, 1)
+        .unwrap_err();
+    assert_eq!(error.code(), ErrorCode::InvalidOperation);
+}
+
+#[test]
+fn a_scene_outlives_whatever_it_was_made_from() {
+    let vertices = Arc::new(VertexBuffer::new(UNIT_TRIANGLE.to_vec()));
+    let mut scene = {
+        let device = device();
+        let indices = Arc::from([[0, 1, 2]]);
+        let geometry = Geometry::triangles(&device, Arc::clone(&vertices), indices, 1).unwrap();
+        let mut child = medium(&device);
+        child.attach(&geometry).unwrap();
+        let mut scene = medium(&device);
+        scene
+            .attach_instance(&child.freeze().unwrap(), IDENTITY, 1)
+            .unwrap();
+        scene
+    };
+    assert_eq!(Arc::strong_count(&vertices), 2, "shared, not copied");
+    assert_eq!(hits(scene.commit().unwrap()), 16);
+    drop(scene);
+    assert_eq!(Arc::strong_count(&vertices), 1, "let go");
+}
+
+#[test]
+fn memory_is_counted_and_given_back() {
+    let device = device();
+    let many: Vec<_> = (0..10_000)
+        .map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z]))
+        .collect();
+    let mut scene = medium(&device);
+    scene.attach(&mesh(&device, &many, 1)).unwrap();
+    scene.commit().unwrap();
+    assert!(device.memory_bytes() > 100_000, "{}", device.memory_bytes());
+    drop(scene);
+    assert!(device.memory_bytes() < 10_000, "{}", device.memory_bytes());
+}
+
+#[test]
+fn a_scene_grows_after_it_was_traced() {
+    let device = device();
+    for quality in [BuildQuality::Low, BuildQuality::Medium, BuildQuality::High] {
+        for robust in [false, true] {
+            let mut scene = Scene::new(&device, quality, robust).unwrap();
+            assert_eq!(hits(scene.commit().unwrap()), 0);
+            scene.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
+            assert_eq!(hits(scene.commit().unwrap()), 16);
+            assert_eq!(hits(scene.commit().unwrap()), 16);
+        }
+    }
+}
+
+#[test]
+fn threads_build_and_trace_at_the_same_time() {
+    let device = device();
+    let shared = mesh(&device, &[UNIT_TRIANGLE], 1);
+    let child: Arc<FrozenScene> = {
+        let mut child = medium(&device);
+        child.attach(&shared).unwrap();
+        child.freeze().unwrap()
+    };
+    std::thread::scope(|threads| {
+        for _ in 0..8 {
+            threads.spawn(|| {
+                for i in 0..50 {
+                    let mut scene = medium(&device);
+                    scene.attach(&shared).unwrap();
+                    let id = scene
+                        .attach_instance(&child, moved(3.0, 0.0, 0.0), 1)
+                        .unwrap();
+                    assert_eq!(hits(scene.commit().unwrap()), 16);
+                    scene
+                        .set_instance_transform(id, moved(i as f32, 0.0, 0.0))
+                        .unwrap();
+                    let tracer = scene.commit().unwrap();
+                    std::thread::scope(|more| {
+                        more.spawn(move || assert_eq!(hits(tracer), 16));
+                        assert_eq!(hits(child.committed()), 16);
+                    });
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn errors_are_each_threads_own() {
+    std::thread::scope(|threads| {
+        for i in 0..8 {
+            threads.spawn(move || {
+                for _ in 0..20 {
+                    let config = if i % 2 == 0 {
+                        "threads=abc"
+                    } else {
+                        "threads=1"
+                    };
+                    assert_eq!(Device::new(config).is_err(), i % 2 == 0);
+                }
+            });
+        }
+    });
+}
