@@ -155,12 +155,6 @@ struct OwnContext<'a> {
     own: &'a OwnPrims16,
 }
 
-// Rows of Embree's `RTCRayN` and `RTCHitN`: each is N values long, as its inline accessors say.
-const RAY_ID_ROW: usize = 10;
-const HIT_PRIM_ROW: usize = 5;
-const HIT_GEOM_ROW: usize = 6;
-const HIT_INST_ROW: usize = 7;
-
 /// Occlusion filter: rejects the hits of rays with their own primitives, so that traversal goes on.
 ///
 /// # Safety
@@ -180,10 +174,10 @@ unsafe extern "C" fn let_own_pass(arguments: *const sys::RTCFilterFunctionNArgum
             if *valid == 0 {
                 continue;
             }
-            let lane = *ray.add(RAY_ID_ROW * count + i) as usize % LANES;
-            let is_own = *hit.add(HIT_PRIM_ROW * count + i) == own.prim_id[lane]
-                && *hit.add(HIT_GEOM_ROW * count + i) == own.geom_id[lane]
-                && *hit.add(HIT_INST_ROW * count + i) == own.inst_id[lane];
+            let lane = *ray.add(sys::RTC_RAY_N_ID_ROW * count + i) as usize % LANES;
+            let is_own = *hit.add(sys::RTC_HIT_N_PRIM_ID_ROW * count + i) == own.prim_id[lane]
+                && *hit.add(sys::RTC_HIT_N_GEOM_ID_ROW * count + i) == own.geom_id[lane]
+                && *hit.add(sys::RTC_HIT_N_INST_ID_ROW * count + i) == own.inst_id[lane];
             if is_own {
                 *valid = 0;
             }

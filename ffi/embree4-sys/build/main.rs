@@ -78,6 +78,7 @@ fn link(found: &Found) {
         "cargo::rustc-env=EMBREE4_INCLUDE={}",
         found.include.display()
     );
+    println!("cargo::rustc-env=EMBREE4_TARGET={}", cargo_env("TARGET"));
 }
 
 fn on_loader_path(libdir: &Path) -> bool {

@@ -31,6 +31,16 @@ use std::ptr;
 /// The id that means "no geometry", "no instance" or "no hit".
 pub const RTC_INVALID_GEOMETRY_ID: u32 = u32::MAX;
 
+// A filter gets its rays and hits as rows of N values each; value `i` of a row stands at `row * N + i`.
+/// The row of `RTCRayN_id`.
+pub const RTC_RAY_N_ID_ROW: usize = 10;
+/// The row of `RTCHitN_primID`.
+pub const RTC_HIT_N_PRIM_ID_ROW: usize = 5;
+/// The row of `RTCHitN_geomID`.
+pub const RTC_HIT_N_GEOM_ID_ROW: usize = 6;
+/// The row of `RTCHitN_instID` at the outermost level.
+pub const RTC_HIT_N_INST_ID_ROW: usize = 7;
+
 /// What `rtcInitRayQueryContext` writes: a query that is inside of no instance.
 pub const fn init_ray_query_context() -> RTCRayQueryContext {
     const LEVELS: usize = RTC_MAX_INSTANCE_LEVEL_COUNT as usize;

@@ -1,0 +1,82 @@
+/* Prints what the C compiler makes of Embree's structs: "name number" a line.
+   The last part needs C++, where alone the headers define it. */
+#include <embree4/rtcore.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#define SIZE(type) printf(#type " %zu\n", sizeof(struct type))
+#define FIELD(type, field) printf(#type "." #field " %zu\n", offsetof(struct type, field))
+#define NUMBER(name) printf(#name " %llu\n", (unsigned long long)(name))
+
+int main(void) {
+  SIZE(RTCRay16);
+  FIELD(RTCRay16, org_x); FIELD(RTCRay16, org_y); FIELD(RTCRay16, org_z); FIELD(RTCRay16, tnear);
+  FIELD(RTCRay16, dir_x); FIELD(RTCRay16, dir_y); FIELD(RTCRay16, dir_z); FIELD(RTCRay16, time);
+  FIELD(RTCRay16, tfar); FIELD(RTCRay16, mask); FIELD(RTCRay16, id); FIELD(RTCRay16, flags);
+
+  SIZE(RTCHit16);
+  FIELD(RTCHit16, Ng_x); FIELD(RTCHit16, Ng_y); FIELD(RTCHit16, Ng_z); FIELD(RTCHit16, u);
+  FIELD(RTCHit16, v); FIELD(RTCHit16, primID); FIELD(RTCHit16, geomID); FIELD(RTCHit16, instID);
+  FIELD(RTCHit16, instPrimID);
+
+  SIZE(RTCRayHit16);
+  FIELD(RTCRayHit16, ray); FIELD(RTCRayHit16, hit);
+
+  SIZE(RTCIntersectArguments);
+  FIELD(RTCIntersectArguments, flags); FIELD(RTCIntersectArguments, feature_mask);
+  FIELD(RTCIntersectArguments, context); FIELD(RTCIntersectArguments, filter);
+  FIELD(RTCIntersectArguments, intersect);
+
+  SIZE(RTCOccludedArguments);
+  FIELD(RTCOccludedArguments, flags); FIELD(RTCOccludedArguments, feature_mask);
+  FIELD(RTCOccludedArguments, context); FIELD(RTCOccludedArguments, filter);
+  FIELD(RTCOccludedArguments, occluded);
+
+  SIZE(RTCRayQueryContext);
+  FIELD(RTCRayQueryContext, instID); FIELD(RTCRayQueryContext, instPrimID);
+
+  SIZE(RTCFilterFunctionNArguments);
+  FIELD(RTCFilterFunctionNArguments, valid); FIELD(RTCFilterFunctionNArguments, geometryUserPtr);
+  FIELD(RTCFilterFunctionNArguments, context); FIELD(RTCFilterFunctionNArguments, ray);
+  FIELD(RTCFilterFunctionNArguments, hit); FIELD(RTCFilterFunctionNArguments, N);
+
+  SIZE(RTCBounds);
+  FIELD(RTCBounds, lower_x); FIELD(RTCBounds, lower_y); FIELD(RTCBounds, lower_z);
+  FIELD(RTCBounds, upper_x); FIELD(RTCBounds, upper_y); FIELD(RTCBounds, upper_z);
+
+  NUMBER(RTC_INVALID_GEOMETRY_ID);
+  NUMBER(RTC_FEATURE_FLAG_ALL);
+  NUMBER(RTC_RAY_QUERY_FLAG_COHERENT);
+  NUMBER(RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  NUMBER(RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR);
+
+  /* What the inline initializers write, byte by byte. */
+  struct RTCIntersectArguments intersect;
+  struct RTCOccludedArguments occluded;
+  struct RTCRayQueryContext context;
+  rtcInitIntersectArguments(&intersect);
+  rtcInitOccludedArguments(&occluded);
+  rtcInitRayQueryContext(&context);
+  printf("intersect.flags %u\n", (unsigned)intersect.flags);
+  printf("intersect.feature_mask %u\n", (unsigned)intersect.feature_mask);
+  printf("intersect.pointers %d\n", intersect.context || intersect.filter || intersect.intersect);
+  printf("occluded.flags %u\n", (unsigned)occluded.flags);
+  printf("occluded.feature_mask %u\n", (unsigned)occluded.feature_mask);
+  printf("occluded.pointers %d\n", occluded.context || occluded.filter || occluded.occluded);
+  printf("context.instID %u\n", context.instID[0]);
+  printf("context.instPrimID %u\n", context.instPrimID[0]);
+
+#ifdef __cplusplus
+  /* Where the inline accessors find a value in a packet of N rays: what a filter relies on. */
+  enum { N = 3, I = 2 };
+  static float rows[64];
+  struct RTCRayN *ray = (struct RTCRayN *)rows;
+  struct RTCHitN *hit = (struct RTCHitN *)rows;
+#define PLACE(name, pointer) printf(name " %d\n", (int)((float *)(pointer) - rows))
+  PLACE("RTCRayN_id", &RTCRayN_id(ray, N, I));
+  PLACE("RTCHitN_primID", &RTCHitN_primID(hit, N, I));
+  PLACE("RTCHitN_geomID", &RTCHitN_geomID(hit, N, I));
+  PLACE("RTCHitN_instID", &RTCHitN_instID(hit, N, I, 0));
+#endif
+  return 0;
+}
