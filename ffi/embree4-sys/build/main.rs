@@ -32,7 +32,8 @@ fn places() -> Places {
     Places {
         chosen: env::var_os("EMBREE_DIR")
             .filter(|dir| !dir.is_empty())
-            .map(PathBuf::from),
+            // People set it where they type `cargo` or `make`, which is the workspace's folder.
+            .map(|dir| workspace.join(dir)),
         // Neither Embree nor Debian ships a pkg-config file, so the prefixes are named here.
         system: vec!["/usr/local".into(), "/usr".into()],
         private: workspace.join(".deps/embree"),
