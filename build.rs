@@ -1,18 +1,44 @@
-//! What the program must know of its build: where its Embree lies, and which commit it is.
+//! What the program must know of its build: where Embree is, its version, and the state of the sources.
 
 use std::env;
+use std::path::Path;
 use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=.git/HEAD");
-    // a private Embree is found by its path, from wherever the program is started
+    embree();
+    source_state();
+}
+
+/// `ffi/embree` hands on what the build found. The run path makes the program start from anywhere.
+fn embree() {
+    let version = env::var("DEP_EMBREE_VERSION").unwrap_or_default();
     let rpath = env::var("DEP_EMBREE_RPATH").unwrap_or_default();
+    println!("cargo::rustc-env=AFTERIMAGE_EMBREE_VERSION={version}");
     if !rpath.is_empty() {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{rpath}");
     }
-    let describe = Command::new("git").args(["describe", "--always", "--dirty", "--tags"]).output();
-    let commit = describe.ok().filter(|out| out.status.success());
-    let commit = commit.map(|out| String::from_utf8_lossy(&out.stdout).trim().to_owned());
-    println!("cargo::rustc-env=AFTERIMAGE_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
+}
+
+/// `AFTERIMAGE_GIT_DESCRIBE`: tag or commit, `-dirty` if the sources differ from it; the package's version
+/// where there is no git, as in a source archive.
+fn source_state() {
+    let version = env::var("CARGO_PKG_VERSION").unwrap_or_default();
+    let describe = git(&["describe", "--tags", "--always", "--dirty"]);
+    println!("cargo::rustc-env=AFTERIMAGE_GIT_DESCRIBE={}", describe.unwrap_or(version));
+    // A new commit changes the log of HEAD; an edit that makes the tree dirty is in one of the folders. cargo
+    // would run this each time for a path that does not exist.
+    let log = git(&["rev-parse", "--git-path", "logs/HEAD"]);
+    let watched = ["Cargo.toml", "Cargo.lock", "ffi", "src"].map(str::to_owned);
+    for path in watched.into_iter().chain(log).filter(|path| Path::new(path).exists()) {
+        println!("cargo::rerun-if-changed={path}");
+    }
+}
+
+/// Git's answer in one line, if there is git and it has one.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let line = text.trim();
+    (output.status.success() && !line.is_empty()).then(|| line.to_owned())
 }

@@ -20,7 +20,7 @@ pub struct Versions {
 }
 
 /// Of this program.
-pub const AFTERIMAGE: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("AFTERIMAGE_COMMIT"), ")");
+pub const AFTERIMAGE: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("AFTERIMAGE_GIT_DESCRIBE"), ")");
 
 impl Versions {
     /// Asks the libraries and the system.

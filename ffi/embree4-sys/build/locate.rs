@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// What to do when the search fails; the end of each error message.
-const REMEDY: &str = "run `make setup`, or set EMBREE_DIR to a folder that holds \
+const REMEDY: &str = "run `make setup` (with EMBREE_DIR unset), or set EMBREE_DIR to a folder that holds \
                       include/embree4/rtcore.h and lib/libembree4.so";
 
 /// The oldest Embree whose structs our bindings describe: 4.3 made `RTCHit` longer.

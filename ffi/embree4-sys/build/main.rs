@@ -30,7 +30,10 @@ fn places() -> Places {
     let crate_dir = PathBuf::from(cargo_env("CARGO_MANIFEST_DIR"));
     let workspace = crate_dir.ancestors().nth(2).unwrap_or(&crate_dir);
     Places {
-        chosen: env::var_os("EMBREE_DIR").filter(|dir| !dir.is_empty()).map(PathBuf::from),
+        chosen: env::var_os("EMBREE_DIR")
+            .filter(|dir| !dir.is_empty())
+            // People set it where they type `cargo` or `make`, which is the workspace's folder.
+            .map(|dir| workspace.join(dir)),
         // Neither Embree nor Debian ships a pkg-config file, so the prefixes are named here.
         system: vec!["/usr/local".into(), "/usr".into()],
         private: workspace.join(".deps/embree"),
