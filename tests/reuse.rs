@@ -213,7 +213,9 @@ fn tags_save_rays_and_change_no_pixel() {
     };
     for (kept, forgotten) in run(false).iter().zip(&run(true)) {
         for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
-            assert_eq!(Some(plane), forgotten.film.plane(plane.name), "{}", plane.name);
+            let other = forgotten.film.values(plane.name).expect("the same planes");
+            let differ = plane.data.iter().zip(other).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
         }
         if kept.stats.frame > 1 {
             assert!(kept.stats.rays.shadow < forgotten.stats.rays.shadow);
@@ -246,7 +248,7 @@ fn frames_are_the_same_for_any_number_of_threads() {
     let alone = with_threads(1);
     for threads in [2, 5] {
         for (a, b) in alone.iter().zip(&with_threads(threads)) {
-            assert_eq!(a.film, b.film);
+            assert!(a.film == b.film, "frame {}, {threads} threads", a.stats.frame);
             assert_eq!((a.stats.rays, a.stats.samples), (b.stats.rays, b.stats.samples));
         }
     }

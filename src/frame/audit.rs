@@ -15,7 +15,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::light::{Placed, ShadowQueue, sum_light};
+use super::light::{ShadowQueue, sum_light};
+use super::placed::Placed;
 use super::plan::ShadowCheck;
 use super::stage::Stage;
 use super::verify::SEGMENT_END;
@@ -201,7 +202,8 @@ fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2>
 
 /// Whether the light that is kept is the light that the tags and lights give.
 fn check_light(stage: &Stage, tile: &Tile, cell: usize) -> Verdict {
-    let (kept, fresh) = (from_half(tile.cold[cell].lit), sum_light(stage, tile, cell));
+    let placed = Placed::of(stage, &tile.hot[cell], &tile.cold[cell]);
+    let (kept, fresh) = (from_half(tile.cold[cell].lit), sum_light(stage, tile, cell, &placed));
     let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(1e-4);
     Verdict::of((kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack)
 }

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::bounce;
-use super::light::Placed;
+use super::placed::Placed;
 use super::stage::{Stage, Workbench};
 use crate::samples::{BACKGROUND, CELLS, Cold, EMPTY, Hot, Tag, Tile, from_half};
 use crate::scene::Material;
@@ -50,7 +50,7 @@ pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
         if material.specular == Vec3::ZERO && !material.has_secondary_rays() {
             continue;
         }
-        let placed = Placed::of(stage, hot, cold);
+        let placed = bench.placed.get(stage, tile, cell);
         let incoming = (placed.point - stage.view.camera.eye).normalize();
         bench.radiance[cell].specular =
             highlights(stage, material, &placed, incoming, &tile.tags[cell * lights..][..lights]);

@@ -10,7 +10,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::enhance::Radiance;
-use super::light::Placed;
 use super::stage::{CellRays, Stage, Workbench};
 use super::view::{View, cell_place};
 use crate::film::{Film, Plane, PlaneKind};
@@ -29,13 +28,15 @@ type Sums = [f32; SUMS];
 /// What a pixel shows of its sample nearest to the centre.
 #[derive(Debug, Clone, Copy)]
 struct Data {
-    /// Squared, in cells, from the pixel's centre.
+    /// Squared, in pixels, from the pixel's centre.
     distance: f32,
+    /// Of the sample, in its tile.
+    cell: u32,
     /// Z, P, N, id, age.
     values: [f32; 9],
 }
 
-const NO_DATA: Data = Data { distance: f32::INFINITY, values: [0.0; 9] };
+const NO_DATA: Data = Data { distance: f32::INFINITY, cell: 0, values: [0.0; 9] };
 
 /// Samples by status (base, good, overlapped, missed, obscured), and rays by kind.
 type Counts = [u32; 9];
@@ -87,7 +88,7 @@ pub fn filter(
     stage: &Stage,
     number: usize,
     tile: &Tile,
-    bench: &Workbench,
+    bench: &mut Workbench,
     kernel: Filter,
     film: &mut TileFilm,
 ) {
@@ -118,8 +119,13 @@ pub fn filter(
         let distance = (0..2).map(|axis| (at[axis] - pixel[axis] as f32 - 0.5).powi(2)).sum();
         if distance < film.data[index].distance {
             let depth = seen.map_or(BACKGROUND_Z, |seen| seen.depth);
-            film.data[index] = Data { distance, values: data(stage, tile, cell, depth) };
+            let mut values = NO_DATA.values;
+            values[0] = depth;
+            film.data[index] = Data { distance, cell: cell as u32, values };
         }
+    }
+    for shown in film.data.iter_mut().filter(|shown| shown.distance < f32::INFINITY) {
+        shown.values = data(stage, tile, shown.cell as usize, shown.values[0], bench);
     }
 }
 
@@ -207,13 +213,14 @@ fn count(counts: &mut Counts, status: Status, rays: CellRays) {
 }
 
 /// The data channels of a sample, seen at `depth`.
-fn data(stage: &Stage, tile: &Tile, cell: usize, depth: f32) -> [f32; 9] {
+fn data(stage: &Stage, tile: &Tile, cell: usize, depth: f32, bench: &mut Workbench) -> [f32; 9] {
     let (hot, cold) = (&tile.hot[cell], &tile.cold[cell]);
     let age = f32::from(cold.age);
     if hot.model == BACKGROUND {
         return [BACKGROUND_Z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, age];
     }
-    let Placed { point: p, normal: n, .. } = Placed::of(stage, hot, cold);
+    let placed = bench.placed.get(stage, tile, cell);
+    let (p, n) = (placed.point, placed.normal);
     [depth, p.x, p.y, p.z, n.x, n.y, n.z, (hot.model + 1) as f32, age]
 }
 

@@ -3,38 +3,14 @@
 
 use glam::Vec3;
 
+use super::placed::Placed;
 use super::plan::ShadowCheck;
 use super::stage::{Stage, Workbench, bit};
-use crate::samples::{Cold, EMPTY, Hot, Tag, Tile, from_half, to_half};
+use crate::samples::{EMPTY, Tag, Tile, from_half, to_half};
 use crate::shade::light::{Arrival, arrival};
 use crate::shade::phong;
 use crate::shade::surface::off_surface;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
-
-/// A sample's surface in world space. Normals have unit length and point to the eye's side.
-#[derive(Debug, Clone, Copy)]
-pub struct Placed {
-    /// Where it is in this frame.
-    pub point: Vec3,
-    /// For shading.
-    pub normal: Vec3,
-    /// Of the triangle.
-    pub facet: Vec3,
-}
-
-impl Placed {
-    /// Takes a sample to world space. Always the same floats for the same sample and pose: what is
-    /// computed from them may be kept.
-    #[inline]
-    pub fn of(stage: &Stage, hot: &Hot, cold: &Cold) -> Self {
-        let transform = stage.transform(hot.model);
-        Self {
-            point: transform.point(hot.point),
-            normal: transform.normal(cold.normal.unfold()),
-            facet: transform.normal(cold.facet.unfold()),
-        }
-    }
-}
 
 /// Shadow rays of one light that are to be tested in the same order.
 #[derive(Debug, Default)]
@@ -128,7 +104,7 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
         ask_light(stage, light, tile, &mut lighting, bench);
     }
     for (cell, _) in lighting.stale.iter().enumerate().filter(|(_, stale)| **stale) {
-        let lit = sum_light(stage, tile, cell);
+        let lit = sum_light(stage, tile, cell, &bench.placed.get(stage, tile, cell));
         tile.cold[cell].lit = to_half(lit);
     }
     bench.lighting = lighting;
@@ -138,34 +114,42 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
 fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighting, bench: &mut Workbench) {
     let lights = stage.pose.lights.len();
     lighting.queues.iter_mut().for_each(ShadowQueue::clear);
-    for (cell, hot) in tile.hot.iter().enumerate().filter(|(_, hot)| hot.model < EMPTY) {
-        let tag = &mut tile.tags[cell * lights + light];
-        let check = stage.plan.shadow_check(light, stage.moved(hot), *tag);
+    for cell in 0..tile.hot.len() {
+        let hot = &tile.hot[cell];
+        if hot.model >= EMPTY {
+            continue;
+        }
+        let tag = tile.tags[cell * lights + light];
+        let check = stage.plan.shadow_check(light, stage.moved(hot), tag);
         let Some(queue) = CHECKS.iter().position(|known| *known == check) else { continue };
-        let placed = Placed::of(stage, hot, &tile.cold[cell]);
+        let placed = bench.placed.get(stage, tile, cell);
         let arrival = arrival(&stage.pose.lights[light], placed.point);
+        if check == ShadowCheck::Moved && !stage.movers.may_meet(placed.point, arrival.to_light, arrival.far)
+        {
+            continue;
+        }
         if phong::faces(placed.normal, placed.facet, arrival.direction) && arrival.irradiance != Vec3::ZERO {
             lighting.queues[queue].push(placed.point, placed.facet, &arrival, cell as u32);
             bench.cell_rays[cell].shadow += 1;
         } else {
-            lighting.stale[cell] |= tag.is_lit();
-            *tag = Tag::Averted;
+            lighting.stale[cell] |= tag.changes_light_to(Tag::Averted);
+            tile.tags[cell * lights + light] = Tag::Averted;
         }
     }
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.len() as u64;
         queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
             let tag = &mut tile.tags[cell as usize * lights + light];
-            lighting.stale[cell as usize] |= tag.is_lit() != now.is_lit();
+            lighting.stale[cell as usize] |= tag.changes_light_to(now);
             *tag = now;
         });
     }
 }
 
 /// Emission, ambient light, and the diffuse light of all lights that reach the sample.
-pub fn sum_light(stage: &Stage, tile: &Tile, cell: usize) -> Vec3 {
-    let (hot, cold) = (&tile.hot[cell], &tile.cold[cell]);
-    let (material, placed) = (stage.material(hot, cold), Placed::of(stage, hot, cold));
+pub fn sum_light(stage: &Stage, tile: &Tile, cell: usize, placed: &Placed) -> Vec3 {
+    let cold = &tile.cold[cell];
+    let material = stage.material(&tile.hot[cell], cold);
     let albedo = from_half(cold.albedo);
     let mut sum = phong::emitted_and_ambient(material, albedo, stage.scene.ambient);
     let tags = &tile.tags[cell * stage.pose.lights.len()..];

@@ -16,6 +16,8 @@ mod contest;
 pub mod enhance;
 pub mod filter;
 pub mod light;
+mod movers;
+mod placed;
 pub mod plan;
 mod reproject;
 mod stage;
@@ -23,6 +25,7 @@ mod trace_missed;
 mod verify;
 pub mod view;
 
+use std::sync::Mutex;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -37,6 +40,7 @@ use crate::trace::{Backend, TraceError, embree::EmbreeBackend};
 
 use contest::Contest;
 use filter::TileFilm;
+use movers::{Bounds, Movers};
 use plan::Plan;
 use stage::{Stage, Workbench, WorkerSeconds};
 use view::View;
@@ -53,6 +57,10 @@ pub struct Renderer<'s> {
     spare: Option<SampleStore>,
     contest: Contest,
     tile_films: Vec<TileFilm>,
+    /// One for each thread that has been at work.
+    benches: Mutex<Vec<Workbench>>,
+    /// Of each model, object space.
+    bounds: Vec<Bounds>,
 }
 
 /// A frame that is done.
@@ -83,6 +91,8 @@ impl<'s> Renderer<'s> {
             spare: None,
             contest: Contest::default(),
             tile_films: Vec::new(),
+            benches: Mutex::default(),
+            bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
         })
     }
 
@@ -98,11 +108,13 @@ impl<'s> Renderer<'s> {
             None => Plan::of_base_frame(&pose),
         };
         let tracer = self.backend.commit(&pose, &plan.moved)?;
+        let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
         let stage = Stage {
             scene: self.scene,
             pose: &pose,
             view: &view,
             plan: &plan,
+            movers: &movers,
             tracer: &*tracer,
             depth: self.settings.depth,
         };
@@ -122,7 +134,7 @@ impl<'s> Renderer<'s> {
             None => (spare.unwrap_or_else(empty), Source::Nothing, None),
         };
         self.tile_films.resize_with(view.tiles(), TileFilm::default);
-        let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.tile_films);
+        let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.tile_films, &self.benches);
         let develop = Instant::now();
         let film = filter::develop(&view, &self.tile_films);
         seconds.filter = develop.elapsed().as_secs_f64();
@@ -212,7 +224,9 @@ fn run_tiles(
     settings: &Settings,
     store: &mut SampleStore,
     films: &mut [TileFilm],
+    benches: &Mutex<Vec<Workbench>>,
 ) -> TileSum {
+    let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let start = Instant::now();
     let mut sum = store
         .tiles
@@ -220,17 +234,25 @@ fn run_tiles(
         .zip(films)
         .enumerate()
         .fold(
-            || (Workbench::default(), TileSum::default()),
+            || (lock().pop().unwrap_or_default(), TileSum::default()),
             |(mut bench, mut sum), (number, (tile, film))| {
                 infer_tile(stage, source, number, tile, &mut bench);
                 let begin = Instant::now();
-                filter::filter(stage, number, tile, &bench, settings.filter, film);
+                filter::filter(stage, number, tile, &mut bench, settings.filter, film);
                 bench.seconds.filter += begin.elapsed().as_secs_f64();
                 sum.samples += count_samples(tile);
                 (bench, sum)
             },
         )
-        .map(|(bench, sum)| TileSum { rays: bench.counts, worker_seconds: bench.seconds, ..sum })
+        .map(|(mut bench, sum)| {
+            let sum = TileSum {
+                rays: std::mem::take(&mut bench.counts),
+                worker_seconds: std::mem::take(&mut bench.seconds),
+                ..sum
+            };
+            lock().push(bench);
+            sum
+        })
         .reduce(TileSum::default, TileSum::plus);
     sum.wall = start.elapsed().as_secs_f64();
     if settings.audit {

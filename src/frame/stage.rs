@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::movers::Movers;
+use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
 use crate::motion::{Pose, Transform};
@@ -21,6 +23,8 @@ pub struct Stage<'a> {
     pub view: &'a View,
     /// What changed.
     pub plan: &'a Plan,
+    /// Where the models that moved are.
+    pub movers: &'a Movers,
     /// Who answers rays about it.
     pub tracer: &'a dyn Tracer,
     /// Bounces that a ray from the eye may take.
@@ -109,6 +113,8 @@ pub struct Workbench {
     pub bounces: super::bounce::Bounces,
     /// Of the phase that lights samples.
     pub lighting: super::light::Lighting,
+    /// The tile's surfaces in world space.
+    pub placed: PlacedTile,
     /// What each cell shows in this frame.
     pub radiance: Vec<super::enhance::Radiance>,
 }
@@ -118,6 +124,7 @@ impl Workbench {
     pub fn begin_tile(&mut self) {
         self.cell_rays.clear();
         self.cell_rays.resize(CELLS, CellRays::default());
+        self.placed.begin_tile();
     }
 
     /// Starts a list of rays.

@@ -42,6 +42,7 @@ pub fn sample_of(stage: &Stage, hit: Hit, direction: glam::Vec3, status: Status)
     let mesh = &stage.scene.models[hit.model as usize].mesh;
     let corner = interpolate(mesh, hit.triangle, hit.u, hit.v);
     let material = &stage.scene.materials[usize::from(mesh.material_of[hit.triangle as usize])];
+    let point = on_ray(stage, hit, corner.point, direction);
     let from_behind = stage.transform(hit.model).facet(corner.facet).dot(direction) > 0.0;
     let side = if from_behind { -1.0 } else { 1.0 };
     let cold = Cold {
@@ -53,5 +54,24 @@ pub fn sample_of(stage: &Stage, hit: Hit, direction: glam::Vec3, status: Status)
         from_behind,
         ..Cold::default()
     };
-    (Hot { point: corner.point, model: hit.model }, cold)
+    (Hot { point, model: hit.model }, cold)
+}
+
+/// The hit point in object space.
+///
+/// By the triangle's corners it lies in the triangle's plane as well as floats can say, and is taken. But
+/// where the triangle is seen edge on, its weights are all but undetermined and may lead out of the cell:
+/// there the point on the ray is the better one, and just as much in the plane.
+fn on_ray(stage: &Stage, hit: Hit, by_corners: glam::Vec3, direction: glam::Vec3) -> glam::Vec3 {
+    /// In cells.
+    const FARTHEST: f32 = 0.125;
+    let transform = stage.transform(hit.model);
+    let eye = stage.view.camera.eye;
+    let place = |way| stage.view.project(way).map(|seen| glam::Vec2::new(seen.x, seen.y));
+    let apart = place(transform.point(by_corners) - eye).zip(place(direction)).map(|(a, b)| a.distance(b));
+    if apart.is_some_and(|apart| apart < FARTHEST) {
+        return by_corners;
+    }
+    let on_ray = eye + direction * hit.t;
+    if transform.is_identity { on_ray } else { transform.to_object.transform_point3(on_ray) }
 }

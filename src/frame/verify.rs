@@ -35,7 +35,8 @@ fn verify_against(
     }
     bench.begin_rays();
     for (cell, (hot, cold)) in tile.hot.iter().zip(&tile.cold).enumerate() {
-        if cold.status.is_reused() && stage.plan.sight_check(stage.moved(hot)) == check {
+        let asked = cold.status.is_reused() && stage.plan.sight_check(stage.moved(hot)) == check;
+        if asked && (check != SightCheck::Moved || may_be_hidden_by_mover(stage, hot)) {
             push_segment(stage, hot, cold.triangle, bench);
             bench.owners.push(cell as u32);
             bench.cell_rays[cell].verification += 1;
@@ -52,6 +53,12 @@ fn verify_against(
             tile.cold[*cell as usize].status = Status::Obscured;
         }
     }
+}
+
+#[inline]
+fn may_be_hidden_by_mover(stage: &Stage, hot: &Hot) -> bool {
+    let far = if hot.model == BACKGROUND { f32::INFINITY } else { SEGMENT_END };
+    stage.movers.may_meet(stage.view.camera.eye, stage.offset(hot), far)
 }
 
 #[inline]

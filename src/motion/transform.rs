@@ -55,12 +55,18 @@ pub struct Transform {
     pub normal: Mat3A,
     /// World to object.
     pub to_object: Affine3A,
+    /// Whether nothing changes: most of most scenes stands where its file put it.
+    pub is_identity: bool,
 }
 
 impl Transform {
     /// Nothing changes.
-    pub const IDENTITY: Self =
-        Self { to_world: Affine3A::IDENTITY, normal: Mat3A::IDENTITY, to_object: Affine3A::IDENTITY };
+    pub const IDENTITY: Self = Self {
+        to_world: Affine3A::IDENTITY,
+        normal: Mat3A::IDENTITY,
+        to_object: Affine3A::IDENTITY,
+        is_identity: true,
+    };
 
     /// From an exact map; it must have an inverse.
     pub fn new(map: DAffine3) -> Self {
@@ -74,22 +80,34 @@ impl Transform {
                 normal.z_axis.as_vec3a(),
             ),
             to_object: affine(inverse),
+            is_identity: map == DAffine3::IDENTITY,
         }
     }
 
     /// A point, object to world.
+    #[inline]
     pub fn point(&self, point: Vec3) -> Vec3 {
+        if self.is_identity {
+            return point;
+        }
         self.to_world.transform_point3(point)
     }
 
-    /// A normal, object to world, of unit length.
+    /// A normal of unit length, object to world, of unit length.
+    #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {
+        if self.is_identity {
+            return normal;
+        }
         (self.normal * Vec3A::from(normal)).normalize_or_zero().into()
     }
 
     /// A normal, object to world, of any length: for questions about its sign alone.
     #[inline]
     pub fn facet(&self, normal: Vec3) -> Vec3 {
+        if self.is_identity {
+            return normal;
+        }
         (self.normal * Vec3A::from(normal)).into()
     }
 

@@ -24,4 +24,9 @@ impl Tag {
     pub fn is_lit(self) -> bool {
         self == Tag::Lit
     }
+
+    /// Whether light that was summed under this tag is wrong under `now`.
+    pub fn changes_light_to(self, now: Tag) -> bool {
+        self == Tag::Unknown || self.is_lit() != now.is_lit()
+    }
 }
