@@ -6,7 +6,7 @@
 //! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
 //! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::enhance::Radiance;
@@ -19,11 +19,14 @@ use crate::settings::Filter;
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
 
-/// Filtered channels, in the order of [`CHANNELS`], and last the sum of the weights.
-const SUMS: usize = 20;
+/// A pixel's sums, in rows of four floats that are added in one step.
+///
+/// Rows 0 to 2: picture and alpha; diffuse light and the sum of the weights; albedo. Rows 3 to 5: highlight,
+/// reflection, refraction, which most samples do not have.
+type Sums = [Vec4; 6];
 
-/// A pixel's sums.
-type Sums = [f32; SUMS];
+/// Rows of [`Sums`] that every sample has.
+const ALWAYS: usize = 3;
 
 /// What a pixel shows of its sample nearest to the centre.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +65,7 @@ impl TileFilm {
         self.corner = first;
         self.size = [(end[0] - first[0]) as usize, (end[1] - first[1]) as usize];
         let pixels = self.size[0] * self.size[1];
-        refill(&mut self.sums, pixels, [0.0; SUMS]);
+        refill(&mut self.sums, pixels, [Vec4::ZERO; 6]);
         refill(&mut self.data, pixels, NO_DATA);
         refill(&mut self.counts, pixels, [0; 9]);
     }
@@ -103,20 +106,20 @@ pub fn filter(
         let place = [corner[0] + place[0], corner[1] + place[1]];
         // a sample's own cell holds it; rounding on the way back may say the next one
         let seen = stage.view.project(stage.offset(hot));
-        let inside = |at: Option<f32>, cell: u32| {
-            at.unwrap_or(cell as f32 + 0.5).clamp(cell as f32, (cell + 1) as f32) * scale
-        };
-        let at = [inside(seen.map(|s| s.x), place[0]), inside(seen.map(|s| s.y), place[1])];
-        let pixel = place.map(|cell| (cell / stage.view.samples) as i32);
+        let inside = |at: f32, cell: u32| at.clamp(cell as f32, (cell + 1) as f32) * scale;
+        let (x, y) = seen.map_or((f32::MAX, f32::MAX), |seen| (seen.x, seen.y));
+        let at = [inside(x, place[0]), inside(y, place[1])];
+        let pixel = [(place[0] / stage.view.samples) as i32, (place[1] / stage.view.samples) as i32];
         let index = film.at(pixel[0], pixel[1]);
 
-        let values = channels(&bench.radiance[cell], hot.model != BACKGROUND, from_half(cold.albedo));
+        let (values, rows) = channels(&bench.radiance[cell], hot.model != BACKGROUND, from_half(cold.albedo));
         match kernel {
-            Filter::Box => add(&mut film.sums[index], &values, 1.0),
-            Filter::Mitchell => splat(film, at, &values),
+            Filter::Box => add(&mut film.sums[index], &values, rows, 1.0),
+            Filter::Mitchell => splat(film, at, &values, rows),
         }
         count(&mut film.counts[index], cold.status, bench.cell_rays[cell]);
-        let distance = (0..2).map(|axis| (at[axis] - pixel[axis] as f32 - 0.5).powi(2)).sum();
+        let aside = |axis: usize| at[axis] - pixel[axis] as f32 - 0.5;
+        let distance = aside(0).powi(2) + aside(1).powi(2);
         if distance < film.data[index].distance {
             let depth = seen.map_or(BACKGROUND_Z, |seen| seen.depth);
             let mut values = NO_DATA.values;
@@ -129,43 +132,46 @@ pub fn filter(
     }
 }
 
-/// What is filtered of a sample, in the order of [`CHANNELS`].
+/// What is filtered of a sample, and how many rows of it are not zero.
 #[inline]
-fn channels(radiance: &Radiance, surface: bool, albedo: Vec3) -> Sums {
-    let parts = [
-        radiance.total(),
-        radiance.diffuse,
-        radiance.specular,
-        radiance.reflection,
-        radiance.refraction,
-        if surface { albedo } else { Vec3::ZERO },
+fn channels(radiance: &Radiance, surface: bool, albedo: Vec3) -> (Sums, usize) {
+    let Radiance { diffuse, specular, reflection, refraction } = *radiance;
+    let (alpha, albedo) = if surface { (1.0, albedo) } else { (0.0, Vec3::ZERO) };
+    let sums = [
+        radiance.total().extend(alpha),
+        diffuse.extend(1.0),
+        albedo.extend(0.0),
+        specular.extend(0.0),
+        reflection.extend(0.0),
+        refraction.extend(0.0),
     ];
-    let mut sums = [0.0; SUMS];
-    for (i, part) in parts.iter().enumerate() {
-        sums[i * 3..i * 3 + 3].copy_from_slice(&part.to_array());
-    }
-    sums[18] = if surface { 1.0 } else { 0.0 };
-    sums[19] = 1.0;
-    sums
+    let plain = specular == Vec3::ZERO && reflection == Vec3::ZERO && refraction == Vec3::ZERO;
+    (sums, if plain { ALWAYS } else { sums.len() })
 }
 
 #[inline]
-fn add(sums: &mut Sums, values: &Sums, weight: f32) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += value * weight;
+fn add(sums: &mut Sums, values: &Sums, rows: usize, weight: f32) {
+    for (sum, value) in sums[..ALWAYS].iter_mut().zip(&values[..ALWAYS]) {
+        *sum += *value * weight;
+    }
+    if rows > ALWAYS {
+        for (sum, value) in sums[ALWAYS..].iter_mut().zip(&values[ALWAYS..]) {
+            *sum += *value * weight;
+        }
     }
 }
 
 /// Adds a sample at `at` (pixels) to all pixels that the Mitchell filter spreads it over.
-fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums) {
+fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums, rows: usize) {
     // the centres of pixels first .. first + 3 are within two pixels
-    let first = at.map(|along| (along - 1.5).floor() as i32);
-    let weights =
-        [0, 1].map(|axis| [0, 1, 2, 3].map(|i| mitchell((first[axis] + i) as f32 + 0.5 - at[axis])));
-    for (row, down) in weights[1].iter().enumerate() {
-        let start = film.at(first[0], first[1] + row as i32);
-        for (sums, across) in film.sums[start..start + 4].iter_mut().zip(&weights[0]) {
-            add(sums, values, across * down);
+    let first = [(at[0] - 1.5).floor() as i32, (at[1] - 1.5).floor() as i32];
+    let weight = |axis: usize, i: i32| mitchell((first[axis] + i) as f32 + 0.5 - at[axis]);
+    let across = [weight(0, 0), weight(0, 1), weight(0, 2), weight(0, 3)];
+    for row in 0..4 {
+        let down = weight(1, row);
+        let start = film.at(first[0], first[1] + row);
+        for (sums, across) in film.sums[start..start + 4].iter_mut().zip(&across) {
+            add(sums, values, rows, across * down);
         }
     }
 }
@@ -229,25 +235,25 @@ const CHANNELS: [(&str, PlaneKind, Source); 37] = {
     use PlaneKind::{Float, Half};
     use Source::{Filtered, Nearest, Rays, Share};
     [
-        ("R", Half, Filtered(0)),
-        ("G", Half, Filtered(1)),
-        ("B", Half, Filtered(2)),
-        ("A", Half, Filtered(18)),
-        ("diffuse.R", Half, Filtered(3)),
-        ("diffuse.G", Half, Filtered(4)),
-        ("diffuse.B", Half, Filtered(5)),
-        ("specular.R", Half, Filtered(6)),
-        ("specular.G", Half, Filtered(7)),
-        ("specular.B", Half, Filtered(8)),
-        ("reflection.R", Half, Filtered(9)),
-        ("reflection.G", Half, Filtered(10)),
-        ("reflection.B", Half, Filtered(11)),
-        ("refraction.R", Half, Filtered(12)),
-        ("refraction.G", Half, Filtered(13)),
-        ("refraction.B", Half, Filtered(14)),
-        ("albedo.R", Half, Filtered(15)),
-        ("albedo.G", Half, Filtered(16)),
-        ("albedo.B", Half, Filtered(17)),
+        ("R", Half, Filtered(0, 0)),
+        ("G", Half, Filtered(0, 1)),
+        ("B", Half, Filtered(0, 2)),
+        ("A", Half, Filtered(0, 3)),
+        ("diffuse.R", Half, Filtered(1, 0)),
+        ("diffuse.G", Half, Filtered(1, 1)),
+        ("diffuse.B", Half, Filtered(1, 2)),
+        ("specular.R", Half, Filtered(3, 0)),
+        ("specular.G", Half, Filtered(3, 1)),
+        ("specular.B", Half, Filtered(3, 2)),
+        ("reflection.R", Half, Filtered(4, 0)),
+        ("reflection.G", Half, Filtered(4, 1)),
+        ("reflection.B", Half, Filtered(4, 2)),
+        ("refraction.R", Half, Filtered(5, 0)),
+        ("refraction.G", Half, Filtered(5, 1)),
+        ("refraction.B", Half, Filtered(5, 2)),
+        ("albedo.R", Half, Filtered(2, 0)),
+        ("albedo.G", Half, Filtered(2, 1)),
+        ("albedo.B", Half, Filtered(2, 2)),
         ("Z", Float, Nearest(0)),
         ("P.X", Float, Nearest(1)),
         ("P.Y", Float, Nearest(2)),
@@ -272,8 +278,8 @@ const CHANNELS: [(&str, PlaneKind, Source); 37] = {
 /// Where a plane's value comes from.
 #[derive(Debug, Clone, Copy)]
 enum Source {
-    /// This sum, over the sum of weights.
-    Filtered(usize),
+    /// The sum in this row and place, over the sum of weights.
+    Filtered(usize, usize),
     /// This value of the sample nearest to the centre.
     Nearest(usize),
     /// This count, over the pixel's samples.
@@ -314,12 +320,12 @@ struct Row {
 
 impl Row {
     fn new(width: usize) -> Self {
-        Self { sums: vec![[0.0; SUMS]; width], data: vec![NO_DATA; width], counts: vec![[0; 9]; width] }
+        Self { sums: vec![[Vec4::ZERO; 6]; width], data: vec![NO_DATA; width], counts: vec![[0; 9]; width] }
     }
 
     /// Adds up what the tiles have for row `y`, in the tiles' order.
     fn add_up(&mut self, view: &View, tiles: &[TileFilm], y: i32) {
-        self.sums.fill([0.0; SUMS]);
+        self.sums.fill([Vec4::ZERO; 6]);
         self.data.fill(NO_DATA);
         self.counts.fill([0; 9]);
         for tile_row in tiles.chunks(view.tiles_x as usize) {
@@ -337,7 +343,7 @@ impl Row {
         let Some((first, indices)) = tile.row(y) else { return };
         for (x, index) in (first..).zip(indices) {
             let Some(x) = usize::try_from(x).ok().filter(|x| *x < self.sums.len()) else { continue };
-            add(&mut self.sums[x], &tile.sums[index], 1.0);
+            add(&mut self.sums[x], &tile.sums[index], 6, 1.0);
             if tile.data[index].distance < self.data[x].distance {
                 self.data[x] = tile.data[index];
             }
@@ -359,8 +365,11 @@ impl Row {
     fn value(&self, x: usize, source: Source) -> f32 {
         let counts = &self.counts[x];
         match source {
-            // the Mitchell filter's negative lobes must not make negative light
-            Source::Filtered(i) => (self.sums[x][i] / self.sums[x][19]).max(0.0),
+            // the Mitchell filter's negative lobes must make neither negative light nor more than all cover
+            Source::Filtered(row, place) => {
+                let mean = (self.sums[x][row][place] / self.sums[x][1].w).max(0.0);
+                if (row, place) == (0, 3) { mean.min(1.0) } else { mean }
+            }
             Source::Nearest(i) => self.data[x].values[i],
             Source::Share(i) => counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32,
             Source::Rays(i) => counts[i] as f32,
