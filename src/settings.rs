@@ -2,11 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Longest side of a picture, pixels: sample numbers stay within 32 bits at usual counts.
+pub const LONGEST_SIDE: u32 = 65_535;
+
+/// Most samples along a pixel's edge.
+pub const MOST_SAMPLES: u32 = 16;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// Reprojects where that pays.
+    /// As `Reproject`, for now: the place for a choice that foresees what pays.
     #[default]
     Auto,
     /// Reprojects every frame that has one before it.

@@ -139,8 +139,10 @@ pub fn prepare_file(path: Option<&Path>) -> Result<(), Failure> {
 fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let Options { job, target, .. } = options;
     warn_about(job, terminal);
-    let steps =
-        plan(job, job.settings.mode == Mode::Full, |frame| options.resume && target.is_finished(frame))?;
+    let (width, height) = (job.settings.width, job.settings.height);
+    let steps = plan(job, job.settings.mode == Mode::Full, |frame| {
+        options.resume && target.is_finished(frame, width, height)
+    })?;
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }

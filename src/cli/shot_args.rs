@@ -10,12 +10,10 @@ use super::target::Target;
 use super::terminal::ProgressKind;
 use crate::scene::frames::Frames;
 use crate::scene::shot::{self, Shot};
-use crate::settings::{Filter, Settings};
+use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
-/// Longest side of a picture, pixels.
-const LONGEST_SIDE: u32 = 65_535;
-/// Most samples of one frame.
-const MOST_SAMPLES: u64 = 1 << 32;
+/// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
+const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -33,7 +31,7 @@ pub struct ShotArgs {
     pub size: Option<(u32, u32)>,
 
     /// N, for N x N samples a pixel [default: the shot's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub samples: Option<u32>,
 
     /// How samples become pixels [default: the shot's]
@@ -143,10 +141,10 @@ impl ShotArgs {
         });
         let samples = self.samples.unwrap_or(settings.samples);
         let count = u64::from(width) * u64::from(height) * u64::from(samples).pow(2);
-        if count > MOST_SAMPLES {
+        if count > MOST_IN_A_FRAME {
             return Err(Failure::Usage(format!(
                 "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-                 {MOST_SAMPLES} are the most: take a smaller --size or fewer --samples"
+                 {MOST_IN_A_FRAME} are the most: take a smaller --size or fewer --samples"
             )));
         }
         Ok(Settings {
@@ -274,7 +272,7 @@ mod tests {
             ("--size 0x4", "1280x720"),
             ("--size 4", "1280x720"),
             ("--size 4x70000", "65535"),
-            ("--samples 0", "1..=64"),
+            ("--samples 0", "1..=16"),
             ("--depth 65", "0..=64"),
             ("--threads 0", "1 to 4096"),
             ("--frames 9-1", "backwards"),

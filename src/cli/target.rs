@@ -53,9 +53,9 @@ impl Target {
         output::ensure_writable(&self.exr(frame)).map_err(Failure::of)
     }
 
-    /// Whether an earlier run left all files of `frame`, whole.
-    pub fn is_finished(&self, frame: i32) -> bool {
-        exr::is_whole(&self.exr(frame)) && (!self.png || self.preview(frame).exists())
+    /// Whether an earlier run left all files of `frame`, whole and of this size.
+    pub fn is_finished(&self, frame: i32, width: u32, height: u32) -> bool {
+        exr::is_whole(&self.exr(frame), width, height) && (!self.png || self.preview(frame).exists())
     }
 
     /// Writes a frame and adds the time this took to its statistics. Returns the EXR's path.

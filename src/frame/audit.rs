@@ -8,10 +8,11 @@
 //!
 //! Highlights, reflections and refractions are made anew in every frame anyway.
 //!
-//! **Tolerances**, all of them: a sample holds *on an edge*, and is counted as such, where a displacement
-//! by [`TOLERANCE`] of the distance decides: the ray meets a neighbouring or coinciding surface at the same
-//! place, or slips through between two triangles in front of which nothing stands; the shadow ray grazes an
-//! edge. Colours may differ by [`COLOR_TOLERANCE`], by what half floats round.
+//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
+//! displacement by [`TOLERANCE`] of the distance decides: the ray meets a neighbouring or coinciding surface
+//! at the same place, or slips past a silhouette; the shadow ray grazes an edge; a texture or a normal
+//! changes within the displacement. Kept colours, normals and positions may differ from fresh ones by what
+//! rounding them for the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -35,8 +36,19 @@ use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
 pub const TOLERANCE: f32 = 2e-5;
 const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
 
-/// Of a colour's largest part: two roundings to a half float.
+/// Of a colour's largest part, or of 1 for reflectances: two roundings to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;
+
+/// Reflectance on an edge of a texture, where the texel beside it may have been looked up. A share of the
+/// contrast between texels, by how far the displacement leads from one to the next.
+const EDGE_COLOR_TOLERANCE: f32 = 1e-2;
+
+/// Light below this is black, whatever share of it differs.
+const DARKEST: f32 = 1e-4;
+
+/// Cosine between a facet and the line of sight up to which the facet may be seen from either side: what
+/// rounding its normal to four bytes leaves open.
+const EDGE_ON_COSINE: f32 = 1e-4;
 
 /// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes, and
 /// what [`TOLERANCE`] moves an interpolated normal.
@@ -112,31 +124,28 @@ fn check_sight(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> Verdi
         let reach = offset.length() * TOLERANCE;
         let beside = around(offset).map(|aside| (eye, offset + aside * reach));
         let met = trace_all(stage, beside.into_iter());
-        (0..beside.len()).any(|ray| meets(stage, hot, cold, met.get(ray)))
-            || met.get(0).is_some() && coincides(stage, hot, cold, &met)
+        (0..beside.len())
+            .any(|ray| meets(stage, hot, cold, met.get(ray)) || coincides(stage, hot, cold, met.get(ray)))
     })
 }
 
 /// Whether a ray to the sample that met `met` met the sample.
 fn meets(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
-    let Some(met) = met else { return hot.model == BACKGROUND };
-    if (met.model, met.triangle) != (hot.model, cold.triangle) {
-        return false;
+    match met {
+        None => hot.model == BACKGROUND,
+        Some(hit) => {
+            (hit.model, hit.triangle) == (hot.model, cold.triangle) && coincides(stage, hot, cold, met)
+        }
     }
+}
+
+/// Whether what a ray beside the sample `met` lies in the sample's plane: a neighbouring triangle, or
+/// another surface in the same place, either of which may be met first.
+fn coincides(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
+    let Some(met) = met.filter(|_| hot.model != BACKGROUND) else { return false };
     let offset = stage.offset(hot);
     let facet = stage.transform(hot.model).normal(cold.facet.unfold());
     ((met.t - 1.0) * offset).dot(facet).abs() <= TOLERANCE * offset.length()
-}
-
-/// Whether another surface lies where the sample's does: then either is the first.
-fn coincides(stage: &Stage, hot: &Hot, cold: &Cold, met: &HitBatch) -> bool {
-    if hot.model == BACKGROUND {
-        return false;
-    }
-    let facet = stage.transform(hot.model).normal(cold.facet.unfold());
-    let offset = stage.offset(hot);
-    let near = |hit: Hit| ((hit.t - 1.0) * offset).dot(facet).abs() <= TOLERANCE * offset.length();
-    (0..8).any(|ray| met.get(ray).is_some_and(near))
 }
 
 /// Whether the sample lies in its cell.
@@ -166,7 +175,7 @@ fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
         cold.normal.unfold().dot(corner.normal * side) >= NORMAL_COSINE
             && cold.facet.unfold().dot(corner.facet * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= slack * kept.max_element().max(1.0)
-            && seen < 1e-4
+            && seen < EDGE_ON_COSINE
     };
     Verdict::of(holds(at, COLOR_TOLERANCE)).or_on_edge(|| {
         // where a texture or a normal changes fast, what lies a rounding further may be it
@@ -174,7 +183,7 @@ fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
         let step = reach / edge.max(f64::MIN_POSITIVE);
         let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
         let mut tries = steps.iter().flat_map(|u| steps.iter().map(|v| DVec2::new(*u, *v) * step));
-        tries.any(|aside| holds(at + aside, 10.0 * COLOR_TOLERANCE))
+        tries.any(|aside| holds(at + aside, EDGE_COLOR_TOLERANCE))
     })
 }
 
@@ -204,7 +213,7 @@ fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2>
 fn check_light(stage: &Stage, tile: &Tile, cell: usize) -> Verdict {
     let placed = Placed::of(stage, &tile.hot[cell], &tile.cold[cell]);
     let (kept, fresh) = (from_half(tile.cold[cell].lit), sum_light(stage, tile, cell, &placed));
-    let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(1e-4);
+    let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
     Verdict::of((kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack)
 }
 

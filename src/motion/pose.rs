@@ -100,10 +100,10 @@ fn looking_at(way: DVec3, roll: f64) -> DMat3 {
     DMat3::from_cols(right, up, -forward) * DMat3::from_rotation_z(-roll.to_radians())
 }
 
-/// Camera axes as columns for pitch, yaw and roll in degrees.
+/// Camera axes as columns for pitch, yaw and roll in degrees; roll banks clockwise here, too.
 fn rotated(angles: DVec3) -> DMat3 {
     let [pitch, yaw, roll] = angles.to_array().map(f64::to_radians);
-    DMat3::from_euler(EulerRot::YXZ, yaw, pitch, roll)
+    DMat3::from_euler(EulerRot::YXZ, yaw, pitch, -roll)
 }
 
 /// A light at one frame, world space.
@@ -183,6 +183,7 @@ mod tests {
         assert!(forward(DVec3::new(90.0, 0.0, 0.0)).abs_diff_eq(DVec3::Y, 1e-12));
         let banked = looking_at(DVec3::NEG_Z, 90.0);
         assert!(banked.y_axis.abs_diff_eq(DVec3::X, 1e-12), "{banked}");
+        assert!(rotated(DVec3::new(0.0, 0.0, 90.0)).abs_diff_eq(banked, 1e-12));
     }
 
     #[test]

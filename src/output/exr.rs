@@ -32,9 +32,10 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), opene
     openexr::write(path, &image)
 }
 
-/// Whether `path` is an EXR file that can be read to its end: left by a run that finished the frame.
-pub fn is_whole(path: &Path) -> bool {
-    path.exists() && openexr::read(path).is_ok()
+/// Whether `path` is an EXR file of `width` x `height` pixels that can be read to its end: left by a run
+/// that finished the frame.
+pub fn is_whole(path: &Path, width: u32, height: u32) -> bool {
+    path.exists() && openexr::read(path).is_ok_and(|image| (image.width, image.height) == (width, height))
 }
 
 #[cfg(test)]

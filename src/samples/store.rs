@@ -47,7 +47,7 @@ pub struct Cold {
     pub albedo: [f16; 3],
     /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
     pub lit: [f16; 3],
-    /// Frames since the sample was traced; stays at the top.
+    /// Rendered frames since the sample was traced; stays at the top.
     pub age: u16,
     /// In this frame.
     pub status: Status,
@@ -101,13 +101,15 @@ impl SampleStore {
 /// Rounds a colour to what the store keeps; what is beyond a half float's range stays at its end.
 #[inline]
 pub fn to_half(color: Vec3) -> [f16; 3] {
-    color.clamp(Vec3::splat(-65504.0), Vec3::splat(65504.0)).to_array().map(f16::from_f32)
+    let [r, g, b] = color.clamp(Vec3::splat(-65504.0), Vec3::splat(65504.0)).to_array();
+    [f16::from_f32(r), f16::from_f32(g), f16::from_f32(b)]
 }
 
 /// The colour that the store keeps.
 #[inline]
 pub fn from_half(color: [f16; 3]) -> Vec3 {
-    Vec3::from_array(color.map(f16::to_f32))
+    let [r, g, b] = color;
+    Vec3::new(r.to_f32(), g.to_f32(), b.to_f32())
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub enum Aim {
         /// Degrees.
         roll: Track<f64>,
     },
-    /// Pitch (up), yaw (left) and roll in degrees; zero looks along -Z with +Y up. Roll is applied
+    /// Pitch (up), yaw (left) and roll (clockwise) in degrees; zero looks along -Z with +Y up. Roll is applied
     /// first, then pitch, then yaw.
     Rotation(Track<DVec3>),
 }

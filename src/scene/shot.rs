@@ -12,7 +12,7 @@ use super::shot_file::{BackgroundTable, MaterialTable, ModelTable, Rate, RenderT
 use super::toml_text::{At, TomlText};
 use super::{Background, Frames, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::motion::TransformTrack;
-use crate::settings::Settings;
+use crate::settings::{LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -95,16 +95,17 @@ fn render(text: TomlText<'_>, table: &RenderTable) -> Result<(Settings, Frames, 
     let whole = |key, value: &Option<At<i64>>, default, range| {
         value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
     };
+    let sides = 1..i64::from(LONGEST_SIDE) + 1;
     let (width, height) = match &table.size {
         Some([width, height]) => {
-            (text.whole("size", width, 1..65537)?, text.whole("size", height, 1..65537)?)
+            (text.whole("size", width, sides.clone())?, text.whole("size", height, sides)?)
         }
         None => (1280, 720),
     };
     let settings = Settings {
         width,
         height,
-        samples: whole("samples", &table.samples, 2, 1..17)?,
+        samples: whole("samples", &table.samples, 2, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
         depth: whole("depth", &table.depth, 4, 0..65)?,
         mode: table.mode,

@@ -39,9 +39,10 @@ pub struct Corner {
 
 /// `triangle` of `mesh` at barycentric `u`, `v` (weights of its second and third corner).
 pub fn interpolate(mesh: &Mesh, triangle: u32, u: f32, v: f32) -> Corner {
-    let corners = mesh.triangles[triangle as usize].map(|corner| corner as usize);
-    let positions = mesh.positions.as_slice();
-    let [a, b, c] = corners.map(|corner| Vec3::from_array(positions[corner]));
+    let [first, second, third] = mesh.triangles[triangle as usize];
+    let [first, second, third] = [first as usize, second as usize, third as usize];
+    let at = |corner: usize| Vec3::from_array(mesh.positions.as_slice()[corner]);
+    let (a, b, c) = (at(first), at(second), at(third));
     let facet = (b - a).cross(c - a);
     // tiny triangles: the cross product of edges of 1e-20 is 0 in f32
     let facet = facet.try_normalize().unwrap_or_else(|| {
@@ -51,16 +52,12 @@ pub fn interpolate(mesh: &Mesh, triangle: u32, u: f32, v: f32) -> Corner {
     let normal = match mesh.normals.as_slice() {
         [] => facet,
         normals => {
-            let [n0, n1, n2] = corners.map(|corner| normals[corner]);
-            (n0 * w + n1 * u + n2 * v).try_normalize().unwrap_or(facet)
+            (normals[first] * w + normals[second] * u + normals[third] * v).try_normalize().unwrap_or(facet)
         }
     };
     let uv = match mesh.uvs.as_slice() {
         [] => Vec2::ZERO,
-        uvs => {
-            let [t0, t1, t2] = corners.map(|corner| uvs[corner]);
-            t0 * w + t1 * u + t2 * v
-        }
+        uvs => uvs[first] * w + uvs[second] * u + uvs[third] * v,
     };
     Corner { point: a + (b - a) * u + (c - a) * v, normal, facet, uv }
 }

@@ -1,4 +1,4 @@
-//! Embree behind the [`Tracer`] trait: the only file that names it.
+//! Embree behind the [`Tracer`] trait: the only file that builds or asks an Embree scene.
 //!
 //! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
 //! put them there), built once with the best quality. *Movable* holds an instance of each model that moves
@@ -74,9 +74,10 @@ pub struct EmbreeBackend {
 }
 
 impl EmbreeBackend {
-    /// Builds both scenes. Call it outside of rayon's pool: Embree brings its own threads.
+    /// Builds both scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
+    /// many as rayon has.
     pub fn new(scene: &Scene) -> Result<Self, TraceError> {
-        let device = Device::new("")?;
+        let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
         let mut backend = Self {
             still: EmbreeScene::new(&device, BuildQuality::High, ROBUST)?,
             movable: EmbreeScene::new(&device, BuildQuality::Low, ROBUST)?,
