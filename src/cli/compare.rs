@@ -183,6 +183,8 @@ fn compare_step(
     terminal.result(&row(&frame));
     terminal.frame_done(&frame.reprojected, file.as_deref());
     made.frames.push(frame);
+    pair.ours.recycle(ours.film);
+    pair.full.recycle(full.film);
     Ok(())
 }
 

@@ -9,7 +9,7 @@
 //! Highlights, reflections and refractions are made anew in every frame anyway.
 //!
 //! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
-//! displacement by [`TOLERANCE`] of the distance decides: the ray meets a neighbouring or coinciding surface
+//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding surface
 //! at the same place, or slips past a silhouette; the shadow ray grazes an edge; a texture or a normal
 //! changes within the displacement. Kept colours, normals and positions may differ from fresh ones by what
 //! rounding them for the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
@@ -35,6 +35,10 @@ use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
 /// verification segment leaves open at its end (see [`SEGMENT_END`]).
 pub const TOLERANCE: f32 = 2e-5;
 const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
+
+/// Of the largest coordinate at hand: rounding of positions themselves, which counts where the eye is much
+/// nearer to a surface than both are to the origin.
+const COORDINATE_TOLERANCE: f32 = 5e-7;
 
 /// Of a colour's largest part, or of 1 for reflectances: two roundings to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;
@@ -111,6 +115,13 @@ fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatc
     hits
 }
 
+/// How far rounding may displace a sample, world units.
+fn reach(stage: &Stage, hot: &Hot) -> f32 {
+    let (offset, eye) = (stage.offset(hot), stage.view.camera.eye);
+    let largest = eye.abs().max(offset.abs()).max_element();
+    offset.length() * TOLERANCE + largest * COORDINATE_TOLERANCE
+}
+
 /// Directions (any unit) at right angles to `way`, all around it.
 fn around(way: Vec3) -> [Vec3; 8] {
     let (a, b) = way.normalize().any_orthonormal_pair();
@@ -121,7 +132,7 @@ fn around(way: Vec3) -> [Vec3; 8] {
 fn check_sight(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> Verdict {
     Verdict::of(meets(stage, hot, cold, met)).or_on_edge(|| {
         let (eye, offset) = (stage.view.camera.eye, stage.offset(hot));
-        let reach = offset.length() * TOLERANCE;
+        let reach = reach(stage, hot);
         let beside = around(offset).map(|aside| (eye, offset + aside * reach));
         let met = trace_all(stage, beside.into_iter());
         (0..beside.len())
@@ -145,7 +156,7 @@ fn coincides(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| hot.model != BACKGROUND) else { return false };
     let offset = stage.offset(hot);
     let facet = stage.transform(hot.model).normal(cold.facet.unfold());
-    ((met.t - 1.0) * offset).dot(facet).abs() <= TOLERANCE * offset.length()
+    ((met.t - 1.0) * offset).dot(facet).abs() <= reach(stage, hot)
 }
 
 /// Whether the sample lies in its cell.
@@ -236,7 +247,7 @@ fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMu
     for cell in doubtful {
         let (hot, lit) = (&tile.hot[cell], tile.tags[cell * lights + light].is_lit());
         let placed = Placed::of(stage, hot, &tile.cold[cell]);
-        let reach = stage.offset(hot).length() * TOLERANCE;
+        let reach = reach(stage, hot);
         queue.clear();
         for aside in around(placed.facet) {
             ask(stage, light, &placed, aside * reach, 0, &mut queue);

@@ -130,7 +130,7 @@ fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
                 bench.cell_rays[bounce.cell as usize].shadow += 1;
             }
         }
-        bench.counts.shadow += bounces.queue.len() as u64;
+        bench.counts.shadow += bounces.queue.count();
         let met = &mut bounces.met;
         let order = ShadowCheck::StillThenMovable;
         bounces.queue.answer(order, Coherence::Incoherent, stage.tracer, |owner, tag| {

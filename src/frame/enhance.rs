@@ -25,13 +25,6 @@ pub struct Radiance {
     pub refraction: Vec3,
 }
 
-impl Radiance {
-    /// All layers.
-    pub fn total(&self) -> Vec3 {
-        self.diffuse + self.specular + self.reflection + self.refraction
-    }
-}
-
 /// Writes what each cell of `tile` shows into the bench's `radiance`. The tags must be up to date.
 pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
     bench.radiance.clear();

@@ -1,18 +1,16 @@
 //! Filtering: samples to pixels (the paper's "Filtering").
 //!
-//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`] then adds the tiles up in
-//! their order, so that the picture does not depend on who was done first.
+//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`](super::develop) then adds
+//! the tiles up in their order, so that the picture does not depend on who was done first.
 //!
 //! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
 //! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
 use super::enhance::Radiance;
 use super::stage::{CellRays, Stage, Workbench};
 use super::view::{View, cell_place};
-use crate::film::{Film, Plane, PlaneKind};
 use crate::samples::{BACKGROUND, EMPTY, Status, TILE, Tile, from_half};
 use crate::settings::Filter;
 
@@ -23,26 +21,33 @@ pub const BACKGROUND_Z: f32 = 1e10;
 ///
 /// Rows 0 to 2: picture and alpha; diffuse light and the sum of the weights; albedo. Rows 3 to 5: highlight,
 /// reflection, refraction, which most samples do not have.
-type Sums = [Vec4; 6];
+pub type Sums = [Vec4; 6];
 
 /// Rows of [`Sums`] that every sample has.
 const ALWAYS: usize = 3;
 
 /// What a pixel shows of its sample nearest to the centre.
 #[derive(Debug, Clone, Copy)]
-struct Data {
-    /// Squared, in pixels, from the pixel's centre.
-    distance: f32,
+pub struct Data {
+    /// From the pixel's centre: squared, [`NEARNESS`] steps a pixel.
+    pub distance: f32,
     /// Of the sample, in its tile.
     cell: u32,
     /// Z, P, N, id, age.
-    values: [f32; 9],
+    pub values: [f32; 9],
 }
 
-const NO_DATA: Data = Data { distance: f32::INFINITY, cell: 0, values: [0.0; 9] };
+/// Steps in which the distance from a pixel's centre is told.
+const NEARNESS: f32 = 1024.0;
+
+/// Light beyond this is cut, so that no sum of samples is infinite. Half floats end at 65504.
+const MOST_LIGHT: f32 = 1e30;
+
+/// No sample.
+pub const NO_DATA: Data = Data { distance: f32::INFINITY, cell: 0, values: [0.0; 9] };
 
 /// Samples by status (base, good, overlapped, missed, obscured), and rays by kind.
-type Counts = [u32; 9];
+pub type Counts = [u32; 9];
 
 /// The pixels that one tile's samples reach. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
@@ -50,9 +55,12 @@ pub struct TileFilm {
     /// Of the first pixel; left of and above the picture for the halo of tiles at its rim.
     corner: [i32; 2],
     size: [usize; 2],
-    sums: Vec<Sums>,
-    data: Vec<Data>,
-    counts: Vec<Counts>,
+    /// One a pixel, in rows.
+    pub sums: Vec<Sums>,
+    /// One a pixel, in rows.
+    pub data: Vec<Data>,
+    /// One a pixel, in rows.
+    pub counts: Vec<Counts>,
 }
 
 impl TileFilm {
@@ -75,7 +83,7 @@ impl TileFilm {
     }
 
     /// The part of row `y` of the picture that this tile reaches: first column and indices.
-    fn row(&self, y: i32) -> Option<(i32, std::ops::Range<usize>)> {
+    pub fn row(&self, y: i32) -> Option<(i32, std::ops::Range<usize>)> {
         let row = usize::try_from(y - self.corner[1]).ok().filter(|row| *row < self.size[1])?;
         Some((self.corner[0], row * self.size[0]..(row + 1) * self.size[0]))
     }
@@ -119,7 +127,8 @@ pub fn filter(
         }
         count(&mut film.counts[index], cold.status, bench.cell_rays[cell]);
         let aside = |axis: usize| at[axis] - pixel[axis] as f32 - 0.5;
-        let distance = aside(0).powi(2) + aside(1).powi(2);
+        // in steps: of samples that are equally near but for rounding the first is shown
+        let distance = ((aside(0).powi(2) + aside(1).powi(2)) * NEARNESS).round();
         if distance < film.data[index].distance {
             let depth = seen.map_or(BACKGROUND_Z, |seen| seen.depth);
             let mut values = NO_DATA.values;
@@ -135,10 +144,12 @@ pub fn filter(
 /// What is filtered of a sample, and how many rows of it are not zero.
 #[inline]
 fn channels(radiance: &Radiance, surface: bool, albedo: Vec3) -> (Sums, usize) {
-    let Radiance { diffuse, specular, reflection, refraction } = *radiance;
+    let cut = |light: Vec3| light.max(Vec3::ZERO).min(Vec3::splat(MOST_LIGHT));
+    let [diffuse, specular] = [cut(radiance.diffuse), cut(radiance.specular)];
+    let [reflection, refraction] = [cut(radiance.reflection), cut(radiance.refraction)];
     let (alpha, albedo) = if surface { (1.0, albedo) } else { (0.0, Vec3::ZERO) };
     let sums = [
-        radiance.total().extend(alpha),
+        (diffuse + specular + reflection + refraction).extend(alpha),
         diffuse.extend(1.0),
         albedo.extend(0.0),
         specular.extend(0.0),
@@ -176,8 +187,14 @@ fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums, rows: usize) {
     }
 }
 
+/// First row of pixels that tile number `number` or a later one reaches; `None` where there is none.
+pub fn first_row_of(view: &View, number: usize, filter: Filter) -> Option<i32> {
+    let cell = view.tile_corner(number)[1];
+    (number < view.tiles()).then(|| (cell / view.samples) as i32 - radius(filter).ceil() as i32)
+}
+
 /// How far a filter reaches, in pixels, beyond a sample's own pixel.
-fn radius(filter: Filter) -> f32 {
+pub fn radius(filter: Filter) -> f32 {
     match filter {
         Filter::Box => 0.0,
         Filter::Mitchell => 2.0,
@@ -228,153 +245,6 @@ fn data(stage: &Stage, tile: &Tile, cell: usize, depth: f32, bench: &mut Workben
     let placed = bench.placed.get(stage, tile, cell);
     let (p, n) = (placed.point, placed.normal);
     [depth, p.x, p.y, p.z, n.x, n.y, n.z, (hot.model + 1) as f32, age]
-}
-
-/// The contract's planes: name, kind, and where the value comes from.
-const CHANNELS: [(&str, PlaneKind, Source); 37] = {
-    use PlaneKind::{Float, Half};
-    use Source::{Filtered, Nearest, Rays, Share};
-    [
-        ("R", Half, Filtered(0, 0)),
-        ("G", Half, Filtered(0, 1)),
-        ("B", Half, Filtered(0, 2)),
-        ("A", Half, Filtered(0, 3)),
-        ("diffuse.R", Half, Filtered(1, 0)),
-        ("diffuse.G", Half, Filtered(1, 1)),
-        ("diffuse.B", Half, Filtered(1, 2)),
-        ("specular.R", Half, Filtered(3, 0)),
-        ("specular.G", Half, Filtered(3, 1)),
-        ("specular.B", Half, Filtered(3, 2)),
-        ("reflection.R", Half, Filtered(4, 0)),
-        ("reflection.G", Half, Filtered(4, 1)),
-        ("reflection.B", Half, Filtered(4, 2)),
-        ("refraction.R", Half, Filtered(5, 0)),
-        ("refraction.G", Half, Filtered(5, 1)),
-        ("refraction.B", Half, Filtered(5, 2)),
-        ("albedo.R", Half, Filtered(2, 0)),
-        ("albedo.G", Half, Filtered(2, 1)),
-        ("albedo.B", Half, Filtered(2, 2)),
-        ("Z", Float, Nearest(0)),
-        ("P.X", Float, Nearest(1)),
-        ("P.Y", Float, Nearest(2)),
-        ("P.Z", Float, Nearest(3)),
-        ("N.X", Half, Nearest(4)),
-        ("N.Y", Half, Nearest(5)),
-        ("N.Z", Half, Nearest(6)),
-        ("id.object", Float, Nearest(7)),
-        ("status.age", Half, Nearest(8)),
-        ("status.base", Half, Share(0)),
-        ("status.good", Half, Share(1)),
-        ("status.overlapped", Half, Share(2)),
-        ("status.missed", Half, Share(3)),
-        ("status.obscured", Half, Share(4)),
-        ("rays.primary", Half, Rays(5)),
-        ("rays.verification", Half, Rays(6)),
-        ("rays.shadow", Half, Rays(7)),
-        ("rays.secondary", Half, Rays(8)),
-    ]
-};
-
-/// Where a plane's value comes from.
-#[derive(Debug, Clone, Copy)]
-enum Source {
-    /// The sum in this row and place, over the sum of weights.
-    Filtered(usize, usize),
-    /// This value of the sample nearest to the centre.
-    Nearest(usize),
-    /// This count, over the pixel's samples.
-    Share(usize),
-    /// This count.
-    Rays(usize),
-}
-
-/// Adds up the tiles and writes the planes of the finished frame.
-pub fn develop(view: &View, tiles: &[TileFilm]) -> Film {
-    let (width, height) = (view.cells_x / view.samples, view.cells_y / view.samples);
-    let mut planes: Vec<Plane> = CHANNELS
-        .iter()
-        .map(|(name, kind, _)| Plane { name, kind: *kind, data: vec![0.0; (width * height) as usize] })
-        .collect();
-    let mut rows: Vec<Vec<&mut [f32]>> = (0..height).map(|_| Vec::with_capacity(CHANNELS.len())).collect();
-    for plane in &mut planes {
-        for (row, part) in rows.iter_mut().zip(plane.data.chunks_mut(width as usize)) {
-            row.push(part);
-        }
-    }
-    rows.into_par_iter().enumerate().with_min_len(8).for_each_init(
-        || Row::new(width as usize),
-        |row, (y, planes)| {
-            row.add_up(view, tiles, y as i32);
-            row.write(planes);
-        },
-    );
-    Film { width, height, planes }
-}
-
-/// One row of pixels while it is added up.
-struct Row {
-    sums: Vec<Sums>,
-    data: Vec<Data>,
-    counts: Vec<Counts>,
-}
-
-impl Row {
-    fn new(width: usize) -> Self {
-        Self { sums: vec![[Vec4::ZERO; 6]; width], data: vec![NO_DATA; width], counts: vec![[0; 9]; width] }
-    }
-
-    /// Adds up what the tiles have for row `y`, in the tiles' order.
-    fn add_up(&mut self, view: &View, tiles: &[TileFilm], y: i32) {
-        self.sums.fill([Vec4::ZERO; 6]);
-        self.data.fill(NO_DATA);
-        self.counts.fill([0; 9]);
-        for tile_row in tiles.chunks(view.tiles_x as usize) {
-            // all tiles of a row reach the same rows of pixels
-            if tile_row[0].row(y).is_none() {
-                continue;
-            }
-            for tile in tile_row {
-                self.add_tile(tile, y);
-            }
-        }
-    }
-
-    fn add_tile(&mut self, tile: &TileFilm, y: i32) {
-        let Some((first, indices)) = tile.row(y) else { return };
-        for (x, index) in (first..).zip(indices) {
-            let Some(x) = usize::try_from(x).ok().filter(|x| *x < self.sums.len()) else { continue };
-            add(&mut self.sums[x], &tile.sums[index], 6, 1.0);
-            if tile.data[index].distance < self.data[x].distance {
-                self.data[x] = tile.data[index];
-            }
-            for (sum, count) in self.counts[x].iter_mut().zip(&tile.counts[index]) {
-                *sum += count;
-            }
-        }
-    }
-
-    /// Writes the row into the row of each plane.
-    fn write(&self, planes: Vec<&mut [f32]>) {
-        for ((_, _, source), plane) in CHANNELS.iter().zip(planes) {
-            for (x, value) in plane.iter_mut().enumerate() {
-                *value = self.value(x, *source);
-            }
-        }
-    }
-
-    fn value(&self, x: usize, source: Source) -> f32 {
-        let counts = &self.counts[x];
-        match source {
-            // the Mitchell filter's negative lobes must make neither negative light nor more than all cover
-            Source::Filtered(row, place) => {
-                let mean = (self.sums[x][row][place] / self.sums[x][1].w).max(0.0);
-                if (row, place) == (0, 3) { mean.min(1.0) } else { mean }
-            }
-            Source::Nearest(i) => self.data[x].values[i],
-            Source::Share(i) => counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32,
-            Source::Rays(i) => counts[i] as f32,
-        }
-    }
 }
 
 #[cfg(test)]

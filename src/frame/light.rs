@@ -29,8 +29,8 @@ impl ShadowQueue {
     }
 
     /// How many rays.
-    pub fn len(&self) -> usize {
-        self.rays.len()
+    pub fn count(&self) -> u64 {
+        self.rays.len() as u64
     }
 
     /// Adds the ray from a surface to a light that it faces.
@@ -137,7 +137,7 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
         }
     }
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
-        bench.counts.shadow += queue.len() as u64;
+        bench.counts.shadow += queue.count();
         queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
             let tag = &mut tile.tags[cell as usize * lights + light];
             lighting.stale[cell as usize] |= tag.changes_light_to(now);

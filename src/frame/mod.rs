@@ -13,6 +13,7 @@
 pub mod audit;
 mod bounce;
 mod contest;
+mod develop;
 pub mod enhance;
 pub mod filter;
 pub mod light;
@@ -21,28 +22,26 @@ mod placed;
 pub mod plan;
 mod reproject;
 mod stage;
+mod tiles;
 mod trace_missed;
 mod verify;
 pub mod view;
 
-use std::sync::Mutex;
 use std::time::Instant;
-
-use rayon::prelude::*;
 
 use crate::film::Film;
 use crate::motion::Pose;
-use crate::samples::{SampleStore, Tile};
+use crate::samples::SampleStore;
 use crate::scene::Scene;
-use crate::settings::Settings;
-use crate::stats::{AuditCounts, FrameStats, Memory, RayCounts, SampleCounts, Seconds};
+use crate::settings::{Mode, Settings};
+use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::{Backend, TraceError, embree::EmbreeBackend};
 
 use contest::Contest;
-use filter::TileFilm;
 use movers::{Bounds, Movers};
 use plan::Plan;
-use stage::{Stage, Workbench, WorkerSeconds};
+use stage::Stage;
+use tiles::{Source, Workshop, audit_tiles, run_tiles};
 use view::View;
 
 /// Renders the frames of a shot, one after the other.
@@ -56,9 +55,9 @@ pub struct Renderer<'s> {
     /// The store of the frame before that, to be written over.
     spare: Option<SampleStore>,
     contest: Contest,
-    tile_films: Vec<TileFilm>,
-    /// One for each thread that has been at work.
-    benches: Mutex<Vec<Workbench>>,
+    workshop: Workshop,
+    /// A film that its user gave back.
+    used_film: Option<Film>,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
 }
@@ -90,8 +89,8 @@ impl<'s> Renderer<'s> {
             last: None,
             spare: None,
             contest: Contest::default(),
-            tile_films: Vec::new(),
-            benches: Mutex::default(),
+            workshop: Workshop::default(),
+            used_film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
         })
     }
@@ -133,27 +132,29 @@ impl<'s> Renderer<'s> {
             }
             None => (spare.unwrap_or_else(empty), Source::Nothing, None),
         };
-        self.tile_films.resize_with(view.tiles(), TileFilm::default);
-        let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.tile_films, &self.benches);
-        let develop = Instant::now();
-        let film = filter::develop(&view, &self.tile_films);
-        seconds.filter = develop.elapsed().as_secs_f64();
-        share(&sum.worker_seconds, sum.wall, &mut seconds);
+        let mut film = develop::blank(&view, self.used_film.take());
+        let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.workshop, &mut film);
+        sum.share_time(&mut seconds);
         let mode = match (&source, self.settings.mode) {
-            (Source::Nothing, crate::settings::Mode::Full) => "full",
+            (Source::Nothing, Mode::Full) => "full",
             (Source::Nothing, _) => "base",
             _ => "reproject",
         };
+        seconds.total = start.elapsed().as_secs_f64();
+        let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
         self.spare = match source {
             Source::Contest(old, _) => Some(old),
             _ => spare,
         };
         drop(tracer);
         self.last = Some((store, pose.clone()));
-        seconds.total = start.elapsed().as_secs_f64() - sum.audit_seconds;
-        let (samples, rays, audit) = (sum.samples, sum.rays, sum.audit);
-        let stats = FrameStats { frame, mode, seconds, samples, rays, audit };
+        let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, audit };
         Ok(Finished { film, stats, pose })
+    }
+
+    /// Takes back a film that is written: the next frame is made in its memory.
+    pub fn recycle(&mut self, film: Film) {
+        self.used_film = Some(film);
     }
 
     /// Seconds that the acceleration structures took.
@@ -192,136 +193,5 @@ impl<'s> Renderer<'s> {
             store_bytes: bytes,
             bytes_per_sample: bytes as f64 / samples as f64,
         }
-    }
-}
-
-/// Where a frame's samples come from.
-enum Source<'c> {
-    /// A base frame: nowhere.
-    Nothing,
-    /// Nothing moved: they are where they were.
-    InPlace,
-    /// The store of the frame before, and who won which cell.
-    Contest(SampleStore, &'c Contest),
-}
-
-/// What the tiles of a frame add up to.
-#[derive(Default)]
-struct TileSum {
-    samples: SampleCounts,
-    rays: RayCounts,
-    audit: Option<AuditCounts>,
-    worker_seconds: WorkerSeconds,
-    /// Wall-clock seconds for all tiles, without the audit.
-    wall: f64,
-    audit_seconds: f64,
-}
-
-/// Takes every tile through all phases.
-fn run_tiles(
-    stage: &Stage,
-    source: &Source,
-    settings: &Settings,
-    store: &mut SampleStore,
-    films: &mut [TileFilm],
-    benches: &Mutex<Vec<Workbench>>,
-) -> TileSum {
-    let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let start = Instant::now();
-    let mut sum = store
-        .tiles
-        .par_iter_mut()
-        .zip(films)
-        .enumerate()
-        .fold(
-            || (lock().pop().unwrap_or_default(), TileSum::default()),
-            |(mut bench, mut sum), (number, (tile, film))| {
-                infer_tile(stage, source, number, tile, &mut bench);
-                let begin = Instant::now();
-                filter::filter(stage, number, tile, &mut bench, settings.filter, film);
-                bench.seconds.filter += begin.elapsed().as_secs_f64();
-                sum.samples += count_samples(tile);
-                (bench, sum)
-            },
-        )
-        .map(|(mut bench, sum)| {
-            let sum = TileSum {
-                rays: std::mem::take(&mut bench.counts),
-                worker_seconds: std::mem::take(&mut bench.seconds),
-                ..sum
-            };
-            lock().push(bench);
-            sum
-        })
-        .reduce(TileSum::default, TileSum::plus);
-    sum.wall = start.elapsed().as_secs_f64();
-    if settings.audit {
-        let begin = Instant::now();
-        let audit =
-            store.tiles.par_iter().enumerate().map(|(number, tile)| audit::audit(stage, number, tile));
-        sum.audit = Some(audit.reduce(AuditCounts::default, |mut a, b| {
-            a += b;
-            a
-        }));
-        sum.audit_seconds = begin.elapsed().as_secs_f64();
-    }
-    sum
-}
-
-/// One tile of one frame, from the samples of the frame before to what its cells show.
-fn infer_tile(stage: &Stage, source: &Source, number: usize, tile: &mut Tile, bench: &mut Workbench) {
-    let mut clock = Instant::now();
-    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    bench.begin_tile();
-    match source {
-        Source::Nothing => reproject::begin_base(stage, number, tile),
-        Source::InPlace => reproject::keep(tile),
-        Source::Contest(old, contest) => reproject::gather(old, stage, contest, number, tile),
-    }
-    bench.seconds.gather += lap();
-    if !matches!(source, Source::Nothing) {
-        verify::verify(stage, tile, bench);
-    }
-    bench.seconds.verify += lap();
-    trace_missed::trace_missed(stage, number, tile, bench);
-    bench.seconds.trace += lap();
-    light::light(stage, tile, bench);
-    enhance::enhance(stage, tile, bench);
-    bench.seconds.enhance += lap();
-}
-
-fn count_samples(tile: &Tile) -> SampleCounts {
-    use crate::samples::Status;
-    let mut counts = SampleCounts::default();
-    for cold in &tile.cold {
-        match cold.status {
-            Status::Base => counts.base += 1,
-            Status::Good => counts.good += 1,
-            Status::Overlapped => counts.overlapped += 1,
-            Status::Missed => counts.missed += 1,
-            Status::Obscured => counts.obscured += 1,
-            Status::Outside | Status::Empty => {}
-        }
-    }
-    counts
-}
-
-/// Splits the wall-clock time of the tiles among the phases, by what the workers spent in each.
-fn share(workers: &WorkerSeconds, wall: f64, seconds: &mut Seconds) {
-    let spent = workers.gather + workers.verify + workers.trace + workers.enhance + workers.filter;
-    let scale = if spent > 0.0 { wall / spent } else { 0.0 };
-    seconds.reproject += workers.gather * scale;
-    seconds.verify += workers.verify * scale;
-    seconds.trace += workers.trace * scale;
-    seconds.enhance += workers.enhance * scale;
-    seconds.filter += workers.filter * scale;
-}
-
-impl TileSum {
-    fn plus(mut self, other: Self) -> Self {
-        self.samples += other.samples;
-        self.rays += other.rays;
-        self.worker_seconds += other.worker_seconds;
-        self
     }
 }

@@ -78,13 +78,9 @@ impl View {
     pub fn project(&self, offset: Vec3) -> Option<Projected> {
         let depth = offset.dot(self.camera.forward);
         // false for NaN as well
-        if !(depth > f32::MIN_POSITIVE) {
-            return None;
-        }
-        let (across, down) = (offset.dot(self.camera.right) / depth, -offset.dot(self.camera.up) / depth);
-        Some(Projected {
-            x: (across + self.half[0]) * self.scale[0],
-            y: (down + self.half[1]) * self.scale[1],
+        (depth > f32::MIN_POSITIVE).then(|| Projected {
+            x: (offset.dot(self.camera.right) / depth + self.half[0]) * self.scale[0],
+            y: (-offset.dot(self.camera.up) / depth + self.half[1]) * self.scale[1],
             depth,
         })
     }

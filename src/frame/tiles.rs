@@ -1,0 +1,194 @@
+//! A frame's work, tile by tile: each goes through all phases while it is in the cache.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::contest::Contest;
+use super::develop::Developer;
+use super::filter::{self, TileFilm};
+use super::stage::{Stage, Workbench, WorkerSeconds};
+use super::{audit, enhance, light, reproject, trace_missed, verify};
+use crate::film::Film;
+use crate::samples::{SampleStore, Status, TILE, Tile};
+use crate::settings::Settings;
+use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
+
+/// Where a frame's samples come from.
+pub enum Source<'c> {
+    /// A base frame: nowhere.
+    Nothing,
+    /// Nothing moved: they are where they were.
+    InPlace,
+    /// The store of the frame before, and who won which cell.
+    Contest(SampleStore, &'c Contest),
+}
+
+/// What the tiles of a frame add up to.
+#[derive(Default)]
+pub struct TileSum {
+    /// By status.
+    pub samples: SampleCounts,
+    /// By kind.
+    pub rays: RayCounts,
+    worker_seconds: WorkerSeconds,
+    /// Wall-clock seconds of the tiles.
+    wall: f64,
+    /// Wall-clock seconds of writing rows.
+    develop: f64,
+}
+
+/// What the tiles of a frame are worked at with. Keeps its memory from frame to frame.
+#[derive(Default)]
+pub struct Workshop {
+    /// One for each thread that has been at work.
+    benches: Mutex<Vec<Workbench>>,
+    /// Sums of the band of tiles at work, and of the band before.
+    bands: [Vec<TileFilm>; 2],
+}
+
+/// Takes every tile through all phases, and writes the frame into `film`.
+///
+/// Tiles go in bands of whole rows: when a band is done, all rows of pixels that no later band reaches are
+/// written.
+pub fn run_tiles(
+    stage: &Stage,
+    source: &Source,
+    settings: &Settings,
+    store: &mut SampleStore,
+    shop: &mut Workshop,
+    film: &mut Film,
+) -> TileSum {
+    let height = film.height as i32;
+    let mut developer = Developer::new(film);
+    let mut sum = TileSum::default();
+    let in_band = band_rows(stage, settings) * stage.view.tiles_x as usize;
+    let [now, before] = &mut shop.bands;
+    before.clear();
+    let mut done = 0;
+    for band in store.tiles.chunks_mut(in_band) {
+        let start = Instant::now();
+        now.resize_with(band.len(), TileFilm::default);
+        sum = sum.plus(run_band(stage, source, settings, done, band, now, &shop.benches));
+        done += band.len();
+        let developing = Instant::now();
+        sum.wall += (developing - start).as_secs_f64();
+        let reached = filter::first_row_of(stage.view, done, settings.filter);
+        developer.develop_until(reached.map_or(height, |row| row.min(height)), [before, now]);
+        sum.develop += developing.elapsed().as_secs_f64();
+        std::mem::swap(now, before);
+    }
+    sum
+}
+
+/// Rows of tiles in a band: enough tiles for all threads, and more pixels than any filter reaches across, so
+/// that a row of pixels is reached by two bands at most.
+fn band_rows(stage: &Stage, settings: &Settings) -> usize {
+    const TILES_A_THREAD: usize = 16;
+    const LEAST_PIXELS: usize = 8;
+    let for_threads = (TILES_A_THREAD * rayon::current_num_threads()).div_ceil(stage.view.tiles_x as usize);
+    for_threads.max((LEAST_PIXELS * settings.samples as usize).div_ceil(TILE))
+}
+
+/// Takes the tiles from number `first` on through all phases.
+fn run_band(
+    stage: &Stage,
+    source: &Source,
+    settings: &Settings,
+    first: usize,
+    tiles: &mut [Tile],
+    films: &mut [TileFilm],
+    benches: &Mutex<Vec<Workbench>>,
+) -> TileSum {
+    let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    tiles
+        .par_iter_mut()
+        .zip(films)
+        .enumerate()
+        .fold(
+            || (lock().pop().unwrap_or_default(), SampleCounts::default()),
+            |(mut bench, mut samples), (i, (tile, film))| {
+                infer_tile(stage, source, first + i, tile, &mut bench);
+                let begin = Instant::now();
+                filter::filter(stage, first + i, tile, &mut bench, settings.filter, film);
+                bench.seconds.filter += begin.elapsed().as_secs_f64();
+                samples += count_samples(tile);
+                (bench, samples)
+            },
+        )
+        .map(|(mut bench, samples)| {
+            let rays = std::mem::take(&mut bench.counts);
+            let worker_seconds = std::mem::take(&mut bench.seconds);
+            lock().push(bench);
+            TileSum { samples, rays, worker_seconds, ..TileSum::default() }
+        })
+        .reduce(TileSum::default, TileSum::plus)
+}
+
+/// Audits every sample of a finished frame.
+pub fn audit_tiles(stage: &Stage, store: &SampleStore) -> AuditCounts {
+    let audit = store.tiles.par_iter().enumerate().map(|(number, tile)| audit::audit(stage, number, tile));
+    audit.reduce(AuditCounts::default, |mut a, b| {
+        a += b;
+        a
+    })
+}
+
+/// One tile of one frame, from the samples of the frame before to what its cells show.
+fn infer_tile(stage: &Stage, source: &Source, number: usize, tile: &mut Tile, bench: &mut Workbench) {
+    let mut clock = Instant::now();
+    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
+    bench.begin_tile();
+    match source {
+        Source::Nothing => reproject::begin_base(stage, number, tile),
+        Source::InPlace => reproject::keep(tile),
+        Source::Contest(old, contest) => reproject::gather(old, stage, contest, number, tile),
+    }
+    bench.seconds.gather += lap();
+    if !matches!(source, Source::Nothing) {
+        verify::verify(stage, tile, bench);
+    }
+    bench.seconds.verify += lap();
+    trace_missed::trace_missed(stage, number, tile, bench);
+    bench.seconds.trace += lap();
+    light::light(stage, tile, bench);
+    enhance::enhance(stage, tile, bench);
+    bench.seconds.enhance += lap();
+}
+
+fn count_samples(tile: &Tile) -> SampleCounts {
+    let mut counts = SampleCounts::default();
+    for cold in &tile.cold {
+        match cold.status {
+            Status::Base => counts.base += 1,
+            Status::Good => counts.good += 1,
+            Status::Overlapped => counts.overlapped += 1,
+            Status::Missed => counts.missed += 1,
+            Status::Obscured => counts.obscured += 1,
+            Status::Outside | Status::Empty => {}
+        }
+    }
+    counts
+}
+
+impl TileSum {
+    fn plus(mut self, other: Self) -> Self {
+        self.samples += other.samples;
+        self.rays += other.rays;
+        self.worker_seconds += other.worker_seconds;
+        self
+    }
+
+    /// Adds the wall-clock time of the tiles to the phases, split by what the workers spent in each.
+    pub fn share_time(&self, seconds: &mut Seconds) {
+        let WorkerSeconds { gather, verify, trace, enhance, filter } = self.worker_seconds;
+        let spent = gather + verify + trace + enhance + filter;
+        let scale = if spent > 0.0 { self.wall / spent } else { 0.0 };
+        seconds.reproject += gather * scale;
+        seconds.verify += verify * scale;
+        seconds.trace += trace * scale;
+        seconds.enhance += enhance * scale;
+        seconds.filter += filter * scale + self.develop;
+    }
+}
