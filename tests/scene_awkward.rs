@@ -1,21 +1,12 @@
 //! OBJ and MTL files that broke other loaders: each loads, or gives an error that a person can use.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
+mod collection;
+
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 use afterimage::scene;
-
-/// The folder that holds `awkward/`: given by the environment, or unpacked from beside the checkout.
-fn unpacked() -> Option<PathBuf> {
-    if let Some(folder) = std::env::var_os("AFTERIMAGE_SCENES") {
-        return Some(folder.into());
-    }
-    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/unpack");
-    let output = Command::new(tool).arg("awkward").output().ok()?;
-    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().into())
-}
 
 fn files_of(folder: &Path, kind: &str, found: &mut Vec<PathBuf>) {
     for entry in folder.read_dir().unwrap() {
@@ -28,18 +19,9 @@ fn files_of(folder: &Path, kind: &str, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The collection, or `None` with the reason printed.
-fn awkward() -> Option<PathBuf> {
-    let folder = unpacked().map(|folder| folder.join("awkward")).filter(|folder| folder.is_dir());
-    if folder.is_none() {
-        println!("skipped: neither AFTERIMAGE_SCENES nor ../shared/scenes has the folder `awkward`");
-    }
-    folder
-}
-
 #[test]
 fn every_material_file_is_read_or_says_why_not() {
-    let Some(folder) = awkward() else { return };
+    let Some(folder) = collection::folder("awkward") else { return };
     let mut files = Vec::new();
     files_of(&folder, "mtl", &mut files);
     assert!(files.len() > 80, "the collection is whole");
@@ -57,7 +39,7 @@ fn every_material_file_is_read_or_says_why_not() {
 
 #[test]
 fn every_file_loads_or_says_why_not() {
-    let Some(folder) = awkward() else { return };
+    let Some(folder) = collection::folder("awkward") else { return };
     let mut files = Vec::new();
     files_of(&folder, "obj", &mut files);
     assert!(files.len() > 100, "the collection is whole");

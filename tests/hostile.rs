@@ -1,0 +1,201 @@
+//! Bad input, through the binary: an error that names file and line, never a panic, and nothing left behind.
+//! What the loaders say about each mistake in a shot is tested in `scene_shot`.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+mod program;
+
+use std::fs;
+use std::process::Command;
+
+use program::{Place, Ran, whole};
+
+const SHOT: &str = "[render]\nsize = [16, 9]\nsamples = 2\nframes = \"1-2\"\n\
+    [[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n\
+    [[camera.key]]\nframe = 2\neye = [1, 0, 5]\ntarget = [0, 0, 0]\n\
+    [[model]]\nobj = \"m.obj\"\n";
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// A folder with a shot and its model.
+fn place(shot: &str, obj: &[u8]) -> Place {
+    let place = Place::new();
+    fs::write(place.path("s.toml"), shot).unwrap();
+    fs::write(place.path("m.obj"), obj).unwrap();
+    place
+}
+
+fn render(place: &Place, file: &str, options: &str) -> Ran {
+    Ran::of(place.command(file, &format!("-o out/a.####.exr {options}")).output().unwrap())
+}
+
+/// That `file` is refused in one line that holds `words`, and that nothing new lies in the folder.
+#[track_caller]
+fn refused(place: &Place, file: &str, words: &[&str]) {
+    let before = place.names("");
+    let ran = render(place, file, "").failed(words);
+    assert_eq!((ran.stderr.lines().count(), ran.stdout.as_str()), (1, ""), "{}", ran.stderr);
+    assert_eq!(place.names(""), before);
+}
+
+#[test]
+fn mistakes_in_a_shot_name_its_line() {
+    for (from, to, words) in [
+        ("samples = 2", "sampels = 2", ["s.toml:3:1", "did you mean `samples`"]),
+        ("\"1-2\"", "\"2-1\"", ["s.toml:4:10", "backwards"]),
+        ("\"1-2\"", "\"\"", ["s.toml:4:10", "frames"]),
+        ("\"1-2\"", "\"1-2x0\"", ["s.toml:4:10", "`1-2x0`"]),
+        ("\"1-2\"", "\"1-99999999\"", ["s.toml:4:10", "1000000"]),
+        ("\"1-2\"", "\"1-99999999999\"", ["s.toml:4:10", "99999999999"]),
+        ("m.obj", "gone.obj", ["s.toml:14:7", "gone.obj"]),
+        ("m.obj", "", ["s.toml:14:7", "obj"]),
+        ("m.obj", ".", ["obj", "`.`"]),
+        ("eye = [1, 0, 5]", "eye = [1e999, 0, 5]", ["s.toml:11:8", "overflow"]),
+        ("[render]", "[render", ["s.toml:1:8", "]"]),
+        ("[render]", "\u{0}", ["s.toml:1:2", "key"]),
+    ] {
+        refused(&place(&SHOT.replacen(from, to, 1), OBJ.as_bytes()), "s.toml", &words);
+    }
+}
+
+#[test]
+fn models_that_cannot_be_shown_name_file_and_line() {
+    let cases: [(&[u8], &[&str]); 11] = [
+        (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["m.obj:1", "`nan`", "finite"]),
+        (b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", &["m.obj:3", "`inf`"]),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1e30 0\nf 1 2 3\n", &["m.obj:3", "1e30"]),
+        (b"v 0 0 0\nv 1 0\n", &["m.obj:2", "three numbers"]),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", &["m.obj:4", "vertex 4 of 3"]),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", &["m.obj:4", "counts back"]),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3/x\n", &["m.obj:4", "3/x"]),
+        (b"", &["m.obj: ", "no faces"]),
+        (b"v 0 0 0\nv 1 0 0\nl 1 2\n", &["m.obj: ", "no faces"]),
+        (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", &["m.obj: ", "area"]),
+        (b"\x7fELF\x02\x01\x01\x00\x00\xff\xfe", &["m.obj: ", "no faces"]),
+    ];
+    for (obj, words) in cases {
+        let place = place(SHOT, obj);
+        refused(&place, "s.toml", words);
+        refused(&place, "m.obj", words);
+    }
+}
+
+#[test]
+fn files_that_are_none_are_named() {
+    let place = place(SHOT, OBJ.as_bytes());
+    for folder in ["folder.toml", "folder.obj"] {
+        fs::create_dir(place.path(folder)).unwrap();
+        refused(&place, folder, &[folder, "cannot be read"]);
+    }
+    fs::write(place.path("latin.toml"), b"title = \"caf\xe9\"\n").unwrap();
+    refused(&place, "latin.toml", &["latin.toml", "UTF-8"]);
+    fs::write(place.path("m.stl"), "solid").unwrap();
+    refused(&place, "m.stl", &["m.stl", ".obj"]);
+    refused(&place, "gone.toml", &["gone.toml"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn files_that_may_not_be_read_are_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = place(SHOT, OBJ.as_bytes());
+    fs::set_permissions(place.path("m.obj"), fs::Permissions::from_mode(0o000)).unwrap();
+    if fs::read(place.path("m.obj")).is_ok() {
+        println!("skipped: root may read everything");
+        return;
+    }
+    refused(&place, "s.toml", &["m.obj", "ermission"]);
+}
+
+#[test]
+fn odd_side_files_are_one_warning_each_and_strictly_errors() {
+    let obj = format!("mtllib m.mtl\nusemtl a\n{OBJ}");
+    let cases: [(&str, &[u8], &[&str]); 4] = [
+        ("t.png", b"no picture", &["m.mtl:2", "t.png"]),
+        (
+            "t.png",
+            b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\xff\xff\xff\xff\xff\xff\xff\xff\x08\x02",
+            &["m.mtl:2", "t.png"],
+        ),
+        ("folder.png", b"", &["m.mtl:2", "folder.png"]),
+        ("gone.png", b"", &["m.mtl:2", "gone.png"]),
+    ];
+    for (name, bytes, words) in cases {
+        let place = place(SHOT, obj.as_bytes());
+        fs::write(place.path("m.mtl"), format!("newmtl a\nmap_Kd {name}\n")).unwrap();
+        match name {
+            "t.png" => fs::write(place.path(name), bytes).unwrap(),
+            "folder.png" => fs::create_dir(place.path(name)).unwrap(),
+            _ => {}
+        }
+        render(&place, "s.toml", "--strict").failed(words);
+        assert!(!place.path("out").exists());
+        let ran = render(&place, "s.toml", "").done();
+        assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+        assert!(ran.stderr.starts_with("warning: "), "{}", ran.stderr);
+        assert!(words.iter().all(|word| ran.stderr.contains(word)), "{}", ran.stderr);
+    }
+}
+
+/// What is extreme but means something renders, exactly and to finite values (the writer takes no others).
+#[test]
+fn extremes_render() {
+    let light = |text: &str| format!("{SHOT}[[light]]\n{text}\n");
+    let moving =
+        |scale: &str| format!("{SHOT}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = {scale}\n");
+    for (shot, what) in [
+        (SHOT.replace("[16, 9]", "[1, 1]"), "one pixel"),
+        (SHOT.replace("[16, 9]", "[1, 65]"), "a column"),
+        (SHOT.replace("[0, 0, 5]", "[0, 0, 1e17]"), "from afar"),
+        (SHOT.replace("[0, 0, 5]", "[0, 0, 1e-4]"), "from very near"),
+        (SHOT.replace("[0, 0, 5]", "[0, 5, 0]"), "from straight above"),
+        (SHOT.replace("frame = 1\n", "frame = 1\nfov = 179.9\n"), "wide"),
+        (SHOT.replace("frame = 1\n", "frame = 1\nfov = 0.0001\n"), "narrow"),
+        (moving("1e9"), "grows"),
+        (moving("1e-4"), "shrinks"),
+        (light("type = \"point\"\nposition = [0.2, 0.2, 0]"), "a lamp in the surface"),
+        (light("type = \"point\"\nposition = [0.2, 0.2, 1e-25]"), "a lamp at the surface"),
+        (light("type = \"point\"\nposition = [0, 0, 1]\npower = 1e30"), "a bright lamp"),
+        (light("type = \"point\"\nposition = [0, 0, 1e18]\npower = 1e38"), "a bright lamp far away"),
+        (
+            light("type = \"directional\"\ndirection = [0, 0, -1]\ncolor = [1e38, 0, 1]\npower = 1e38"),
+            "a bright sun",
+        ),
+        (
+            light("type = \"spot\"\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\ncone = 0.001\nsoft = 0"),
+            "a needle of light",
+        ),
+        (format!("{SHOT}[background]\ncolor = [1e30, 1e30, 1e30]\n"), "a bright sky"),
+    ] {
+        let place = place(&shot, format!("{OBJ}v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nf 4 5 6\nf 1 3 2\n").as_bytes());
+        let ran = render(&place, "s.toml", "--audit -q");
+        assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{what}");
+        for frame in 1..=2 {
+            let image = whole(&place.path(&format!("out/a.{frame:04}.exr")));
+            let bad =
+                image.channels.iter().find(|channel| channel.data.iter().any(|value| !value.is_finite()));
+            assert_eq!(bad.map(|channel| &channel.name), None, "{what}, frame {frame}");
+        }
+    }
+}
+
+#[test]
+fn damaged_frames_are_told_from_whole_ones() {
+    let place = Place::new();
+    place.render("-o a.####.exr --frames 1").done();
+    let bytes = fs::read(place.path("a.0001.exr")).unwrap();
+    let info = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+        Ran::of(command.arg("info").arg(place.path("b.exr")).output().unwrap())
+    };
+    for length in [0, 3, 8, 100, 700, bytes.len() / 2, bytes.len() - 1] {
+        fs::write(place.path("b.exr"), &bytes[..length]).unwrap();
+        info().failed(&["b.exr"]);
+    }
+    // one byte in many places: whatever it means, it is no crash
+    for at in (0..bytes.len()).step_by(bytes.len() / 60 + 1).chain(0..40) {
+        let mut spoilt = bytes.clone();
+        spoilt[at] ^= 0x55;
+        fs::write(place.path("b.exr"), &spoilt).unwrap();
+        let ran = info();
+        assert!(ran.code == 0 || (ran.code == 1 && ran.stderr.contains("b.exr")), "{at}: {}", ran.stderr);
+    }
+}

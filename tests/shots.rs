@@ -1,0 +1,178 @@
+//! Is reuse exact on shots as people make them, and are all planes of their frames what the contract says?
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+mod collection;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use afterimage::film::{Film, PlaneKind};
+use afterimage::frame::{Finished, Renderer};
+use afterimage::scene::{self, Shot};
+use afterimage::stats::FrameStats;
+
+/// Names that other programs rely on.
+const CHANNELS: &str = "R G B A Z P.X P.Y P.Z N.X N.Y N.Z albedo.R albedo.G albedo.B \
+    diffuse.R diffuse.G diffuse.B specular.R specular.G specular.B \
+    reflection.R reflection.G reflection.B refraction.R refraction.G refraction.B id.object \
+    status.base status.good status.overlapped status.missed status.obscured status.age \
+    rays.primary rays.verification rays.shadow rays.secondary";
+
+/// Beyond this, 16-bit floats are infinite.
+const MOST_HALF: f32 = 65504.0;
+
+/// Of a frame's samples, how many may hold only within the audit's tolerance for edges. Small pictures of
+/// large scenes are edges for a good part; a tolerance that swallows surfaces shows far beyond this.
+const MOST_ON_EDGE: f64 = 0.01;
+
+fn own(path: &str) -> Shot {
+    scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(path), true).unwrap()
+}
+
+/// Renders `frames`, the first a base frame, with an audit of each; returns the share of samples that were
+/// reused in the others.
+fn audited(shot: &Shot, size: (u32, u32), frames: &[i32]) -> f64 {
+    let mut settings = shot.settings.clone();
+    (settings.width, settings.height, settings.samples, settings.audit) = (size.0, size.1, 2, true);
+    let mut renderer = Renderer::new(&shot.scene, &settings).unwrap();
+    let mut reused = 0;
+    for (index, frame) in frames.iter().enumerate() {
+        let finished = renderer.render(*frame, index > 0).unwrap();
+        check(&finished, &format!("{}, frame {frame}", shot.title));
+        reused += finished.stats.samples.reused();
+    }
+    let cells = u64::from(size.0 * size.1 * 4);
+    reused as f64 / (cells * (frames.len() as u64 - 1)) as f64
+}
+
+fn check(finished: &Finished, what: &str) {
+    let Finished { film, stats, .. } = finished;
+    let audit = stats.audit.expect("asked for");
+    assert_eq!(audit.checked, stats.samples.total(), "{what}");
+    assert_eq!(audit.differing, 0, "{what}: {audit:?}");
+    assert!(audit.on_edge as f64 <= MOST_ON_EDGE * audit.checked as f64, "{what}: {audit:?}");
+    check_planes(film, what);
+    check_status(film, stats, what);
+    check_rays(film, stats, what);
+}
+
+fn check_planes(film: &Film, what: &str) {
+    let names: BTreeSet<&str> = film.planes.iter().map(|plane| plane.name).collect();
+    assert_eq!(names, CHANNELS.split_whitespace().collect(), "{what}");
+    assert_eq!(names.len(), film.planes.len(), "{what}: each once");
+    for plane in &film.planes {
+        assert_eq!(plane.data.len(), (film.width * film.height) as usize, "{what}: {}", plane.name);
+        let most = if plane.kind == PlaneKind::Half { MOST_HALF } else { f32::MAX };
+        let bad = plane.data.iter().find(|value| !value.is_finite() || value.abs() > most);
+        assert_eq!(bad, None, "{what}: {}", plane.name);
+    }
+    for name in ["A", "status.base", "status.good", "status.overlapped", "status.missed", "status.obscured"] {
+        let outside = film.values(name).unwrap().iter().find(|value| !(0.0..=1.0).contains(*value));
+        assert_eq!(outside, None, "{what}: {name}");
+    }
+}
+
+/// Per pixel the fractions are whole; over the frame they are the statistics.
+fn check_status(film: &Film, stats: &FrameStats, what: &str) {
+    let values = |name: &str| film.values(&format!("status.{name}")).unwrap();
+    let planes = ["base", "good", "overlapped", "missed", "obscured"].map(values);
+    for pixel in 0..planes[0].len() {
+        let sum: f32 = planes.iter().map(|plane| plane[pixel]).sum();
+        assert_eq!(sum, 1.0, "{what}: pixel {pixel}");
+    }
+    let counted = planes.map(|plane| plane.iter().map(|share| f64::from(*share) * 4.0).sum::<f64>());
+    let counts = &stats.samples;
+    let expected = [counts.base, counts.good, counts.overlapped, counts.missed, counts.obscured];
+    assert_eq!(counted, expected.map(|count| count as f64), "{what}");
+}
+
+/// The planes of rays hold every ray that the statistics count.
+fn check_rays(film: &Film, stats: &FrameStats, what: &str) {
+    let sum = |name: &str| film.values(name).unwrap().iter().map(|rays| f64::from(*rays)).sum::<f64>();
+    let rays = &stats.rays;
+    for (name, expected) in [
+        ("rays.primary", rays.primary),
+        ("rays.verification", rays.verification),
+        ("rays.shadow", rays.shadow),
+        ("rays.secondary", rays.reflection + rays.refraction),
+    ] {
+        assert_eq!(sum(name), expected as f64, "{what}: {name}");
+    }
+}
+
+#[test]
+fn the_analytic_shot() {
+    let share = audited(&own("analytic/analytic.toml"), (96, 54), &[1, 2, 3, 4, 5, 6, 7, 8]);
+    assert!(share > 0.7, "{share}");
+}
+
+#[test]
+fn lights_that_move_and_change() {
+    let share = audited(&own("analytic/lights.toml"), (96, 54), &[1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(share, 1.0, "nothing moves but lights");
+}
+
+#[test]
+fn the_city() {
+    let shot = own("city/city.toml");
+    let share = audited(&shot, (96, 54), &[1, 2, 3, 4]);
+    assert!(share > 0.5, "{share}");
+    // over a key of the camera, at full speed, and frames further apart
+    audited(&shot, (96, 54), &[28, 29, 30, 31, 40, 60]);
+}
+
+#[test]
+fn the_turning_mirror() {
+    let share = audited(&own("spin/spin.toml"), (96, 54), &[1, 2, 3, 4, 24, 48]);
+    assert!(share > 0.8, "{share}");
+}
+
+/// A shot whose models lie elsewhere, named by absolute paths.
+fn foreign(text: &str) -> Shot {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("foreign.toml");
+    std::fs::write(&path, text).unwrap();
+    scene::load(&path, false).unwrap()
+}
+
+#[test]
+fn four_statues() {
+    let Some(folder) = collection::folder("statues") else { return };
+    let statue = |name: &str, x: f32| {
+        format!("[[model]]\nobj = '{}'\ntranslate = [{x}, 0, 0]\n", folder.join(name).display())
+    };
+    // one of them turns
+    let turning = "[[model.key]]\nframe = 1\n[[model.key]]\nframe = 9\nrotate = [0, 40, 0]\n";
+    let text = [
+        "[camera]\ninterpolation = \"smooth\"\n\
+         [[camera.key]]\nframe = 1\neye = [-1.5, 1.5, 4]\ntarget = [0, 0.9, 0]\nfov = 40\n\
+         [[camera.key]]\nframe = 9\neye = [1.0, 1.7, 3.5]\ntarget = [0.2, 0.8, 0]\n\
+         [[light]]\ntype = \"directional\"\ndirection = [-1, -1, -0.5]\npower = 2\n\
+         [[light]]\ntype = \"point\"\nposition = [1, 3, 3]\npower = 5\n",
+        &statue("DancingGirl.obj", -1.4),
+        &statue("Maria.obj", -0.45),
+        &statue("Ugolino.obj", 0.5),
+        &format!("[[model]]\nobj = '{}'\n", folder.join("BustManWreath.obj").display()),
+        turning,
+    ];
+    let share = audited(&foreign(&text.concat()), (64, 36), &[1, 2, 3, 4]);
+    assert!(share > 0.3, "{share}");
+}
+
+/// A million triangles: loaded once, small pictures.
+#[test]
+fn the_kitchen() {
+    let Some(folder) = collection::folder("kitchen") else { return };
+    // the camera of its maker, walking
+    let text = format!(
+        "[[camera.key]]\nframe = 1\neye = [1.211, 1.80475, 3.85239]\ntarget = [0.3348, 1.7214, 2.0565]\nfov = 36\n\
+         [[camera.key]]\nframe = 25\neye = [0.6, 1.75, 3.0]\ntarget = [0.1, 1.6, 1.2]\n\
+         [[light]]\ntype = \"point\"\nposition = [0.5, 2.4, 1.5]\npower = 4\n\
+         [[light]]\ntype = \"spot\"\nposition = [2, 2.6, 3.5]\ntarget = [0, 0.5, 0]\ncone = 80\nsoft = 0.3\npower = 6\n\
+         [ambient]\ncolor = [0.2, 0.2, 0.2]\n[background]\ncolor = [0.6, 0.8, 1]\n\
+         [[model]]\nobj = '{}'\n",
+        folder.join("kitchen.obj").display()
+    );
+    let share = audited(&foreign(&text), (64, 36), &[1, 2, 3, 4]);
+    assert!(share > 0.3, "{share}");
+}
