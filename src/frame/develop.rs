@@ -156,25 +156,30 @@ impl Row {
     }
 
     /// Writes the row into the row of each plane.
-    fn write(&self, planes: Vec<&mut [f32]>) {
+    fn write(&mut self, planes: Vec<&mut [f32]>) {
+        for sums in &mut self.sums {
+            let scale = sums[1].w.recip();
+            // the Mitchell filter's negative lobes must make neither negative light nor more than all cover
+            *sums = sums.map(|sum| (sum * scale).max(Vec4::ZERO));
+            sums[0].w = sums[0].w.min(1.0);
+        }
         for ((_, _, source), plane) in CHANNELS.iter().zip(planes) {
-            for (x, value) in plane.iter_mut().enumerate() {
-                *value = self.value(x, *source);
+            match *source {
+                Source::Filtered(row, place) => {
+                    fill(plane, &self.sums, |sums| sums[row].to_array()[place]);
+                }
+                Source::Nearest(i) => fill(plane, &self.data, |data| data.values[i]),
+                Source::Rays(i) => fill(plane, &self.counts, |counts| counts[i] as f32),
+                Source::Share(i) => fill(plane, &self.counts, |counts| {
+                    counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32
+                }),
             }
         }
     }
+}
 
-    fn value(&self, x: usize, source: Source) -> f32 {
-        let counts = &self.counts[x];
-        match source {
-            // the Mitchell filter's negative lobes must make neither negative light nor more than all cover
-            Source::Filtered(row, place) => {
-                let mean = (self.sums[x][row][place] / self.sums[x][1].w).max(0.0);
-                if (row, place) == (0, 3) { mean.min(1.0) } else { mean }
-            }
-            Source::Nearest(i) => self.data[x].values[i],
-            Source::Share(i) => counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32,
-            Source::Rays(i) => counts[i] as f32,
-        }
+fn fill<T>(plane: &mut [f32], pixels: &[T], value: impl Fn(&T) -> f32) {
+    for (out, pixel) in plane.iter_mut().zip(pixels) {
+        *out = value(pixel);
     }
 }

@@ -175,12 +175,10 @@ fn add(sums: &mut Sums, values: &Sums, rows: usize, weight: f32) {
 /// Adds a sample at `at` (pixels) to all pixels that the Mitchell filter spreads it over.
 fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums, rows: usize) {
     // the centres of pixels first .. first + 3 are within two pixels
-    let first = [(at[0] - 1.5).floor() as i32, (at[1] - 1.5).floor() as i32];
-    let weight = |axis: usize, i: i32| mitchell((first[axis] + i) as f32 + 0.5 - at[axis]);
-    let across = [weight(0, 0), weight(0, 1), weight(0, 2), weight(0, 3)];
-    for row in 0..4 {
-        let down = weight(1, row);
-        let start = film.at(first[0], first[1] + row);
+    let first = [(at[0] - 1.5).floor(), (at[1] - 1.5).floor()];
+    let [across, down] = [0, 1].map(|axis| mitchell(at[axis] - 1.5 - first[axis]));
+    for (row, down) in (0..).zip(down) {
+        let start = film.at(first[0] as i32, first[1] as i32 + row);
         for (sums, across) in film.sums[start..start + 4].iter_mut().zip(&across) {
             add(sums, values, rows, across * down);
         }
@@ -201,20 +199,20 @@ pub fn radius(filter: Filter) -> f32 {
     }
 }
 
-/// The cubic with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics",
-/// SIGGRAPH 1988, equation 8), at `x` pixels.
-fn mitchell(x: f32) -> f32 {
+/// Weights of the four pixels around a sample that lies `beyond` (0 to 1) the second one's centre: the cubic
+/// with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988,
+/// equation 8).
+#[inline]
+fn mitchell(beyond: f32) -> [f32; 4] {
     const B: f32 = 1.0 / 3.0;
     const C: f32 = 1.0 / 3.0;
-    let x = x.abs();
-    let near = ((12.0 - 9.0 * B - 6.0 * C) * x + (-18.0 + 12.0 * B + 6.0 * C)) * x * x + (6.0 - 2.0 * B);
-    let far =
-        (((-B - 6.0 * C) * x + (6.0 * B + 30.0 * C)) * x + (-12.0 * B - 48.0 * C)) * x + (8.0 * B + 24.0 * C);
-    match x {
-        ..1.0 => near / 6.0,
-        ..2.0 => far / 6.0,
-        _ => 0.0,
-    }
+    let near =
+        |x: f32| ((12.0 - 9.0 * B - 6.0 * C) * x + (-18.0 + 12.0 * B + 6.0 * C)) * x * x + (6.0 - 2.0 * B);
+    let far = |x: f32| {
+        (((-B - 6.0 * C) * x + (6.0 * B + 30.0 * C)) * x + (-12.0 * B - 48.0 * C)) * x + (8.0 * B + 24.0 * C)
+    };
+    let [first, second] = [far(1.0 + beyond), near(beyond)];
+    [first / 6.0, second / 6.0, near(1.0 - beyond) / 6.0, far(2.0 - beyond) / 6.0]
 }
 
 #[inline]
@@ -254,11 +252,12 @@ mod tests {
     #[test]
     fn mitchells_weights_add_up_to_one_wherever_the_sample_is() {
         for step in 0..=20 {
-            let at = step as f32 / 20.0;
-            let sum: f32 = (-3..4).map(|pixel| mitchell(pixel as f32 + 0.5 - at)).sum();
-            assert!((sum - 1.0).abs() < 1e-6, "{at}: {sum}");
+            let weights = mitchell(step as f32 / 20.0);
+            let sum: f32 = weights.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-6, "{step}: {sum}");
         }
-        assert!((mitchell(0.0) - 8.0 / 9.0).abs() < 1e-6 && (mitchell(1.0) - 1.0 / 18.0).abs() < 1e-6);
-        assert!(mitchell(1.5) < 0.0 && mitchell(2.0) == 0.0);
+        let on_a_centre = mitchell(0.0);
+        let wanted = [1.0 / 18.0, 8.0 / 9.0, 1.0 / 18.0, 0.0];
+        assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{on_a_centre:?}");
     }
 }
