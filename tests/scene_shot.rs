@@ -139,7 +139,7 @@ fn mistakes_are_told_with_place_and_remedy() {
         ("[render]\nsise = [1, 2]\n".into(), "s.toml:2:1: unknown key `sise`: did you mean `size`?"),
         (
             "[render]\nsize = [0, 2]\n".into(),
-            "s.toml:2:9: `size` is 0: it must be a whole number from 1 to 65536",
+            "s.toml:2:9: `size` is 0: it must be a whole number from 1 to 65535",
         ),
         ("[render]\nsize = [8, \"a\"]\n".into(), "s.toml:2:12: `size`: invalid type: string"),
         ("[render]\nsamples = 17\n".into(), "s.toml:2:11: `samples` is 17"),
