@@ -338,7 +338,9 @@ fn saving(name: &str, saving: &Saving) -> String {
 }
 
 fn percent_or_dash(ours: f64, full: f64) -> String {
-    if full > 0.0 { format!("{:.1} %", saved_percent(ours, full)) } else { String::from("-") }
+    // what full tracing hardly does cannot be saved
+    let comparable = full > 0.0 && ours < 2.0 * full;
+    if comparable { format!("{:.1} %", saved_percent(ours, full)) } else { String::from("-") }
 }
 
 #[cfg(test)]

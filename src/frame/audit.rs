@@ -14,7 +14,7 @@
 //! changes within the displacement. Kept colours, normals and positions may differ from fresh ones by what
 //! rounding them for the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 
 use super::light::{ShadowQueue, sum_light};
 use super::placed::Placed;
@@ -25,7 +25,7 @@ use super::view::cell_place;
 use crate::samples::{BACKGROUND, Cold, EMPTY, Hot, Tag, Tile, from_half};
 use crate::shade::light::arrival;
 use crate::shade::phong;
-use crate::shade::surface::{albedo, interpolate};
+use crate::shade::surface::{albedo, barycentric, interpolate};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
 
@@ -190,8 +190,10 @@ fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
     };
     Verdict::of(holds(at, COLOR_TOLERANCE)).or_on_edge(|| {
         // where a texture or a normal changes fast, what lies a rounding further may be it
-        let edge = (corners[1] - corners[0]).length().min((corners[2] - corners[0]).length());
-        let step = reach / edge.max(f64::MIN_POSITIVE);
+        let sides = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
+        let longest = sides.map(|side| side.length()).into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        let height = sides[0].cross(sides[2]).length() / longest;
+        let step = (reach / height.max(f64::MIN_POSITIVE)).min(1.0);
         let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
         let mut tries = steps.iter().flat_map(|u| steps.iter().map(|v| DVec2::new(*u, *v) * step));
         tries.any(|aside| holds(at + aside, EDGE_COLOR_TOLERANCE))
@@ -200,24 +202,6 @@ fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
 
 fn largest(offset: Vec3, point: Vec3) -> f64 {
     f64::from(offset.length().max(point.length()))
-}
-
-/// Barycentric coordinates (second and third corner) of `point` in a triangle; `None` where it lies
-/// farther than `reach` from it.
-fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2> {
-    let (ab, ac, ap) = (b - a, c - a, point - a);
-    let normal = ab.cross(ac);
-    let area = normal.length_squared();
-    if area == 0.0 {
-        return None;
-    }
-    let at = DVec2::new(ap.cross(ac).dot(normal) / area, ab.cross(ap).dot(normal) / area);
-    let clamped = {
-        let inside = at.max(DVec2::ZERO);
-        inside / (inside.x + inside.y).max(1.0)
-    };
-    let nearest = a + ab * clamped.x + ac * clamped.y;
-    (nearest.distance(point) <= reach).then_some(clamped)
 }
 
 /// Whether the light that is kept is the light that the tags and lights give.
@@ -278,18 +262,4 @@ fn ask(
 
 fn answer(stage: &Stage, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
     queue.answer(ShadowCheck::StillThenMovable, Coherence::Coherent, stage.tracer, say);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_point_off_its_triangle_is_found_out() {
-        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 0.0), 1e-6), Some(DVec2::new(0.25, 0.5)));
-        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 1e-3), 1e-6), None);
-        assert_eq!(barycentric(corners, DVec3::new(0.8, 0.5, 0.0), 1e-6), None);
-        assert!(barycentric(corners, DVec3::new(0.5, 0.5 + 1e-7, 0.0), 1e-6).is_some());
-    }
 }

@@ -1,6 +1,6 @@
 //! The point of a surface that a ray has met, and how rays leave it.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::motion::Transform;
 use crate::scene::{Material, Mesh, Scene};
@@ -60,6 +60,24 @@ pub fn interpolate(mesh: &Mesh, triangle: u32, u: f32, v: f32) -> Corner {
         uvs => uvs[first] * w + uvs[second] * u + uvs[third] * v,
     };
     Corner { point: a + (b - a) * u + (c - a) * v, normal, facet, uv }
+}
+
+/// Barycentric coordinates (second and third corner) of `point` in a triangle; `None` where it lies
+/// farther than `reach` from it.
+pub fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2> {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let area = normal.length_squared();
+    if area == 0.0 {
+        return None;
+    }
+    let at = DVec2::new(ap.cross(ac).dot(normal) / area, ab.cross(ap).dot(normal) / area);
+    let clamped = {
+        let inside = at.max(DVec2::ZERO);
+        inside / (inside.x + inside.y).max(1.0)
+    };
+    let nearest = a + ab * clamped.x + ac * clamped.y;
+    (nearest.distance(point) <= reach).then_some(clamped)
 }
 
 /// Diffuse reflectance of `material` at `uv`.
@@ -127,5 +145,14 @@ mod tests {
         }
         let far = off_surface(Vec3::splat(1000.0), Vec3::X).x - 1000.0;
         assert!(far < 1000.0 * 1e-4, "the step stays in proportion: {far}");
+    }
+
+    #[test]
+    fn a_point_off_its_triangle_is_found_out() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 0.0), 1e-6), Some(DVec2::new(0.25, 0.5)));
+        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 1e-3), 1e-6), None);
+        assert_eq!(barycentric(corners, DVec3::new(0.8, 0.5, 0.0), 1e-6), None);
+        assert!(barycentric(corners, DVec3::new(0.5, 0.5 + 1e-7, 0.0), 1e-6).is_some());
     }
 }
