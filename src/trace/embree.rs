@@ -39,7 +39,7 @@ mod mask {
     pub const ALL: u32 = RESTS | MOVED | CASTS_SHADOW | CLEAR;
 }
 
-/// Closed surfaces have no cracks: without this, about two rays in a million slip between two triangles
+/// Closed surfaces have no cracks: without this, a few rays slip between two triangles
 /// that share an edge and show what is behind them, and the audit rightly complains.
 const ROBUST: bool = true;
 
