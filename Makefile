@@ -24,9 +24,9 @@ demo: setup ## render the city, reprojected and in full, and compare: out/city/
 # cargo-nextest runs the tests faster, but no doctests.
 test: setup ## run all tests
 	@if $(CARGO) nextest --version >/dev/null 2>&1; then \
-		set -x; $(CARGO) nextest run --workspace --locked && $(CARGO) test --workspace --locked --doc; \
+		set -x; $(CARGO) nextest run --workspace --locked --no-fail-fast && $(CARGO) test --workspace --locked --doc; \
 	else \
-		set -x; $(CARGO) test --workspace --locked; \
+		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
 
 bench: setup ## measure: each phase, each kind of shot
