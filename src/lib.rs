@@ -49,6 +49,7 @@
 pub mod cli;
 pub mod film;
 pub mod frame;
+pub mod lanes;
 pub mod motion;
 pub mod output;
 pub mod report;

@@ -16,16 +16,17 @@
 
 use glam::{DVec2, Vec3};
 
+use super::grid::place;
 use super::light::{ShadowQueue, sum_light};
 use super::placed::Placed;
 use super::plan::ShadowCheck;
-use super::stage::Stage;
+use super::stage::{Stage, set_bits, surface_bits};
 use super::verify::SEGMENT_END;
-use super::view::cell_place;
-use crate::samples::{BACKGROUND, Cold, EMPTY, Hot, Tag, Tile, from_half};
+use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
 use crate::shade::light::arrival;
 use crate::shade::phong;
-use crate::shade::surface::{albedo, barycentric, interpolate};
+use crate::shade::surface::{Corners, albedo, barycentric, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
 
@@ -83,18 +84,25 @@ impl Verdict {
 
 /// Checks all samples of tile number `number`.
 pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
-    let sampled = || tile.hot.iter().enumerate().filter(|(_, hot)| hot.model != EMPTY);
-    let mut verdicts = vec![Verdict::Holds; tile.hot.len()];
+    let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
+    let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
 
-    let sights = trace_all(stage, sampled().map(|(_, hot)| (stage.view.camera.eye, stage.offset(hot))));
-    for (ray, (cell, hot)) in sampled().enumerate() {
-        let cold = &tile.cold[cell];
-        raise(cell, check_sight(stage, hot, cold, sights.get(ray)));
-        raise(cell, check_position(stage, number, cell, hot));
-        if hot.model != BACKGROUND {
-            raise(cell, check_surface(stage, hot, cold));
-            raise(cell, check_light(stage, tile, cell));
+    let offset = |cell: usize| stage.offset(tile.point(cell), tile.model[cell]);
+    let sights = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, offset(cell))));
+    for (ray, cell) in sampled().enumerate() {
+        let sample = tile.sample(cell);
+        raise(cell, check_sight(stage, &sample, sights.get(ray)));
+        raise(cell, check_position(stage, number, cell, &sample));
+        if sample.model != BACKGROUND {
+            raise(cell, check_surface(stage, &sample, load_color(&tile.albedo, cell)));
+        }
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        if surfaces != 0 {
+            let placed = Placed::of(stage, tile, first);
+            check_light(stage, tile, first, &placed, surfaces, &mut raise);
         }
     }
     for light in 0..stage.pose.lights.len() {
@@ -116,10 +124,14 @@ fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatc
 }
 
 /// How far rounding may displace a sample, world units.
-fn reach(stage: &Stage, hot: &Hot) -> f32 {
-    let (offset, eye) = (stage.offset(hot), stage.view.camera.eye);
+fn reach(stage: &Stage, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
     let largest = eye.abs().max(offset.abs()).max_element();
     offset.length() * TOLERANCE + largest * COORDINATE_TOLERANCE
+}
+
+fn offset(stage: &Stage, sample: &Sample) -> Vec3 {
+    stage.offset(sample.point, sample.model)
 }
 
 /// Directions (any unit) at right angles to `way`, all around it.
@@ -129,62 +141,66 @@ fn around(way: Vec3) -> [Vec3; 8] {
 }
 
 /// Whether the camera meets the sample first.
-fn check_sight(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> Verdict {
-    Verdict::of(meets(stage, hot, cold, met)).or_on_edge(|| {
-        let (eye, offset) = (stage.view.camera.eye, stage.offset(hot));
-        let reach = reach(stage, hot);
+fn check_sight(stage: &Stage, sample: &Sample, met: Option<Hit>) -> Verdict {
+    Verdict::of(meets(stage, sample, met)).or_on_edge(|| {
+        let (eye, offset) = (stage.view.camera.eye, offset(stage, sample));
+        let reach = reach(stage, sample);
         let beside = around(offset).map(|aside| (eye, offset + aside * reach));
         let met = trace_all(stage, beside.into_iter());
-        (0..beside.len())
-            .any(|ray| meets(stage, hot, cold, met.get(ray)) || coincides(stage, hot, cold, met.get(ray)))
+        let holds = |met| meets(stage, sample, met) || coincides(stage, sample, met);
+        (0..beside.len()).any(|ray| holds(met.get(ray)))
     })
 }
 
 /// Whether a ray to the sample that met `met` met the sample.
-fn meets(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
+fn meets(stage: &Stage, sample: &Sample, met: Option<Hit>) -> bool {
     match met {
-        None => hot.model == BACKGROUND,
+        None => sample.model == BACKGROUND,
         Some(hit) => {
-            (hit.model, hit.triangle) == (hot.model, cold.triangle) && coincides(stage, hot, cold, met)
+            (hit.model, hit.triangle) == (sample.model, sample.triangle) && coincides(stage, sample, met)
         }
     }
 }
 
 /// Whether what a ray beside the sample `met` lies in the sample's plane: a neighbouring triangle, or
 /// another surface in the same place, either of which may be met first.
-fn coincides(stage: &Stage, hot: &Hot, cold: &Cold, met: Option<Hit>) -> bool {
-    let Some(met) = met.filter(|_| hot.model != BACKGROUND) else { return false };
-    let offset = stage.offset(hot);
-    let facet = stage.transform(hot.model).normal(cold.facet.unfold());
-    ((met.t - 1.0) * offset).dot(facet).abs() <= reach(stage, hot)
+fn coincides(stage: &Stage, sample: &Sample, met: Option<Hit>) -> bool {
+    let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
+    let facet = stage.transform(sample.model).normal(sample.facet.unfold());
+    ((met.t - 1.0) * offset(stage, sample)).dot(facet).abs() <= reach(stage, sample)
 }
 
 /// Whether the sample lies in its cell.
-fn check_position(stage: &Stage, number: usize, cell: usize, hot: &Hot) -> Verdict {
-    let (corner, place) = (stage.view.tile_corner(number), cell_place(cell));
-    let Some(seen) = stage.view.project(stage.offset(hot)) else { return Verdict::Differs };
+fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample) -> Verdict {
+    let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
+    let Some(seen) = stage.view.project_one(offset(stage, sample)) else { return Verdict::Differs };
     let from = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32;
     let inside = |along: f32| (-CELL_TOLERANCE..=1.0 + CELL_TOLERANCE).contains(&along);
     Verdict::of(inside(from(0, seen.x)) && inside(from(1, seen.y)))
 }
 
-/// Whether what is kept of the surface is what the mesh has there.
-fn check_surface(stage: &Stage, hot: &Hot, cold: &Cold) -> Verdict {
-    let mesh = &stage.scene.models[hot.model as usize].mesh;
-    let corners = mesh.triangles[cold.triangle as usize]
+/// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there.
+fn check_surface(stage: &Stage, sample: &Sample, kept: Vec3) -> Verdict {
+    let mesh = &stage.scene.models[sample.model as usize].mesh;
+    let mut lanes = Corners::NONE;
+    lanes.set(0, mesh, sample.triangle);
+    let corners = mesh.triangles[sample.triangle as usize]
         .map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]).as_dvec3());
-    let reach = f64::from(TOLERANCE) * largest(stage.offset(hot), hot.point);
-    let Some(at) = barycentric(corners, hot.point.as_dvec3(), reach) else { return Verdict::Differs };
+    let reach = f64::from(TOLERANCE) * largest(offset(stage, sample), sample.point);
+    let Some(at) = barycentric(corners, sample.point.as_dvec3(), reach) else { return Verdict::Differs };
 
-    let side = if cold.from_behind { -1.0 } else { 1.0 };
-    let seen = stage.transform(hot.model).normal(cold.facet.unfold()).dot(stage.offset(hot).normalize());
-    let material = stage.material(hot, cold);
-    let kept = from_half(cold.albedo);
+    let side = if sample.from_behind { -1.0 } else { 1.0 };
+    let facet = stage.transform(sample.model).normal(sample.facet.unfold());
+    let seen = facet.dot(offset(stage, sample).normalize());
+    let number = mesh.material_of[sample.triangle as usize];
+    let material = &stage.scene.materials[usize::from(number)];
     let holds = |at: DVec2, slack: f32| {
-        let corner = interpolate(mesh, cold.triangle, at.x as f32, at.y as f32);
-        let fresh = albedo(stage.scene, material, corner.uv);
-        cold.normal.unfold().dot(corner.normal * side) >= NORMAL_COSINE
-            && cold.facet.unfold().dot(corner.facet * side) >= NORMAL_COSINE
+        let [u, v] = at.as_vec2().to_array();
+        let normal = lanes.normal([u, v].map(Lanes::splat)).lane(0);
+        let fresh = albedo(stage.scene, material, || uv_at(mesh, sample.triangle, [u, v]));
+        sample.material == number
+            && sample.normal.unfold().dot(normal * side) >= NORMAL_COSINE
+            && sample.facet.unfold().dot(lanes.facet().lane(0) * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= slack * kept.max_element().max(1.0)
             && seen < EDGE_ON_COSINE
     };
@@ -204,60 +220,80 @@ fn largest(offset: Vec3, point: Vec3) -> f64 {
     f64::from(offset.length().max(point.length()))
 }
 
-/// Whether the light that is kept is the light that the tags and lights give.
-fn check_light(stage: &Stage, tile: &Tile, cell: usize) -> Verdict {
-    let placed = Placed::of(stage, &tile.hot[cell], &tile.cold[cell]);
-    let (kept, fresh) = (from_half(tile.cold[cell].lit), sum_light(stage, tile, cell, &placed));
-    let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
-    Verdict::of((kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack)
+/// Whether the light that eight samples keep is the light that the tags and lights give.
+fn check_light(
+    stage: &Stage,
+    tile: &Tile,
+    first: usize,
+    placed: &Placed,
+    surfaces: u8,
+    raise: &mut impl FnMut(usize, Verdict),
+) {
+    let (kept, fresh) = (load_colors(&tile.lit, first), sum_light(stage, tile, first, placed));
+    for lane in set_bits(surfaces) {
+        let (kept, fresh) = (kept.lane(lane), fresh.lane(lane));
+        let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
+        let holds = (kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack;
+        raise(first + lane, Verdict::of(holds));
+    }
 }
 
 /// Whether the tags of one light say what fresh shadow rays say.
 fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMut(usize, Verdict)) {
-    let lights = stage.pose.lights.len();
+    let tags = &tile.tags[light * CELLS..][..CELLS];
     let mut queue = ShadowQueue::default();
-    for (cell, hot) in tile.hot.iter().enumerate().filter(|(_, hot)| hot.model < EMPTY) {
-        let placed = Placed::of(stage, hot, &tile.cold[cell]);
-        if !ask(stage, light, &placed, Vec3::ZERO, cell as u32, &mut queue) {
-            raise(cell, Verdict::of(!tile.tags[cell * lights + light].is_lit()));
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        if surfaces == 0 {
+            continue;
+        }
+        let placed = Placed::of(stage, tile, first);
+        let faces = ask(stage, light, &placed, surfaces, first as u32, &mut queue);
+        for lane in set_bits(surfaces & !faces) {
+            raise(first + lane, Verdict::of(!tags[first + lane].is_lit()));
         }
     }
     let mut doubtful = Vec::new();
     answer(stage, &mut queue, |cell, tag| {
-        if tag.is_lit() != tile.tags[cell as usize * lights + light].is_lit() {
+        if tag.is_lit() != tags[cell as usize].is_lit() {
             doubtful.push(cell as usize);
         }
     });
     for cell in doubtful {
-        let (hot, lit) = (&tile.hot[cell], tile.tags[cell * lights + light].is_lit());
-        let placed = Placed::of(stage, hot, &tile.cold[cell]);
-        let reach = reach(stage, hot);
-        queue.clear();
-        for aside in around(placed.facet) {
-            ask(stage, light, &placed, aside * reach, 0, &mut queue);
+        let lit = tags[cell].is_lit();
+        let (placed, lane) = (Placed::of(stage, tile, cell / LANES * LANES), cell % LANES);
+        let reach = reach(stage, &tile.sample(cell));
+        // the same surface eight times, displaced in eight directions
+        let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
+        let mut beside = Placed {
+            point: Lanes3::ZERO,
+            normal: Lanes3::splat(normal),
+            facet: Lanes3::splat(facet),
+        };
+        for (lane, aside) in around(facet).into_iter().enumerate() {
+            beside.point.set_lane(lane, point + aside * reach);
         }
+        queue.clear();
+        ask(stage, light, &beside, u8::MAX, 0, &mut queue);
         let mut grazes = false;
         answer(stage, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));
     }
 }
 
-/// Queues a shadow ray to `light` from `aside` of the sample; `false` where the surface is averted.
+/// Queues shadow rays to `light` from those of eight samples whose bit is set; says which of them face it.
 fn ask(
     stage: &Stage,
     light: usize,
     placed: &Placed,
-    aside: Vec3,
+    wanted: u8,
     owner: u32,
     queue: &mut ShadowQueue,
-) -> bool {
-    let arrival = arrival(&stage.pose.lights[light], placed.point + aside);
-    let faces = phong::faces(placed.normal, placed.facet, arrival.direction);
-    let reaches = faces && arrival.irradiance != Vec3::ZERO;
-    if reaches {
-        queue.push(placed.point + aside, placed.facet, &arrival, owner);
-    }
-    reaches
+) -> u8 {
+    let arrival = arrival(&stage.pose.lights[light], placed.point);
+    let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
+    queue.push(placed.point, placed.facet, &arrival, wanted & faces, owner);
+    faces
 }
 
 fn answer(stage: &Stage, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {

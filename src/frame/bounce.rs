@@ -6,12 +6,14 @@ use glam::Vec3;
 use super::enhance::Radiance;
 use super::light::ShadowQueue;
 use super::plan::ShadowCheck;
-use super::stage::{CellRays, Stage, Workbench};
+use super::stage::{CellRays, Stage, Workbench, set_bits};
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::shade::light::arrival;
 use crate::shade::optics::{Branches, branch};
+use crate::shade::surface::{Corners, albedo, uv_at};
 use crate::shade::{Surface, phong};
 use crate::stats::RayCounts;
-use crate::trace::Coherence;
+use crate::trace::{self, Coherence, HitPacket, NO_HIT};
 
 /// A ray whose share in the picture is below this in all three colours is not followed: half the step of
 /// an 8-bit picture at full brightness.
@@ -54,6 +56,8 @@ pub struct Bounces {
     next: Vec<Bounce>,
     met: Vec<Met>,
     queue: ShadowQueue,
+    /// Of `met`, a bit each: whether the light at hand reaches it.
+    is_lit: Vec<u8>,
 }
 
 impl Bounces {
@@ -101,47 +105,112 @@ fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
     }
     stage.tracer.closest(&bench.rays, Coherence::Incoherent, &mut bench.hits);
     bounces.met.clear();
-    for (ray, bounce) in bounces.now.iter().enumerate() {
-        match bench.hits.get(ray) {
-            None => add(&mut bench.radiance, bounce, stage.scene.background.radiance(bounce.direction)),
-            Some(hit) => {
-                let transform = stage.transform(hit.model);
-                let surface = Surface::at(stage.scene, transform, hit, bounce.direction);
-                bounces.met.push(Met { bounce: *bounce, surface, light: Vec3::ZERO });
-            }
+    for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
+        let (packet, from) = (&bench.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
+        let models = &packet.model[from..from + LANES];
+        for (bounce, _) in bounce.iter().zip(models).filter(|(_, model)| **model == NO_HIT) {
+            add(&mut bench.radiance, bounce, stage.scene.background.radiance(bounce.direction));
+        }
+        meet_surfaces(stage, packet, from, bounce, &mut bounces.met);
+    }
+}
+
+/// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
+fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
+    let is_hit = |lane: &usize| hits.model[from + lane] != NO_HIT;
+    let mesh = |lane: usize| &stage.scene.models[hits.model[from + lane] as usize].mesh;
+    let mut corners = Corners::NONE;
+    for lane in (0..bounces.len()).filter(is_hit) {
+        corners.set(lane, mesh(lane), hits.triangle[from + lane]);
+    }
+    let weights = [Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)];
+    let (point, normal, facet) = (corners.point(weights), corners.normal(weights), corners.facet());
+    for lane in (0..bounces.len()).filter(is_hit) {
+        let (transform, triangle) = (stage.transform(hits.model[from + lane]), hits.triangle[from + lane]);
+        let material = mesh(lane).material_of[triangle as usize];
+        let facet = transform.normal(facet.lane(lane));
+        let from_behind = facet.dot(bounces[lane].direction) > 0.0;
+        let side = if from_behind { -1.0 } else { 1.0 };
+        let uv = || uv_at(mesh(lane), triangle, weights.map(|weight| weight.0[lane]));
+        let surface = Surface {
+            point: transform.point(point.lane(lane)),
+            normal: transform.normal(normal.lane(lane)) * side,
+            facet: facet * side,
+            albedo: albedo(stage.scene, &stage.scene.materials[usize::from(material)], uv),
+            material,
+            from_behind,
+        };
+        met.push(Met { bounce: bounces[lane], surface, light: Vec3::ZERO });
+    }
+}
+
+/// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
+struct MetLanes {
+    point: Lanes3,
+    normal: Lanes3,
+    facet: Lanes3,
+    albedo: Lanes3,
+    view: Lanes3,
+    materials: [u16; LANES],
+    /// Lanes in use.
+    used: u8,
+}
+
+impl MetLanes {
+    fn of(met: &[Met]) -> Self {
+        let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
+        let each = |value: fn(&Met) -> Vec3| {
+            let mut all = Lanes3::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
+            all
+        };
+        Self {
+            point: each(|met| met.surface.point),
+            normal: each(|met| met.surface.normal),
+            facet: each(|met| met.surface.facet),
+            albedo: each(|met| met.surface.albedo),
+            view: each(|met| -met.bounce.direction),
+            materials: std::array::from_fn(|lane| at(lane).surface.material),
+            used: u8::MAX >> (LANES - met.len()),
         }
     }
 }
 
 /// Lights what was met, highlights included.
 fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
-    let material = |met: &Met| &stage.scene.materials[usize::from(met.surface.material)];
-    for met in &mut bounces.met {
-        met.light = phong::emitted_and_ambient(material(met), met.surface.albedo, stage.scene.ambient);
+    let Bounces { met, queue, is_lit, .. } = bounces;
+    for met in met.chunks_mut(LANES) {
+        let lanes = MetLanes::of(met);
+        let light = stage.palette.emitted_and_ambient(&lanes.materials, lanes.albedo);
+        met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
     }
     for light in &stage.pose.lights {
-        bounces.queue.clear();
-        for (owner, Met { surface, bounce, .. }) in bounces.met.iter().enumerate() {
-            let arrival = arrival(light, surface.point);
-            if phong::faces(surface.normal, surface.facet, arrival.direction)
-                && arrival.irradiance != Vec3::ZERO
-            {
-                bounces.queue.push(surface.point, surface.facet, &arrival, owner as u32);
-                bench.cell_rays[bounce.cell as usize].shadow += 1;
+        queue.clear();
+        for (number, eight) in met.chunks(LANES).enumerate() {
+            let lanes = MetLanes::of(eight);
+            let arrival = arrival(light, lanes.point);
+            let asked = phong::faces(lanes.normal, lanes.facet, &arrival).bits() & lanes.used;
+            queue.push(lanes.point, lanes.facet, &arrival, asked, (number * LANES) as u32);
+            for lane in set_bits(asked) {
+                bench.cell_rays.shadow[eight[lane].bounce.cell as usize] += 1;
             }
         }
-        bench.counts.shadow += bounces.queue.count();
-        let met = &mut bounces.met;
-        let order = ShadowCheck::StillThenMovable;
-        bounces.queue.answer(order, Coherence::Incoherent, stage.tracer, |owner, tag| {
-            if tag.is_lit() {
-                let met = &mut met[owner as usize];
-                let arrival = arrival(light, met.surface.point);
-                let view = -met.bounce.direction;
-                met.light += phong::diffuse(met.surface.albedo, met.surface.normal, &arrival)
-                    + phong::specular(material(met), met.surface.normal, view, &arrival);
-            }
+        bench.counts.shadow += queue.count();
+        is_lit.clear();
+        is_lit.resize(met.len().div_ceil(LANES), 0);
+        queue.answer(ShadowCheck::StillThenMovable, Coherence::Incoherent, stage.tracer, |owner, tag| {
+            is_lit[owner as usize / LANES] |= u8::from(tag.is_lit()) << (owner as usize % LANES);
         });
+        for (eight, lit) in met.chunks_mut(LANES).zip(is_lit.iter()).filter(|(_, lit)| **lit != 0) {
+            let lanes = MetLanes::of(eight);
+            let arrival = arrival(light, lanes.point);
+            let gloss = stage.palette.gloss(&lanes.materials);
+            let mut sum = phong::diffuse(lanes.albedo, lanes.normal, &arrival);
+            if gloss.is_any {
+                sum = sum + phong::specular(&gloss, lanes.normal, lanes.view, &arrival);
+            }
+            set_bits(*lit).for_each(|lane| eight[lane].light += sum.lane(lane));
+        }
     }
 }
 
@@ -175,18 +244,20 @@ fn grow(
     }
 }
 
-fn count(bounce: &Bounce, counts: &mut RayCounts, cells: &mut [CellRays]) {
-    cells[bounce.cell as usize].secondary += 1;
+fn count(bounce: &Bounce, counts: &mut RayCounts, cells: &mut CellRays) {
+    cells.secondary[bounce.cell as usize] += 1;
     match bounce.kind {
         Kind::Reflection => counts.reflection += 1,
         Kind::Refraction => counts.refraction += 1,
     }
 }
 
-fn add(radiance: &mut [Radiance], bounce: &Bounce, light: Vec3) {
-    let cell = &mut radiance[bounce.cell as usize];
-    match bounce.layer {
-        Kind::Reflection => cell.reflection += bounce.weight * light,
-        Kind::Refraction => cell.refraction += bounce.weight * light,
+fn add(radiance: &mut Radiance, bounce: &Bounce, light: Vec3) {
+    let layer = match bounce.layer {
+        Kind::Reflection => &mut radiance.reflection,
+        Kind::Refraction => &mut radiance.refraction,
+    };
+    for (column, light) in layer.iter_mut().zip((bounce.weight * light).to_array()) {
+        column[bounce.cell as usize] += light;
     }
 }

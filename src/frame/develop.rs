@@ -1,185 +1,173 @@
 //! From the sums of tiles to the planes of a finished frame.
 //!
-//! Rows of pixels are written as soon as all tiles that reach them are summed, so that the sums are still in
+//! Rows of pixels are written as soon as all tiles that reach them are summed, while the sums are still in
 //! the cache. Each pixel's sums are added in the order of the tiles.
 
-use glam::Vec4;
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::filter::{Counts, Data, NO_DATA, Sums, TileFilm};
-use super::view::View;
+use super::filter::{TileFilm, data, halo, sums};
+use super::grid::Grid;
 use crate::film::{Film, Plane, PlaneKind};
-
-/// The contract's planes: name, kind, and where the value comes from.
-const CHANNELS: [(&str, PlaneKind, Source); 37] = {
-    use PlaneKind::{Float, Half};
-    use Source::{Filtered, Nearest, Rays, Share};
-    [
-        ("R", Half, Filtered(0, 0)),
-        ("G", Half, Filtered(0, 1)),
-        ("B", Half, Filtered(0, 2)),
-        ("A", Half, Filtered(0, 3)),
-        ("diffuse.R", Half, Filtered(1, 0)),
-        ("diffuse.G", Half, Filtered(1, 1)),
-        ("diffuse.B", Half, Filtered(1, 2)),
-        ("specular.R", Half, Filtered(3, 0)),
-        ("specular.G", Half, Filtered(3, 1)),
-        ("specular.B", Half, Filtered(3, 2)),
-        ("reflection.R", Half, Filtered(4, 0)),
-        ("reflection.G", Half, Filtered(4, 1)),
-        ("reflection.B", Half, Filtered(4, 2)),
-        ("refraction.R", Half, Filtered(5, 0)),
-        ("refraction.G", Half, Filtered(5, 1)),
-        ("refraction.B", Half, Filtered(5, 2)),
-        ("albedo.R", Half, Filtered(2, 0)),
-        ("albedo.G", Half, Filtered(2, 1)),
-        ("albedo.B", Half, Filtered(2, 2)),
-        ("Z", Float, Nearest(0)),
-        ("P.X", Float, Nearest(1)),
-        ("P.Y", Float, Nearest(2)),
-        ("P.Z", Float, Nearest(3)),
-        ("N.X", Half, Nearest(4)),
-        ("N.Y", Half, Nearest(5)),
-        ("N.Z", Half, Nearest(6)),
-        ("id.object", Float, Nearest(7)),
-        ("status.age", Half, Nearest(8)),
-        ("status.base", Half, Share(0)),
-        ("status.good", Half, Share(1)),
-        ("status.overlapped", Half, Share(2)),
-        ("status.missed", Half, Share(3)),
-        ("status.obscured", Half, Share(4)),
-        ("rays.primary", Half, Rays(5)),
-        ("rays.verification", Half, Rays(6)),
-        ("rays.shadow", Half, Rays(7)),
-        ("rays.secondary", Half, Rays(8)),
-    ]
-};
+use crate::settings::Filter;
 
 /// Where a plane's value comes from.
 #[derive(Debug, Clone, Copy)]
 enum Source {
-    /// The sum in this row and place, over the sum of weights.
-    Filtered(usize, usize),
-    /// This value of the sample nearest to the centre.
-    Nearest(usize),
-    /// This count, over the pixel's samples.
-    Share(usize),
-    /// This count.
-    Rays(usize),
+    /// These sums together, over the sum of weights.
+    Filtered(&'static [usize]),
+    /// This datum.
+    Data(usize),
 }
 
+/// The contract's planes: name, kind, and where the value comes from.
+const CHANNELS: [(&str, PlaneKind, Source); 37] = {
+    use PlaneKind::{Float, Half};
+    use Source::{Data, Filtered};
+    use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
+    use sums::{ALBEDO, ALPHA, DIFFUSE, REFLECTION, REFRACTION, SPECULAR};
+    [
+        ("R", Half, Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
+        ("G", Half, Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
+        ("B", Half, Filtered(&[DIFFUSE + 2, SPECULAR + 2, REFLECTION + 2, REFRACTION + 2])),
+        ("A", Half, Filtered(&[ALPHA])),
+        ("diffuse.R", Half, Filtered(&[DIFFUSE])),
+        ("diffuse.G", Half, Filtered(&[DIFFUSE + 1])),
+        ("diffuse.B", Half, Filtered(&[DIFFUSE + 2])),
+        ("specular.R", Half, Filtered(&[SPECULAR])),
+        ("specular.G", Half, Filtered(&[SPECULAR + 1])),
+        ("specular.B", Half, Filtered(&[SPECULAR + 2])),
+        ("reflection.R", Half, Filtered(&[REFLECTION])),
+        ("reflection.G", Half, Filtered(&[REFLECTION + 1])),
+        ("reflection.B", Half, Filtered(&[REFLECTION + 2])),
+        ("refraction.R", Half, Filtered(&[REFRACTION])),
+        ("refraction.G", Half, Filtered(&[REFRACTION + 1])),
+        ("refraction.B", Half, Filtered(&[REFRACTION + 2])),
+        ("albedo.R", Half, Filtered(&[ALBEDO])),
+        ("albedo.G", Half, Filtered(&[ALBEDO + 1])),
+        ("albedo.B", Half, Filtered(&[ALBEDO + 2])),
+        ("Z", Float, Data(Z)),
+        ("P.X", Float, Data(POSITION)),
+        ("P.Y", Float, Data(POSITION + 1)),
+        ("P.Z", Float, Data(POSITION + 2)),
+        ("N.X", Half, Data(NORMAL)),
+        ("N.Y", Half, Data(NORMAL + 1)),
+        ("N.Z", Half, Data(NORMAL + 2)),
+        ("id.object", Float, Data(ID)),
+        ("status.age", Half, Data(AGE)),
+        ("status.base", Half, Data(STATUS)),
+        ("status.good", Half, Data(STATUS + 1)),
+        ("status.overlapped", Half, Data(STATUS + 2)),
+        ("status.missed", Half, Data(STATUS + 3)),
+        ("status.obscured", Half, Data(STATUS + 4)),
+        ("rays.primary", Half, Data(RAYS)),
+        ("rays.verification", Half, Data(RAYS + 1)),
+        ("rays.shadow", Half, Data(RAYS + 2)),
+        ("rays.secondary", Half, Data(RAYS + 3)),
+    ]
+};
+
 /// An undeveloped frame, written over `used` where that is of the same size.
-pub fn blank(view: &View, used: Option<Film>) -> Film {
-    let (width, height) = (view.cells_x / view.samples, view.cells_y / view.samples);
+pub fn blank(grid: &Grid, used: Option<Film>) -> Film {
+    let (width, height) = (grid.width, grid.height);
     if let Some(film) = used.filter(|film| (film.width, film.height) == (width, height)) {
         return film;
     }
-    let data = vec![0.0; (width * height) as usize];
-    let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: data.clone() });
+    let plane = || vec![0.0; width as usize * height as usize];
+    let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: plane() });
     Film { width, height, planes: planes.collect() }
 }
 
-/// Writes the rows of a film from top to bottom.
-pub struct Developer<'f> {
-    /// For each row that is not written yet, its part of each plane.
-    rows: std::vec::IntoIter<Vec<&'f mut [f32]>>,
-    width: usize,
-    next: i32,
+/// Writes the rows of a film from top to bottom, band by band of tiles.
+#[derive(Debug)]
+pub struct Developer {
+    filter: Filter,
+    /// Samples of a pixel.
+    samples: usize,
+    /// The first row of filtered planes that is not written yet.
+    next: u32,
 }
 
-impl<'f> Developer<'f> {
-    /// Begins with the top row of `film`, which is [blank](blank).
-    pub fn new(film: &'f mut Film) -> Self {
-        let (width, height) = (film.width as usize, film.height as usize);
-        let mut rows: Vec<Vec<&mut [f32]>> = Vec::with_capacity(height);
-        rows.resize_with(height, || Vec::with_capacity(CHANNELS.len()));
-        for plane in &mut film.planes {
-            for (row, part) in rows.iter_mut().zip(plane.data.chunks_mut(width)) {
-                row.push(part);
-            }
-        }
-        Self { rows: rows.into_iter(), width, next: 0 }
+impl Developer {
+    /// Begins with the top row.
+    pub fn new(grid: &Grid, filter: Filter) -> Self {
+        Self { filter, samples: grid.samples_of_pixel(), next: 0 }
     }
 
-    /// Writes the rows above row `end`. `bands` hold all tiles that reach these rows, in their order.
-    pub fn develop_until(&mut self, end: i32, bands: [&[TileFilm]; 2]) {
-        let first = self.next;
-        self.next = end.max(first);
-        let rows: Vec<_> = self.rows.by_ref().take((self.next - first) as usize).collect();
-        let width = self.width;
-        rows.into_par_iter().enumerate().with_min_len(4).for_each_init(
-            || Row::new(width),
-            |row, (i, planes)| {
-                row.add_up(bands, first + i as i32);
-                row.write(planes);
-            },
-        );
-    }
-}
-
-/// One row of pixels while it is added up.
-struct Row {
-    sums: Vec<Sums>,
-    data: Vec<Data>,
-    counts: Vec<Counts>,
-}
-
-impl Row {
-    fn new(width: usize) -> Self {
-        Self { sums: vec![[Vec4::ZERO; 6]; width], data: vec![NO_DATA; width], counts: vec![[0; 9]; width] }
-    }
-
-    /// Adds up what the tiles have for row `y`, in the tiles' order.
-    fn add_up(&mut self, bands: [&[TileFilm]; 2], y: i32) {
-        self.sums.fill([Vec4::ZERO; 6]);
-        self.data.fill(NO_DATA);
-        self.counts.fill([0; 9]);
-        for tile in bands.into_iter().flatten() {
-            self.add_tile(tile, y);
-        }
-    }
-
-    fn add_tile(&mut self, tile: &TileFilm, y: i32) {
-        let Some((first, indices)) = tile.row(y) else { return };
-        for (x, index) in (first..).zip(indices) {
-            let Some(x) = usize::try_from(x).ok().filter(|x| *x < self.sums.len()) else { continue };
-            for (sum, more) in self.sums[x].iter_mut().zip(&tile.sums[index]) {
-                *sum += *more;
-            }
-            if tile.data[index].distance < self.data[x].distance {
-                self.data[x] = tile.data[index];
-            }
-            for (sum, count) in self.counts[x].iter_mut().zip(&tile.counts[index]) {
-                *sum += count;
-            }
-        }
-    }
-
-    /// Writes the row into the row of each plane.
-    fn write(&mut self, planes: Vec<&mut [f32]>) {
-        for sums in &mut self.sums {
-            let scale = sums[1].w.recip();
-            // the Mitchell filter's negative lobes must make neither negative light nor more than all cover
-            *sums = sums.map(|sum| (sum * scale).max(Vec4::ZERO));
-            sums[0].w = sums[0].w.min(1.0);
-        }
-        for ((_, _, source), plane) in CHANNELS.iter().zip(planes) {
-            match *source {
-                Source::Filtered(row, place) => {
-                    fill(plane, &self.sums, |sums| sums[row].to_array()[place]);
+    /// Writes into `film` what the tiles of band `now` complete; `before` is the band above it, and the
+    /// tiles of the next band begin with row `end` (the picture's height, if there is none).
+    pub fn develop(&mut self, film: &mut Film, before: &[TileFilm], now: &[TileFilm], end: u32) {
+        let (width, height) = (film.width as usize, film.height);
+        let reached = if end < height { end - halo(self.filter) } else { height };
+        let rows = self.next..reached.max(self.next);
+        self.next = rows.end;
+        let scales = Scales::of(self, [before, now], rows.clone(), width);
+        film.planes.par_iter_mut().zip(CHANNELS).for_each(|(plane, (name, _, source))| match source {
+            Source::Data(number) => write_data(number, now, &mut plane.data, width),
+            Source::Filtered(planes) => {
+                let out = &mut plane.data[rows.start as usize * width..rows.end as usize * width];
+                out.fill(0.0);
+                for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
+                    add_up(planes, [before, now], y, out);
                 }
-                Source::Nearest(i) => fill(plane, &self.data, |data| data.values[i]),
-                Source::Rays(i) => fill(plane, &self.counts, |counts| counts[i] as f32),
-                Source::Share(i) => fill(plane, &self.counts, |counts| {
-                    counts[i] as f32 / counts[..5].iter().sum::<u32>() as f32
-                }),
+                scales.apply(out, if name == "A" { 1.0 } else { f32::INFINITY });
+            }
+        });
+    }
+}
+
+/// One over the sum of the weights.
+enum Scales {
+    /// Of every pixel.
+    All(f32),
+    /// Of each pixel of some rows.
+    Each(Vec<f32>),
+}
+
+impl Scales {
+    fn of(developer: &Developer, bands: [&[TileFilm]; 2], rows: Range<u32>, width: usize) -> Self {
+        if developer.filter == Filter::Box {
+            return Self::All((developer.samples as f32).recip());
+        }
+        let mut weights = vec![0.0; rows.len() * width];
+        weights.par_chunks_mut(width).zip(rows.into_par_iter()).for_each(|(out, y)| {
+            add_up(&[sums::WEIGHT], bands, y, out);
+            out.iter_mut().for_each(|weight| *weight = weight.recip());
+        });
+        Self::Each(weights)
+    }
+
+    /// Scales sums. The Mitchell filter's negative lobes must make neither negative light nor more than all
+    /// cover.
+    fn apply(&self, sums: &mut [f32], most: f32) {
+        match self {
+            Self::All(scale) => sums.iter_mut().for_each(|sum| *sum *= scale),
+            Self::Each(scales) => {
+                for (sum, scale) in sums.iter_mut().zip(scales) {
+                    *sum = (*sum * scale).max(0.0).min(most);
+                }
             }
         }
     }
 }
 
-fn fill<T>(plane: &mut [f32], pixels: &[T], value: impl Fn(&T) -> f32) {
-    for (out, pixel) in plane.iter_mut().zip(pixels) {
-        *out = value(pixel);
+/// Adds to row `y` of the picture what the tiles have for it in `planes`, in the tiles' order.
+fn add_up(planes: &[usize], bands: [&[TileFilm]; 2], y: u32, out: &mut [f32]) {
+    for tile in bands.into_iter().flatten() {
+        for plane in planes {
+            let Some((first, sums)) = tile.sums_in_row(*plane, y, out.len()) else { continue };
+            for (out, sum) in out[first..].iter_mut().zip(sums) {
+                *out += sum;
+            }
+        }
+    }
+}
+
+fn write_data(number: usize, tiles: &[TileFilm], out: &mut [f32], width: usize) {
+    for tile in tiles {
+        for (y, first, values) in tile.data_rows(number) {
+            out[y * width + first..][..values.len()].copy_from_slice(values);
+        }
     }
 }

@@ -1,82 +1,173 @@
 //! Enhancement: what depends on the eye is made anew for every sample, reused or not (the paper's
 //! "Enhancement Phase"): highlights, reflections, refractions.
 
-use glam::Vec3;
-
 use super::bounce;
+use super::light::lit_mask;
 use super::placed::Placed;
-use super::stage::{Stage, Workbench};
-use crate::samples::{BACKGROUND, CELLS, Cold, EMPTY, Hot, Tag, Tile, from_half};
-use crate::scene::Material;
+use super::stage::{Stage, Workbench, set_bits, surface_bits};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, load_color, load_colors};
 use crate::shade::light::arrival;
 use crate::shade::optics::branch;
+use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
 
-/// What a cell shows, by layer of the picture. Linear RGB; their sum is the picture.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Light beyond this is cut, so that no sum of samples is infinite. Half floats end at 65504.
+const MOST_LIGHT: f32 = 1e30;
+
+/// Three columns of a colour. Linear RGB.
+pub type Light = [Column<f32>; 3];
+
+/// What the cells of a tile show, by layer of the picture; their sum is the picture.
+#[derive(Debug)]
 pub struct Radiance {
     /// Emission, ambient and diffuse light; the background.
-    pub diffuse: Vec3,
-    /// Highlights.
-    pub specular: Vec3,
-    /// In mirrors, and off glass.
-    pub reflection: Vec3,
-    /// Through glass.
-    pub refraction: Vec3,
+    pub diffuse: Light,
+    /// Highlights. Means nothing where `has_specular` is not set.
+    pub specular: Light,
+    /// In mirrors, and off glass. Means nothing where `has_secondary` is not set.
+    pub reflection: Light,
+    /// Through glass. Means nothing where `has_secondary` is not set.
+    pub refraction: Light,
+    /// Whether any cell has a highlight.
+    pub has_specular: bool,
+    /// Whether any ray goes on from the tile.
+    pub has_secondary: bool,
+}
+
+impl Default for Radiance {
+    fn default() -> Self {
+        let dark = [[0.0; CELLS]; 3];
+        Self {
+            diffuse: dark,
+            specular: dark,
+            reflection: dark,
+            refraction: dark,
+            has_specular: false,
+            has_secondary: false,
+        }
+    }
+}
+
+impl Radiance {
+    fn begin_tile(&mut self) {
+        (self.has_specular, self.has_secondary) = (false, false);
+    }
+
+    /// Makes the layer of highlights ready to be written.
+    fn open_specular(&mut self) {
+        if !self.has_specular {
+            self.has_specular = true;
+            self.specular = [[0.0; CELLS]; 3];
+        }
+    }
+
+    /// Makes the layers that rays beyond the first surface write ready.
+    fn open_secondary(&mut self) {
+        if !self.has_secondary {
+            self.has_secondary = true;
+            (self.reflection, self.refraction) = ([[0.0; CELLS]; 3], [[0.0; CELLS]; 3]);
+        }
+    }
+
+    /// Light is neither negative nor infinite.
+    fn cut_secondary(&mut self) {
+        for value in self.reflection.iter_mut().chain(&mut self.refraction).flatten() {
+            *value = value.clamp(0.0, MOST_LIGHT);
+        }
+    }
+}
+
+fn cut(light: Lanes3) -> Lanes3 {
+    let cut = |light: Lanes| light.max(Lanes::ZERO).min(Lanes::splat(MOST_LIGHT));
+    Lanes3 { x: cut(light.x), y: cut(light.y), z: cut(light.z) }
 }
 
 /// Writes what each cell of `tile` shows into the bench's `radiance`. The tags must be up to date.
 pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
-    bench.radiance.clear();
-    bench.radiance.resize(CELLS, Radiance::default());
-    let lights = stage.pose.lights.len();
-    for (cell, (hot, cold)) in tile.hot.iter().zip(&tile.cold).enumerate() {
-        bench.radiance[cell].diffuse = match hot.model {
-            EMPTY => continue,
-            BACKGROUND => stage.scene.background.radiance(hot.point.normalize()),
-            _ => from_half(cold.lit),
-        };
-        if hot.model == BACKGROUND {
-            continue;
+    bench.radiance.begin_tile();
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let surfaces = surface_bits(models);
+        let lit = Mask::of(|lane| models[lane] < EMPTY).select3(load_colors(&tile.lit, first), Lanes3::ZERO);
+        let [r, g, b] = &mut bench.radiance.diffuse;
+        cut(lit).store([r, g, b], first);
+        if surfaces != u8::MAX {
+            show_background(stage, tile, first, &mut bench.radiance.diffuse);
         }
-        let material = stage.material(hot, cold);
-        if material.specular == Vec3::ZERO && !material.has_secondary_rays() {
-            continue;
-        }
-        let placed = bench.placed.get(stage, tile, cell);
-        let incoming = (placed.point - stage.view.camera.eye).normalize();
-        bench.radiance[cell].specular =
-            highlights(stage, material, &placed, incoming, &tile.tags[cell * lights..][..lights]);
-        if material.has_secondary_rays() {
-            let surface = surface_of(stage, hot, cold, &placed);
-            let branches = branch(material.optics, &surface, incoming);
-            bench.bounces.start(cell as u32, &surface, branches);
+        if surfaces != 0 {
+            let gloss = stage.palette.gloss(&tile.material[first..first + LANES]);
+            let goes_on = gloss.goes_on.bits() & surfaces;
+            if gloss.is_any || goes_on != 0 {
+                enhance_lanes(stage, tile, first, &gloss, goes_on, bench);
+            }
         }
     }
     bounce::follow(stage, bench);
+    if bench.radiance.has_secondary {
+        bench.radiance.cut_secondary();
+    }
 }
 
-/// The highlights of all lights that reach the sample.
-fn highlights(stage: &Stage, material: &Material, placed: &Placed, incoming: Vec3, tags: &[Tag]) -> Vec3 {
-    if material.specular == Vec3::ZERO {
-        return Vec3::ZERO;
+fn show_background(stage: &Stage, tile: &Tile, first: usize, [r, g, b]: &mut Light) {
+    for cell in (first..first + LANES).filter(|cell| tile.model[*cell] == BACKGROUND) {
+        [r[cell], g[cell], b[cell]] =
+            stage.scene.background.radiance(tile.point(cell).normalize()).to_array();
     }
-    let mut sum = Vec3::ZERO;
-    for (light, _) in stage.pose.lights.iter().zip(tags).filter(|(_, tag)| tag.is_lit()) {
-        let arrival = arrival(light, placed.point);
-        sum += phong::specular(material, placed.normal, -incoming, &arrival);
+}
+
+/// Highlights of eight samples, and the rays that go on from those whose bit is set in `goes_on`.
+fn enhance_lanes(
+    stage: &Stage,
+    tile: &Tile,
+    first: usize,
+    gloss: &Gloss,
+    goes_on: u8,
+    bench: &mut Workbench,
+) {
+    let placed = bench.placed.get(stage, tile, first);
+    let incoming = (placed.point - Lanes3::splat(stage.view.camera.eye)).normalize();
+    if gloss.is_any {
+        let light = highlights(stage, tile, first, gloss, &placed, incoming);
+        bench.radiance.open_specular();
+        let [r, g, b] = &mut bench.radiance.specular;
+        cut(light).store([r, g, b], first);
+    }
+    for lane in set_bits(goes_on) {
+        bench.radiance.open_secondary();
+        let cell = first + lane;
+        let surface = Surface {
+            point: placed.point.lane(lane),
+            normal: placed.normal.lane(lane),
+            facet: placed.facet.lane(lane),
+            albedo: load_color(&tile.albedo, cell),
+            material: tile.material[cell],
+            from_behind: tile.from_behind[cell],
+        };
+        let optics = stage.scene.materials[usize::from(surface.material)].optics;
+        bench.bounces.start(cell as u32, &surface, branch(optics, &surface, incoming.lane(lane)));
+    }
+}
+
+/// The highlights of all lights that reach the samples.
+fn highlights(
+    stage: &Stage,
+    tile: &Tile,
+    first: usize,
+    gloss: &Gloss,
+    placed: &Placed,
+    incoming: Lanes3,
+) -> Lanes3 {
+    let models = &tile.model[first..first + LANES];
+    let is_surface = Mask::of(|lane| models[lane] < EMPTY);
+    let mut sum = Lanes3::ZERO;
+    for (light, tags) in stage.pose.lights.iter().zip(tile.tags.chunks_exact(CELLS)) {
+        let lit = lit_mask(&tags[first..first + LANES]) & is_surface;
+        if lit.any() {
+            let arrival = arrival(light, placed.point);
+            let highlight = phong::specular(gloss, placed.normal, -incoming, &arrival);
+            sum = sum + lit.select3(highlight, Lanes3::ZERO);
+        }
     }
     sum
-}
-
-fn surface_of(stage: &Stage, hot: &Hot, cold: &Cold, placed: &Placed) -> Surface {
-    let mesh = &stage.scene.models[hot.model as usize].mesh;
-    Surface {
-        point: placed.point,
-        normal: placed.normal,
-        facet: placed.facet,
-        albedo: from_half(cold.albedo),
-        material: mesh.material_of[cold.triangle as usize],
-        from_behind: cold.from_behind,
-    }
 }

@@ -1,97 +1,145 @@
 //! Filtering: samples to pixels (the paper's "Filtering").
 //!
-//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`](super::develop) then adds
-//! the tiles up in their order, so that the picture does not depend on who was done first.
+//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`](super::develop) then puts
+//! the tiles together in their order, so that the picture does not depend on who was done first.
 //!
 //! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
 //! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
-use glam::{Vec3, Vec4};
+use std::ops::Range;
 
-use super::enhance::Radiance;
-use super::stage::{CellRays, Stage, Workbench};
-use super::view::{View, cell_place};
-use crate::samples::{BACKGROUND, EMPTY, Status, TILE, Tile, from_half};
+use super::enhance::Light;
+use super::grid::Grid;
+use super::stage::{Stage, Workbench};
+use super::trace_missed::is_traced;
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, Tile, load_colors};
 use crate::settings::Filter;
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
 
-/// A pixel's sums, in rows of four floats that are added in one step.
-///
-/// Rows 0 to 2: picture and alpha; diffuse light and the sum of the weights; albedo. Rows 3 to 5: highlight,
-/// reflection, refraction, which most samples do not have.
-pub type Sums = [Vec4; 6];
-
-/// Rows of [`Sums`] that every sample has.
-const ALWAYS: usize = 3;
-
-/// What a pixel shows of its sample nearest to the centre.
-#[derive(Debug, Clone, Copy)]
-pub struct Data {
-    /// From the pixel's centre: squared, [`NEARNESS`] steps a pixel.
-    pub distance: f32,
-    /// Of the sample, in its tile.
-    cell: u32,
-    /// Z, P, N, id, age.
-    pub values: [f32; 9],
-}
-
-/// Steps in which the distance from a pixel's centre is told.
+/// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
 const NEARNESS: f32 = 1024.0;
 
-/// Light beyond this is cut, so that no sum of samples is infinite. Half floats end at 65504.
-const MOST_LIGHT: f32 = 1e30;
+/// The planes of sums: numbers of those that begin a group.
+pub mod sums {
+    /// Of the weights.
+    pub const WEIGHT: usize = 0;
+    /// Of samples that show a surface.
+    pub const ALPHA: usize = 1;
+    /// Three colours each, from here on.
+    pub const DIFFUSE: usize = 2;
+    /// Diffuse reflectance.
+    pub const ALBEDO: usize = 5;
+    /// Highlights.
+    pub const SPECULAR: usize = 8;
+    /// In mirrors and off glass.
+    pub const REFLECTION: usize = 11;
+    /// Through glass.
+    pub const REFRACTION: usize = 14;
+    /// All of them.
+    pub const COUNT: usize = 17;
+}
 
-/// No sample.
-pub const NO_DATA: Data = Data { distance: f32::INFINITY, cell: 0, values: [0.0; 9] };
+/// The planes of data: numbers of those that begin a group.
+pub mod data {
+    /// Distance along the view axis.
+    pub const Z: usize = 0;
+    /// World space.
+    pub const POSITION: usize = 1;
+    /// World space.
+    pub const NORMAL: usize = 4;
+    /// Model's number, from 1 on.
+    pub const ID: usize = 7;
+    /// Frames since the sample was traced.
+    pub const AGE: usize = 8;
+    /// Share of the samples that are base, good, overlapped, missed, obscured.
+    pub const STATUS: usize = 9;
+    /// Rays: primary, verification, shadow, secondary.
+    pub const RAYS: usize = 14;
+    /// All of them.
+    pub const COUNT: usize = 18;
+}
 
-/// Samples by status (base, good, overlapped, missed, obscured), and rays by kind.
-pub type Counts = [u32; 9];
-
-/// The pixels that one tile's samples reach. Keeps its memory from frame to frame.
+/// The pixels that one tile's samples reach, plane by plane. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
 pub struct TileFilm {
-    /// Of the first pixel; left of and above the picture for the halo of tiles at its rim.
-    corner: [i32; 2],
-    size: [usize; 2],
-    /// One a pixel, in rows.
-    pub sums: Vec<Sums>,
-    /// One a pixel, in rows.
-    pub data: Vec<Data>,
-    /// One a pixel, in rows.
-    pub counts: Vec<Counts>,
+    /// Columns and rows of the tile's own pixels in the picture.
+    pixels: [Range<u32>; 2],
+    /// Pixels from one row of `data` to the next.
+    stride: usize,
+    /// Pixels around the tile that its samples reach.
+    halo: usize,
+    /// [`sums::COUNT`] planes of the tile's own pixels and the halo around them.
+    sums: Vec<f32>,
+    /// [`data::COUNT`] planes of the tile's own pixels.
+    data: Vec<f32>,
+    /// Which planes of `sums` are not zero throughout.
+    is_some: [bool; sums::COUNT],
 }
 
 impl TileFilm {
-    fn begin(&mut self, view: &View, number: usize, filter: Filter) {
-        let (cells, halo) = (view.tile_corner(number), radius(filter).ceil() as i32);
-        let edge = |cell: u32| (cell / view.samples) as i32;
-        let last = |cell: u32, of: u32| (cell + TILE as u32).min(of).div_ceil(view.samples) as i32;
-        let first = cells.map(|cell| edge(cell) - halo);
-        let end = [last(cells[0], view.cells_x) + halo, last(cells[1], view.cells_y) + halo];
-        self.corner = first;
-        self.size = [(end[0] - first[0]) as usize, (end[1] - first[1]) as usize];
-        let pixels = self.size[0] * self.size[1];
-        refill(&mut self.sums, pixels, [Vec4::ZERO; 6]);
-        refill(&mut self.data, pixels, NO_DATA);
-        refill(&mut self.counts, pixels, [0; 9]);
+    fn begin(&mut self, grid: &Grid, number: usize, filter: Filter) {
+        self.pixels = grid.pixels(number);
+        self.stride = grid.tile_pixels as usize;
+        self.halo = halo(filter) as usize;
+        self.sums.resize(sums::COUNT * self.edge().pow(2), 0.0);
+        self.data.resize(data::COUNT * self.stride.pow(2), 0.0);
     }
 
-    fn at(&self, x: i32, y: i32) -> usize {
-        (y - self.corner[1]) as usize * self.size[0] + (x - self.corner[0]) as usize
+    /// Pixels along an edge of a plane of sums.
+    fn edge(&self) -> usize {
+        self.stride + 2 * self.halo
     }
 
-    /// The part of row `y` of the picture that this tile reaches: first column and indices.
-    pub fn row(&self, y: i32) -> Option<(i32, std::ops::Range<usize>)> {
-        let row = usize::try_from(y - self.corner[1]).ok().filter(|row| *row < self.size[1])?;
-        Some((self.corner[0], row * self.size[0]..(row + 1) * self.size[0]))
+    /// The part of row `y` of plane `plane` of the sums that is in the picture, `width` pixels wide: its
+    /// first column and its values. `None` where the tile does not reach the row, or has nothing but zeros.
+    pub fn sums_in_row(&self, plane: usize, y: u32, width: usize) -> Option<(usize, &[f32])> {
+        let row = (y as usize + self.halo).checked_sub(self.pixels[1].start as usize)?;
+        if !self.is_some[plane] || row >= self.edge() {
+            return None;
+        }
+        let left = self.pixels[0].start as usize;
+        let (first, beyond) = (left.saturating_sub(self.halo), self.halo.saturating_sub(left));
+        let start = (plane * self.edge() + row) * self.edge();
+        let values = &self.sums[start + beyond..start + self.edge()];
+        Some((first, &values[..values.len().min(width - first)]))
+    }
+
+    /// The rows of plane `plane` of the data: for each its number, its first column and its values.
+    pub fn data_rows(&self, plane: usize) -> impl Iterator<Item = (usize, usize, &[f32])> {
+        let [columns, rows] = self.pixels.clone();
+        let values = &self.data[plane * self.stride.pow(2)..];
+        rows.zip(values.chunks(self.stride))
+            .map(move |(y, row)| (y as usize, columns.start as usize, &row[..columns.len()]))
+    }
+
+    fn plane(&mut self, plane: usize) -> &mut [f32] {
+        let size = self.edge().pow(2);
+        &mut self.sums[plane * size..][..size]
     }
 }
 
-fn refill<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
-    list.clear();
-    list.resize(len, value);
+/// A worker's memory for this phase.
+#[derive(Debug)]
+pub struct Filtering {
+    /// One where a surface is seen, zero elsewhere.
+    alpha: Column<f32>,
+    /// Zero for the background.
+    albedo: Light,
+    /// In cells, from the tile's corner.
+    x: Column<f32>,
+    y: Column<f32>,
+    /// For each pixel the cell whose sample is nearest to its centre.
+    nearest: Vec<u16>,
+}
+
+impl Default for Filtering {
+    fn default() -> Self {
+        let none = [0.0; CELLS];
+        Self { alpha: none, albedo: [none; 3], x: none, y: none, nearest: Vec::new() }
+    }
 }
 
 /// Sums the samples of tile number `number` into `film`.
@@ -103,99 +151,174 @@ pub fn filter(
     kernel: Filter,
     film: &mut TileFilm,
 ) {
-    film.begin(stage.view, number, kernel);
-    let corner = stage.view.tile_corner(number);
-    let scale = (stage.view.samples as f32).recip();
-    for (cell, (hot, cold)) in tile.hot.iter().zip(&tile.cold).enumerate() {
-        if hot.model == EMPTY {
-            continue;
-        }
-        let place = cell_place(cell);
-        let place = [corner[0] + place[0], corner[1] + place[1]];
-        // a sample's own cell holds it; rounding on the way back may say the next one
-        let seen = stage.view.project(stage.offset(hot));
-        let inside = |at: f32, cell: u32| at.clamp(cell as f32, (cell + 1) as f32) * scale;
-        let (x, y) = seen.map_or((f32::MAX, f32::MAX), |seen| (seen.x, seen.y));
-        let at = [inside(x, place[0]), inside(y, place[1])];
-        let pixel = [(place[0] / stage.view.samples) as i32, (place[1] / stage.view.samples) as i32];
-        let index = film.at(pixel[0], pixel[1]);
-
-        let (values, rows) = channels(&bench.radiance[cell], hot.model != BACKGROUND, from_half(cold.albedo));
-        match kernel {
-            Filter::Box => add(&mut film.sums[index], &values, rows, 1.0),
-            Filter::Mitchell => splat(film, at, &values, rows),
-        }
-        count(&mut film.counts[index], cold.status, bench.cell_rays[cell]);
-        let aside = |axis: usize| at[axis] - pixel[axis] as f32 - 0.5;
-        // in steps: of samples that are equally near but for rounding the first is shown
-        let distance = ((aside(0).powi(2) + aside(1).powi(2)) * NEARNESS).round();
-        if distance < film.data[index].distance {
-            let depth = seen.map_or(BACKGROUND_Z, |seen| seen.depth);
-            let mut values = NO_DATA.values;
-            values[0] = depth;
-            film.data[index] = Data { distance, cell: cell as u32, values };
-        }
+    let grid = &*stage.view.grid;
+    film.begin(grid, number, kernel);
+    let mut filtering = std::mem::take(&mut bench.filtering);
+    prepare(tile, &mut filtering);
+    if grid.samples > 1 || kernel != Filter::Box {
+        locate(stage, number, tile, &mut filtering);
     }
-    for shown in film.data.iter_mut().filter(|shown| shown.distance < f32::INFINITY) {
-        shown.values = data(stage, tile, shown.cell as usize, shown.values[0], bench);
+    choose_nearest(grid, &mut filtering);
+    sum_colors(grid, tile, bench, kernel, &filtering, film);
+    write_data(stage, tile, &filtering.nearest, bench, film);
+    write_counts(grid, tile, bench, film);
+    bench.filtering = filtering;
+}
+
+/// What is filtered beside light.
+fn prepare(tile: &Tile, filtering: &mut Filtering) {
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let is_surface = Mask::of(|lane| models[lane] < EMPTY);
+        is_surface.select(Lanes::splat(1.0), Lanes::ZERO).store(&mut filtering.alpha, first);
+        let [r, g, b] = &mut filtering.albedo;
+        is_surface.select3(load_colors(&tile.albedo, first), Lanes3::ZERO).store([r, g, b], first);
     }
 }
 
-/// What is filtered of a sample, and how many rows of it are not zero.
-#[inline]
-fn channels(radiance: &Radiance, surface: bool, albedo: Vec3) -> (Sums, usize) {
-    let cut = |light: Vec3| light.max(Vec3::ZERO).min(Vec3::splat(MOST_LIGHT));
-    let [diffuse, specular] = [cut(radiance.diffuse), cut(radiance.specular)];
-    let [reflection, refraction] = [cut(radiance.reflection), cut(radiance.refraction)];
-    let (alpha, albedo) = if surface { (1.0, albedo) } else { (0.0, Vec3::ZERO) };
-    let sums = [
-        (diffuse + specular + reflection + refraction).extend(alpha),
-        diffuse.extend(1.0),
-        albedo.extend(0.0),
-        specular.extend(0.0),
-        reflection.extend(0.0),
-        refraction.extend(0.0),
+/// Where in the tile the samples are seen. A sample's own cell holds it; rounding may say the next one.
+fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) {
+    let grid = &stage.view.grid;
+    let [left, top] = grid.tile_corner(number).map(|at| Lanes::splat(at as f32));
+    for first in (0..CELLS).step_by(LANES) {
+        let seen = stage.view.project(stage.offsets(tile, first));
+        let inside = |at: Lanes, cell: Lanes| at.max(cell).min(cell + Lanes::splat(1.0));
+        inside(seen.x - left, Lanes::load(&grid.place_x, first)).store(&mut filtering.x, first);
+        inside(seen.y - top, Lanes::load(&grid.place_y, first)).store(&mut filtering.y, first);
+    }
+}
+
+/// For each pixel the sample nearest to its centre; of several the first.
+fn choose_nearest(grid: &Grid, filtering: &mut Filtering) {
+    let Filtering { x, y, nearest, .. } = filtering;
+    nearest.clear();
+    let pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
+    if grid.samples == 1 {
+        nearest.extend(pixels.map(|cells| cells[0]));
+        return;
+    }
+    let (edge, scale) = (grid.tile_pixels as usize, (grid.samples as f32).recip());
+    nearest.extend(pixels.enumerate().map(|(pixel, cells)| {
+        let centre = [(pixel % edge) as f32 + 0.5, (pixel / edge) as f32 + 0.5];
+        let distance = |cell: u16| {
+            let aside = [x[usize::from(cell)] * scale - centre[0], y[usize::from(cell)] * scale - centre[1]];
+            // in steps: of samples that are equally near but for rounding the first is shown
+            ((aside[0] * aside[0] + aside[1] * aside[1]) * NEARNESS + 0.5) as u32
+        };
+        let first = (distance(cells[0]), cells[0]);
+        let least = cells[1..].iter().map(|cell| (distance(*cell), *cell));
+        least.fold(first, |best, next| if next.0 < best.0 { next } else { best }).1
+    }));
+}
+
+/// Sums all planes that are filtered.
+fn sum_colors(
+    grid: &Grid,
+    tile: &Tile,
+    bench: &Workbench,
+    kernel: Filter,
+    filtering: &Filtering,
+    film: &mut TileFilm,
+) {
+    let shown = &bench.radiance;
+    let colors = [
+        (sums::DIFFUSE, &shown.diffuse, true),
+        (sums::ALBEDO, &filtering.albedo, true),
+        (sums::SPECULAR, &shown.specular, shown.has_specular),
+        (sums::REFLECTION, &shown.reflection, shown.has_secondary),
+        (sums::REFRACTION, &shown.refraction, shown.has_secondary),
     ];
-    let plain = specular == Vec3::ZERO && reflection == Vec3::ZERO && refraction == Vec3::ZERO;
-    (sums, if plain { ALWAYS } else { sums.len() })
-}
-
-#[inline]
-fn add(sums: &mut Sums, values: &Sums, rows: usize, weight: f32) {
-    for (sum, value) in sums[..ALWAYS].iter_mut().zip(&values[..ALWAYS]) {
-        *sum += *value * weight;
-    }
-    if rows > ALWAYS {
-        for (sum, value) in sums[ALWAYS..].iter_mut().zip(&values[ALWAYS..]) {
-            *sum += *value * weight;
+    film.is_some = [false; sums::COUNT];
+    let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
+    let planes = planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
+    let planes = std::iter::once((sums::ALPHA, &filtering.alpha)).chain(planes);
+    match kernel {
+        Filter::Box => {
+            for (plane, column) in planes {
+                film.is_some[plane] = true;
+                sum_own(&grid.cells_of_pixels, grid.samples_of_pixel(), column, film.plane(plane));
+            }
+        }
+        Filter::Mitchell => {
+            let mut columns = [None; sums::COUNT];
+            planes.for_each(|(plane, column)| columns[plane] = Some(column));
+            spread(grid, tile, filtering, &columns, film);
         }
     }
 }
 
-/// Adds a sample at `at` (pixels) to all pixels that the Mitchell filter spreads it over.
-fn splat(film: &mut TileFilm, at: [f32; 2], values: &Sums, rows: usize) {
-    // the centres of pixels first .. first + 3 are within two pixels
-    let first = [(at[0] - 1.5).floor(), (at[1] - 1.5).floor()];
-    let [across, down] = [0, 1].map(|axis| mitchell(at[axis] - 1.5 - first[axis]));
-    for (row, down) in (0..).zip(down) {
-        let start = film.at(first[0] as i32, first[1] as i32 + row);
-        for (sums, across) in film.sums[start..start + 4].iter_mut().zip(&across) {
-            add(sums, values, rows, across * down);
+/// Sums the samples of each pixel.
+fn sum_own(cells: &[u16], samples: usize, column: &Column<f32>, pixels: &mut [f32]) {
+    // loops of a known length for the usual counts
+    match samples {
+        1 => sum_exactly::<1>(cells, column, pixels),
+        4 => sum_exactly::<4>(cells, column, pixels),
+        16 => sum_exactly::<16>(cells, column, pixels),
+        _ => {
+            for (pixel, cells) in pixels.iter_mut().zip(cells.chunks_exact(samples)) {
+                *pixel = cells.iter().map(|cell| column[usize::from(*cell)]).sum();
+            }
         }
     }
 }
 
-/// First row of pixels that tile number `number` or a later one reaches; `None` where there is none.
-pub fn first_row_of(view: &View, number: usize, filter: Filter) -> Option<i32> {
-    let cell = view.tile_corner(number)[1];
-    (number < view.tiles()).then(|| (cell / view.samples) as i32 - radius(filter).ceil() as i32)
+fn sum_exactly<const N: usize>(cells: &[u16], column: &Column<f32>, pixels: &mut [f32]) {
+    for (pixel, cells) in pixels.iter_mut().zip(cells.chunks_exact(N)) {
+        let mut sum = 0.0;
+        for cell in &cells[..N] {
+            // the remainder is the number itself: it spares a check
+            sum += column[usize::from(*cell) % CELLS];
+        }
+        *pixel = sum;
+    }
+}
+
+/// Spreads each sample over all pixels that the Mitchell filter reaches.
+fn spread(
+    grid: &Grid,
+    tile: &Tile,
+    filtering: &Filtering,
+    columns: &[Option<&Column<f32>>; sums::COUNT],
+    film: &mut TileFilm,
+) {
+    let (edge, scale) = (film.edge(), (grid.samples as f32).recip());
+    for plane in 0..sums::COUNT {
+        film.is_some[plane] = columns[plane].is_some() || plane == sums::WEIGHT;
+        if film.is_some[plane] {
+            film.plane(plane).fill(0.0);
+        }
+    }
+    for cell in (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY) {
+        let at = [filtering.x[cell] * scale, filtering.y[cell] * scale];
+        // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
+        let first = at.map(|at| (at + 0.5).floor());
+        let [across, down] = [0, 1].map(|axis| mitchell(at[axis] + 0.5 - first[axis]));
+        let start = first[1] as usize * edge + first[0] as usize;
+        let weights = down.map(|down| across.map(|across| across * down));
+        add(&mut film.plane(sums::WEIGHT)[start..], edge, &weights, 1.0);
+        for (plane, column) in columns.iter().enumerate() {
+            if let Some(column) = column {
+                add(&mut film.plane(plane)[start..], edge, &weights, column[cell]);
+            }
+        }
+    }
+}
+
+/// Adds `value` to the 4 x 4 pixels at the start of `pixels`.
+#[inline(always)]
+fn add(pixels: &mut [f32], edge: usize, weights: &[[f32; 4]; 4], value: f32) {
+    for (row, weights) in pixels.chunks_mut(edge).zip(weights) {
+        for (pixel, weight) in row[..4].iter_mut().zip(weights) {
+            *pixel += weight * value;
+        }
+    }
 }
 
 /// How far a filter reaches, in pixels, beyond a sample's own pixel.
-pub fn radius(filter: Filter) -> f32 {
+pub fn halo(filter: Filter) -> u32 {
     match filter {
-        Filter::Box => 0.0,
-        Filter::Mitchell => 2.0,
+        Filter::Box => 0,
+        Filter::Mitchell => 2,
     }
 }
 
@@ -215,34 +338,60 @@ fn mitchell(beyond: f32) -> [f32; 4] {
     [first / 6.0, second / 6.0, near(1.0 - beyond) / 6.0, far(2.0 - beyond) / 6.0]
 }
 
-#[inline]
-fn count(counts: &mut Counts, status: Status, rays: CellRays) {
-    let status = match status {
-        Status::Base => 0,
-        Status::Good => 1,
-        Status::Overlapped => 2,
-        Status::Missed => 3,
-        Status::Obscured => 4,
-        Status::Outside | Status::Empty => return,
-    };
-    counts[status] += 1;
-    for (count, rays) in
-        counts[5..].iter_mut().zip([rays.primary, rays.verification, rays.shadow, rays.secondary])
-    {
-        *count += u32::from(rays);
+/// Writes the data of each pixel's nearest sample.
+fn write_data(stage: &Stage, tile: &Tile, nearest: &[u16], bench: &mut Workbench, film: &mut TileFilm) {
+    let (size, camera) = (film.stride.pow(2), &stage.view.camera);
+    for (pixel, cell) in nearest.iter().map(|cell| usize::from(*cell)).enumerate() {
+        let mut put = |plane: usize, value: f32| film.data[plane * size + pixel] = value;
+        let mut put_vector = |plane: usize, value: glam::Vec3| {
+            (0..3).for_each(|axis| put(plane + axis, value[axis]));
+        };
+        match tile.model[cell] {
+            EMPTY => continue,
+            BACKGROUND => {
+                put_vector(data::POSITION, glam::Vec3::ZERO);
+                put_vector(data::NORMAL, glam::Vec3::ZERO);
+                put(data::Z, BACKGROUND_Z);
+                put(data::ID, 0.0);
+            }
+            model => {
+                let (point, normal) = bench.placed.at(stage, tile, cell);
+                put_vector(data::POSITION, point);
+                put_vector(data::NORMAL, normal);
+                put(data::Z, (point - camera.eye).dot(camera.forward));
+                put(data::ID, (model + 1) as f32);
+            }
+        }
+        put(data::AGE, f32::from(tile.age[cell]));
     }
 }
 
-/// The data channels of a sample, seen at `depth`.
-fn data(stage: &Stage, tile: &Tile, cell: usize, depth: f32, bench: &mut Workbench) -> [f32; 9] {
-    let (hot, cold) = (&tile.hot[cell], &tile.cold[cell]);
-    let age = f32::from(cold.age);
-    if hot.model == BACKGROUND {
-        return [BACKGROUND_Z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, age];
+/// Counts the samples and the rays of each pixel.
+fn write_counts(grid: &Grid, tile: &Tile, bench: &Workbench, film: &mut TileFilm) {
+    const BY_STATUS: [Status; 5] =
+        [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
+    let (samples, size) = (grid.samples_of_pixel(), film.stride.pow(2));
+    let mut write = |plane: usize, scale: f32, count: &dyn Fn(usize) -> u32, is_none: bool| {
+        let pixels = &mut film.data[plane * size..][..size];
+        if is_none {
+            pixels.fill(0.0);
+            return;
+        }
+        for (pixel, cells) in pixels.iter_mut().zip(grid.cells_of_pixels.chunks_exact(samples)) {
+            *pixel = cells.iter().map(|cell| count(usize::from(*cell))).sum::<u32>() as f32 * scale;
+        }
+    };
+    for (i, wanted) in BY_STATUS.into_iter().enumerate() {
+        let is = |cell: usize| u32::from(tile.status[cell] == wanted);
+        write(data::STATUS + i, (samples as f32).recip(), &is, !tile.status.contains(&wanted));
     }
-    let placed = bench.placed.get(stage, tile, cell);
-    let (p, n) = (placed.point, placed.normal);
-    [depth, p.x, p.y, p.z, n.x, n.y, n.z, (hot.model + 1) as f32, age]
+    let is_primary = |cell: usize| u32::from(is_traced(tile.status[cell]));
+    write(data::RAYS, 1.0, &is_primary, !tile.status.iter().any(|status| is_traced(*status)));
+    let rays = &bench.cell_rays;
+    for (i, column) in [&rays.verification, &rays.shadow, &rays.secondary].into_iter().enumerate() {
+        let count = |cell: usize| u32::from(column[cell]);
+        write(data::RAYS + 1 + i, 1.0, &count, column.iter().all(|count| *count == 0));
+    }
 }
 
 #[cfg(test)]

@@ -1,15 +1,14 @@
 //! Light on samples: shadow rays where a tag no longer answers, and the part of the colour that does not
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
-use glam::Vec3;
-
 use super::placed::Placed;
 use super::plan::ShadowCheck;
-use super::stage::{Stage, Workbench, bit};
-use crate::samples::{EMPTY, Tag, Tile, from_half, to_half};
+use super::stage::{Stage, Workbench, bit, set_bits, surface_bits};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::samples::{CELLS, Status, Tag, Tile, load_colors, store_colors};
 use crate::shade::light::{Arrival, arrival};
 use crate::shade::phong;
-use crate::shade::surface::off_surface;
+use crate::shade::surface::off_surfaces;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
 
 /// Shadow rays of one light that are to be tested in the same order.
@@ -33,11 +32,16 @@ impl ShadowQueue {
         self.rays.len() as u64
     }
 
-    /// Adds the ray from a surface to a light that it faces.
-    #[inline]
-    pub fn push(&mut self, point: Vec3, facet: Vec3, arrival: &Arrival, owner: u32) {
-        self.rays.push(off_surface(point, facet), arrival.to_light, 0.0, arrival.far);
-        self.owners.push(owner);
+    /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
+    /// numbers count up from `owner`.
+    #[inline(always)]
+    pub fn push(&mut self, point: Lanes3, facet: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
+        if wanted == 0 {
+            return;
+        }
+        let far = Lanes::splat(arrival.far);
+        self.rays.push_lanes(off_surfaces(point, facet), arrival.to_light, far, wanted);
+        self.owners.extend(set_bits(wanted).map(|lane| owner + lane as u32));
     }
 
     /// Traces the rays and says to each owner who shadows it, if anyone.
@@ -85,76 +89,149 @@ const CHECKS: [ShadowCheck; 3] =
     [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
 
 /// A worker's memory for this phase.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Lighting {
     /// One for each of [`CHECKS`].
     queues: [ShadowQueue; 3],
-    /// For each cell, whether its light must be summed anew.
-    stale: Vec<bool>,
+    /// For each eight cells, a bit each, whether the light must be summed anew.
+    stale: [u8; CELLS / LANES],
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Self { queues: Default::default(), stale: [0; CELLS / LANES] }
+    }
 }
 
 /// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light.
 pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
     let mut lighting = std::mem::take(&mut bench.lighting);
-    lighting.stale.clear();
-    lighting.stale.extend(tile.hot.iter().zip(&tile.cold).map(|(hot, cold)| {
-        hot.model < EMPTY && (!cold.status.is_reused() || stage.plan.light_changes(stage.moved(hot)))
-    }));
+    for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
+        *stale = must_be_summed(stage, tile, first);
+    }
     for light in 0..stage.pose.lights.len() {
         ask_light(stage, light, tile, &mut lighting, bench);
     }
-    for (cell, _) in lighting.stale.iter().enumerate().filter(|(_, stale)| **stale) {
-        let lit = sum_light(stage, tile, cell, &bench.placed.get(stage, tile, cell));
-        tile.cold[cell].lit = to_half(lit);
+    for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
+        if *stale != 0 {
+            // those beside them would come out as they are
+            let lit = sum_light(stage, tile, first, &bench.placed.get(stage, tile, first));
+            store_colors(lit, &mut tile.lit, first);
+        }
     }
     bench.lighting = lighting;
 }
 
+/// Of eight cells, those whose light must be summed anew whatever their tags say.
+fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
+    let models = &tile.model[first..first + LANES];
+    let [still, moved] = [false, true].map(|moved| stage.plan.light_changes(moved));
+    let is_new = |status: &Status| !status.is_reused();
+    let mut bits = tile.status[first..first + LANES]
+        .iter()
+        .enumerate()
+        .fold(0, |bits, (lane, status)| bits | u8::from(is_new(status)) << lane);
+    if still {
+        bits = u8::MAX;
+    } else if moved {
+        bits |= stage.moved_bits(models);
+    }
+    bits & surface_bits(models)
+}
+
 /// Brings the tags of one light up to date.
 fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighting, bench: &mut Workbench) {
-    let lights = stage.pose.lights.len();
+    let pose = &stage.pose.lights[light];
+    let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
+    if checks.iter().all(|checks| checks.all_keep) {
+        return;
+    }
     lighting.queues.iter_mut().for_each(ShadowQueue::clear);
-    for cell in 0..tile.hot.len() {
-        let hot = &tile.hot[cell];
-        if hot.model >= EMPTY {
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let tags = &mut tile.tags[light * CELLS + first..][..LANES];
+        let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
+        let mut asked = [0; CHECKS.len()];
+        for lane in 0..LANES {
+            let queue = checks[usize::from(moved >> lane & 1)].queue_of[tags[lane] as usize];
+            if let Some(queue) = queue {
+                asked[usize::from(queue)] |= 1 << lane & surfaces;
+            }
+        }
+        if asked == [0; CHECKS.len()] {
             continue;
         }
-        let tag = tile.tags[cell * lights + light];
-        let check = stage.plan.shadow_check(light, stage.moved(hot), tag);
-        let Some(queue) = CHECKS.iter().position(|known| *known == check) else { continue };
-        let placed = bench.placed.get(stage, tile, cell);
-        let arrival = arrival(&stage.pose.lights[light], placed.point);
-        if check == ShadowCheck::Moved && !stage.movers.may_meet(placed.point, arrival.to_light, arrival.far)
-        {
-            continue;
+        let placed = bench.placed.get(stage, tile, first);
+        let tags = &mut tile.tags[light * CELLS + first..][..LANES];
+        let arrival = arrival(pose, placed.point);
+        asked[0] &= may_meet_mover(stage, &placed, &arrival, asked[0]);
+        let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
+        for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
+            lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::Averted)) << lane;
+            tags[lane] = Tag::Averted;
         }
-        if phong::faces(placed.normal, placed.facet, arrival.direction) && arrival.irradiance != Vec3::ZERO {
-            lighting.queues[queue].push(placed.point, placed.facet, &arrival, cell as u32);
-            bench.cell_rays[cell].shadow += 1;
-        } else {
-            lighting.stale[cell] |= tag.changes_light_to(Tag::Averted);
-            tile.tags[cell * lights + light] = Tag::Averted;
+        for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
+            queue.push(placed.point, placed.facet, &arrival, asked & faces, first as u32);
+            for lane in set_bits(asked & faces) {
+                bench.cell_rays.shadow[first + lane] += 1;
+            }
         }
     }
+    let tags = &mut tile.tags[light * CELLS..][..CELLS];
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.count();
         queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
-            let tag = &mut tile.tags[cell as usize * lights + light];
-            lighting.stale[cell as usize] |= tag.changes_light_to(now);
-            *tag = now;
+            let cell = cell as usize;
+            lighting.stale[cell / LANES] |= u8::from(tags[cell].changes_light_to(now)) << (cell % LANES);
+            tags[cell] = now;
         });
     }
 }
 
-/// Emission, ambient light, and the diffuse light of all lights that reach the sample.
-pub fn sum_light(stage: &Stage, tile: &Tile, cell: usize, placed: &Placed) -> Vec3 {
-    let cold = &tile.cold[cell];
-    let material = stage.material(&tile.hot[cell], cold);
-    let albedo = from_half(cold.albedo);
-    let mut sum = phong::emitted_and_ambient(material, albedo, stage.scene.ambient);
-    let tags = &tile.tags[cell * stage.pose.lights.len()..];
-    for (light, _) in stage.pose.lights.iter().zip(tags).filter(|(_, tag)| tag.is_lit()) {
-        sum += phong::diffuse(albedo, placed.normal, &arrival(light, placed.point));
+/// For one light, what is to be asked about samples with each tag.
+struct Checks {
+    /// Index into [`CHECKS`] by tag; `None` where the tag holds.
+    queue_of: [Option<u8>; Tag::ALL.len()],
+    all_keep: bool,
+}
+
+impl Checks {
+    /// `moved`: the sample's model did.
+    fn of(stage: &Stage, light: usize, moved: bool) -> Self {
+        let queue_of = Tag::ALL.map(|tag| {
+            let check = stage.plan.shadow_check(light, moved, tag);
+            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
+        });
+        Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
+    }
+}
+
+/// Of the eight surfaces that are `asked` for, those whose way to the light may lead through a mover.
+#[inline]
+fn may_meet_mover(stage: &Stage, placed: &Placed, arrival: &Arrival, asked: u8) -> u8 {
+    let meets = |lane: usize| {
+        stage.movers.may_meet(placed.point.lane(lane), arrival.to_light.lane(lane), arrival.far)
+    };
+    set_bits(asked).filter(|lane| meets(*lane)).fold(0, |bits, lane| bits | 1 << lane)
+}
+
+/// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
+#[inline]
+pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Lanes3 {
+    let albedo = load_colors(&tile.albedo, first);
+    let mut sum = stage.palette.emitted_and_ambient(&tile.material[first..first + LANES], albedo);
+    for (light, tags) in stage.pose.lights.iter().zip(tile.tags.chunks_exact(CELLS)) {
+        let lit = lit_mask(&tags[first..first + LANES]);
+        if lit.any() {
+            let diffuse = phong::diffuse(albedo, placed.normal, &arrival(light, placed.point));
+            sum = sum + lit.select3(diffuse, Lanes3::ZERO);
+        }
     }
     sum
+}
+
+/// Which of eight tags let the light through.
+#[inline(always)]
+pub fn lit_mask(tags: &[Tag]) -> Mask {
+    Mask::of(|lane| tags[lane].is_lit())
 }

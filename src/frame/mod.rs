@@ -16,6 +16,7 @@ mod contest;
 mod develop;
 pub mod enhance;
 pub mod filter;
+pub mod grid;
 pub mod light;
 mod movers;
 mod placed;
@@ -27,6 +28,7 @@ mod trace_missed;
 mod verify;
 pub mod view;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::film::Film;
@@ -34,10 +36,12 @@ use crate::motion::Pose;
 use crate::samples::SampleStore;
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
+use crate::shade::phong::Palette;
 use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::{Backend, TraceError, embree::EmbreeBackend};
 
 use contest::Contest;
+use grid::Grid;
 use movers::{Bounds, Movers};
 use plan::Plan;
 use stage::Stage;
@@ -48,6 +52,8 @@ use view::View;
 pub struct Renderer<'s> {
     scene: &'s Scene,
     settings: Settings,
+    grid: Arc<Grid>,
+    palette: Palette,
     backend: Box<dyn Backend>,
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
@@ -84,6 +90,8 @@ impl<'s> Renderer<'s> {
         Ok(Self {
             scene,
             settings: settings.clone(),
+            grid: Arc::new(Grid::new(settings)),
+            palette: Palette::of(scene),
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
@@ -100,7 +108,7 @@ impl<'s> Renderer<'s> {
     pub fn render(&mut self, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         let start = Instant::now();
         let pose = Pose::of(self.scene, frame);
-        let view = View::new(&self.settings, pose.camera);
+        let view = View::new(&self.grid, pose.camera);
         let last = self.last.take().filter(|_| reuse);
         let plan = match &last {
             Some((_, before)) => Plan::between(before, &pose),
@@ -110,7 +118,9 @@ impl<'s> Renderer<'s> {
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
         let stage = Stage {
             scene: self.scene,
+            palette: &self.palette,
             pose: &pose,
+            all_identity: pose.models.iter().all(|model| model.is_identity),
             view: &view,
             plan: &plan,
             movers: &movers,
@@ -120,7 +130,7 @@ impl<'s> Renderer<'s> {
 
         // where samples come from: from this store, from its tiles as they are, or from nowhere
         let spare = self.spare.take();
-        let empty = || SampleStore::empty(view.tiles(), pose.lights.len());
+        let empty = || SampleStore::empty(self.grid.tiles(), pose.lights.len());
         let mut seconds = Seconds::default();
         let (mut store, source, spare) = match last {
             Some((store, _)) if plan.nothing_to_project() => (store, Source::InPlace, spare),
@@ -132,7 +142,7 @@ impl<'s> Renderer<'s> {
             }
             None => (spare.unwrap_or_else(empty), Source::Nothing, None),
         };
-        let mut film = develop::blank(&view, self.used_film.take());
+        let mut film = develop::blank(&self.grid, self.used_film.take());
         let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.workshop, &mut film);
         sum.share_time(&mut seconds);
         let mode = match (&source, self.settings.mode) {
@@ -174,8 +184,8 @@ impl<'s> Renderer<'s> {
     #[doc(hidden)]
     pub fn spoil_samples(&mut self) {
         if let Some((store, _)) = &mut self.last {
-            for hot in store.tiles.iter_mut().flat_map(|tile| &mut tile.hot) {
-                hot.point += glam::Vec3::splat(0.01);
+            for tile in &mut store.tiles {
+                [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().flatten().for_each(|at| *at += 0.01);
             }
         }
     }

@@ -3,57 +3,111 @@
 use glam::Vec3;
 
 use super::stage::Stage;
-use crate::samples::{CELLS, Cold, Hot, Tile};
+use crate::lanes::{LANES, Lanes3};
+use crate::samples::{CELLS, Column, EMPTY, Octahedral, Tile};
 
-/// A sample's surface in world space. Normals have unit length and point to the eye's side.
-#[derive(Debug, Clone, Copy, Default)]
+/// Eight samples' surfaces in world space. Normals have unit length and point to the eye's side. What is in
+/// a lane without a surface means nothing.
+#[derive(Debug, Clone, Copy)]
 pub struct Placed {
-    /// Where it is in this frame.
-    pub point: Vec3,
+    /// Where they are in this frame.
+    pub point: Lanes3,
     /// For shading.
-    pub normal: Vec3,
-    /// Of the triangle.
-    pub facet: Vec3,
+    pub normal: Lanes3,
+    /// Of the triangles.
+    pub facet: Lanes3,
 }
 
 impl Placed {
-    /// Takes a sample to world space. Always the same floats for the same sample and pose: what is
-    /// computed from them may be kept.
+    /// Takes the samples of the eight cells from `first` on to world space. Always the same floats for the
+    /// same sample and pose: what is computed from them may be kept.
     #[inline]
-    pub fn of(stage: &Stage, hot: &Hot, cold: &Cold) -> Self {
-        let transform = stage.transform(hot.model);
-        let facet = transform.normal(cold.facet.unfold());
-        Self {
-            point: transform.point(hot.point),
-            // flat meshes: one vector is both
-            normal: if cold.normal == cold.facet { facet } else { transform.normal(cold.normal.unfold()) },
-            facet,
+    pub fn of(stage: &Stage, tile: &Tile, first: usize) -> Self {
+        let point = tile.points(first);
+        let facet = Octahedral::unfold_lanes(&tile.facet, first);
+        // flat meshes: one vector is both
+        let flat = tile.normal[first..first + LANES] == tile.facet[first..first + LANES];
+        let normal = if flat { facet } else { Octahedral::unfold_lanes(&tile.normal, first) };
+        let mut placed = Self { point, normal, facet };
+        if !stage.all_identity {
+            placed.transform(stage, &tile.model[first..first + LANES]);
+        }
+        placed
+    }
+
+    fn transform(&mut self, stage: &Stage, models: &[u32]) {
+        for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model < EMPTY) {
+            let transform = stage.transform(*model);
+            if !transform.is_identity {
+                self.point.set_lane(lane, transform.point(self.point.lane(lane)));
+                self.normal.set_lane(lane, transform.normal(self.normal.lane(lane)));
+                self.facet.set_lane(lane, transform.normal(self.facet.lane(lane)));
+            }
         }
     }
 }
 
 /// The samples of one tile that some phase has asked for: each is placed once a frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct PlacedTile {
-    placed: Vec<Placed>,
-    is_ready: Vec<bool>,
+    point: [Column<f32>; 3],
+    normal: [Column<f32>; 3],
+    facet: [Column<f32>; 3],
+    /// For each eight cells.
+    is_ready: [bool; CELLS / LANES],
 }
 
 impl PlacedTile {
     /// Forgets the tile before.
     pub fn begin_tile(&mut self) {
-        self.placed.resize(CELLS, Placed::default());
-        self.is_ready.clear();
-        self.is_ready.resize(CELLS, false);
+        self.is_ready.fill(false);
     }
 
-    /// The sample in `cell`, which must lie on a surface and stay the same until the next tile.
+    /// The samples in the eight cells from `first` on, which must stay the same until the next tile.
     #[inline]
-    pub fn get(&mut self, stage: &Stage, tile: &Tile, cell: usize) -> Placed {
-        if !self.is_ready[cell] {
-            self.placed[cell] = Placed::of(stage, &tile.hot[cell], &tile.cold[cell]);
-            self.is_ready[cell] = true;
+    pub fn get(&mut self, stage: &Stage, tile: &Tile, first: usize) -> Placed {
+        if self.is_ready[first / LANES] {
+            return Placed {
+                point: load(&self.point, first),
+                normal: load(&self.normal, first),
+                facet: load(&self.facet, first),
+            };
         }
-        self.placed[cell]
+        let placed = Placed::of(stage, tile, first);
+        store(placed.point, &mut self.point, first);
+        store(placed.normal, &mut self.normal, first);
+        store(placed.facet, &mut self.facet, first);
+        self.is_ready[first / LANES] = true;
+        placed
     }
+}
+
+impl PlacedTile {
+    /// Point and normal of the sample in one cell.
+    #[inline]
+    pub fn at(&mut self, stage: &Stage, tile: &Tile, cell: usize) -> (Vec3, Vec3) {
+        let first = cell / LANES * LANES;
+        if !self.is_ready[cell / LANES] {
+            self.get(stage, tile, first);
+        }
+        let read = |columns: &[Column<f32>; 3]| Vec3::from_array([0, 1, 2].map(|axis| columns[axis][cell]));
+        (read(&self.point), read(&self.normal))
+    }
+}
+
+impl Default for PlacedTile {
+    fn default() -> Self {
+        let columns = [[0.0; CELLS]; 3];
+        Self { point: columns, normal: columns, facet: columns, is_ready: [false; CELLS / LANES] }
+    }
+}
+
+#[inline(always)]
+fn load([x, y, z]: &[Column<f32>; 3], first: usize) -> Lanes3 {
+    Lanes3::load([x, y, z], first)
+}
+
+#[inline(always)]
+fn store(values: Lanes3, [x, y, z]: &mut [Column<f32>; 3], first: usize) {
+    values.store([x, y, z], first);
 }

@@ -6,9 +6,11 @@ use super::movers::Movers;
 use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
+use crate::lanes::{LANES, Lanes3, Mask};
 use crate::motion::{Pose, Transform};
-use crate::samples::{BACKGROUND, CELLS, Cold, EMPTY, Hot};
-use crate::scene::{Material, Scene};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
+use crate::scene::Scene;
+use crate::shade::phong::Palette;
 use crate::stats::RayCounts;
 use crate::trace::{HitBatch, RayBatch, Tracer};
 
@@ -17,8 +19,12 @@ use crate::trace::{HitBatch, RayBatch, Tracer};
 pub struct Stage<'a> {
     /// What there is.
     pub scene: &'a Scene,
+    /// Its materials, ready for lighting.
+    pub palette: &'a Palette,
     /// Where it is.
     pub pose: &'a Pose,
+    /// Whether every model stands where its file puts it.
+    pub all_identity: bool,
     /// How it is seen.
     pub view: &'a View,
     /// What changed.
@@ -37,37 +43,71 @@ impl<'a> Stage<'a> {
         &self.pose.models[model as usize]
     }
 
-    /// From the eye to a sample: an offset for a surface, a direction for the background.
+    /// From the eye to a sample at `point` of `model`: an offset for a surface, a direction for the
+    /// background.
     #[inline]
-    pub fn offset(&self, sample: &Hot) -> Vec3 {
-        if sample.model == BACKGROUND {
-            return sample.point;
+    pub fn offset(&self, point: Vec3, model: u32) -> Vec3 {
+        if model == BACKGROUND {
+            return point;
         }
-        self.transform(sample.model).point(sample.point) - self.view.camera.eye
+        self.transform(model).point(point) - self.view.camera.eye
     }
 
-    /// Whether the sample's model moved since the frame before. The background never does.
-    #[inline]
-    pub fn moved(&self, sample: &Hot) -> bool {
-        self.plan.any_moved && sample.model < EMPTY && self.plan.moved[sample.model as usize]
+    /// The same for eight cells of `tile`, from `first` on.
+    #[inline(always)]
+    pub fn offsets(&self, tile: &Tile, first: usize) -> Lanes3 {
+        let models = &tile.model[first..first + LANES];
+        let mut points = tile.points(first);
+        if !self.all_identity {
+            for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model < EMPTY) {
+                points.set_lane(lane, self.transform(*model).point(points.lane(lane)));
+            }
+        }
+        let background = Mask::of(|lane| models[lane] == BACKGROUND);
+        background.select3(points, points - Lanes3::splat(self.view.camera.eye))
     }
 
-    /// What the surface of a sample is made of.
+    /// Whether the model of a sample moved since the frame before. The background never does.
     #[inline]
-    pub fn material(&self, hot: &Hot, cold: &Cold) -> &'a Material {
-        let mesh = &self.scene.models[hot.model as usize].mesh;
-        &self.scene.materials[usize::from(mesh.material_of[cold.triangle as usize])]
+    pub fn moved(&self, model: u32) -> bool {
+        self.plan.any_moved && model < EMPTY && self.plan.moved[model as usize]
+    }
+
+    /// The same for eight cells, a bit each.
+    #[inline]
+    pub fn moved_bits(&self, models: &[u32]) -> u8 {
+        if !self.plan.any_moved {
+            return 0;
+        }
+        models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(self.moved(*model)) << lane)
     }
 }
 
-/// Rays that one cell has cost in this frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// For eight cells, which of them hold a surface, a bit each.
+#[inline]
+pub fn surface_bits(models: &[u32]) -> u8 {
+    models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(*model < EMPTY) << lane)
+}
+
+/// The numbers of the bits that are set.
+#[inline]
+pub fn set_bits(bits: u8) -> impl Iterator<Item = usize> {
+    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+}
+
+/// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray.
+#[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
 pub struct CellRays {
-    pub primary: u16,
-    pub verification: u16,
-    pub shadow: u16,
-    pub secondary: u16,
+    pub verification: Column<u16>,
+    pub shadow: Column<u16>,
+    pub secondary: Column<u16>,
+}
+
+impl Default for CellRays {
+    fn default() -> Self {
+        Self { verification: [0; CELLS], shadow: [0; CELLS], secondary: [0; CELLS] }
+    }
 }
 
 /// Seconds that a worker spent in each phase of its tiles.
@@ -104,7 +144,7 @@ pub struct Workbench {
     /// Which cell (or which bounce) each ray of `rays` is for.
     pub owners: Vec<u32>,
     /// Rays by cell.
-    pub cell_rays: Vec<CellRays>,
+    pub cell_rays: Box<CellRays>,
     /// Rays by kind.
     pub counts: RayCounts,
     /// Time by phase.
@@ -113,17 +153,20 @@ pub struct Workbench {
     pub bounces: super::bounce::Bounces,
     /// Of the phase that lights samples.
     pub lighting: super::light::Lighting,
+    /// Of the phase that makes pixels.
+    pub filtering: Box<super::filter::Filtering>,
     /// The tile's surfaces in world space.
-    pub placed: PlacedTile,
+    pub placed: Box<PlacedTile>,
     /// What each cell shows in this frame.
-    pub radiance: Vec<super::enhance::Radiance>,
+    pub radiance: Box<super::enhance::Radiance>,
 }
 
 impl Workbench {
     /// Clears what belongs to a tile.
     pub fn begin_tile(&mut self) {
-        self.cell_rays.clear();
-        self.cell_rays.resize(CELLS, CellRays::default());
+        self.cell_rays.verification.fill(0);
+        self.cell_rays.shadow.fill(0);
+        self.cell_rays.secondary.fill(0);
         self.placed.begin_tile();
     }
 

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::contest::Contest;
 use super::develop::Developer;
 use super::filter::{self, TileFilm};
+use super::grid::Grid;
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{SampleStore, Status, TILE, Tile};
+use crate::samples::{SampleStore, Status, Tile};
 use crate::settings::Settings;
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
@@ -60,10 +61,10 @@ pub fn run_tiles(
     shop: &mut Workshop,
     film: &mut Film,
 ) -> TileSum {
-    let height = film.height as i32;
-    let mut developer = Developer::new(film);
+    let grid = &*stage.view.grid;
+    let mut developer = Developer::new(grid, settings.filter);
     let mut sum = TileSum::default();
-    let in_band = band_rows(stage, settings) * stage.view.tiles_x as usize;
+    let in_band = band_rows(grid) * grid.tiles_x as usize;
     let [now, before] = &mut shop.bands;
     before.clear();
     let mut done = 0;
@@ -74,8 +75,8 @@ pub fn run_tiles(
         done += band.len();
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
-        let reached = filter::first_row_of(stage.view, done, settings.filter);
-        developer.develop_until(reached.map_or(height, |row| row.min(height)), [before, now]);
+        let end = (done as u32 / grid.tiles_x * grid.tile_pixels).min(grid.height);
+        developer.develop(film, before, now, end);
         sum.develop += developing.elapsed().as_secs_f64();
         std::mem::swap(now, before);
     }
@@ -84,11 +85,11 @@ pub fn run_tiles(
 
 /// Rows of tiles in a band: enough tiles for all threads, and more pixels than any filter reaches across, so
 /// that a row of pixels is reached by two bands at most.
-fn band_rows(stage: &Stage, settings: &Settings) -> usize {
+fn band_rows(grid: &Grid) -> usize {
     const TILES_A_THREAD: usize = 16;
-    const LEAST_PIXELS: usize = 8;
-    let for_threads = (TILES_A_THREAD * rayon::current_num_threads()).div_ceil(stage.view.tiles_x as usize);
-    for_threads.max((LEAST_PIXELS * settings.samples as usize).div_ceil(TILE))
+    const LEAST_PIXELS: u32 = 8;
+    let for_threads = (TILES_A_THREAD * rayon::current_num_threads()).div_ceil(grid.tiles_x as usize);
+    for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels) as usize)
 }
 
 /// Takes the tiles from number `first` on through all phases.
@@ -158,18 +159,14 @@ fn infer_tile(stage: &Stage, source: &Source, number: usize, tile: &mut Tile, be
 }
 
 fn count_samples(tile: &Tile) -> SampleCounts {
-    let mut counts = SampleCounts::default();
-    for cold in &tile.cold {
-        match cold.status {
-            Status::Base => counts.base += 1,
-            Status::Good => counts.good += 1,
-            Status::Overlapped => counts.overlapped += 1,
-            Status::Missed => counts.missed += 1,
-            Status::Obscured => counts.obscured += 1,
-            Status::Outside | Status::Empty => {}
-        }
+    let count = |wanted: Status| tile.status.iter().filter(|status| **status == wanted).count() as u64;
+    SampleCounts {
+        base: count(Status::Base),
+        good: count(Status::Good),
+        overlapped: count(Status::Overlapped),
+        missed: count(Status::Missed),
+        obscured: count(Status::Obscured),
     }
-    counts
 }
 
 impl TileSum {

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::stage::{Stage, Workbench};
-use super::view::cell_place;
-use crate::samples::{BACKGROUND, Cold, Hot, Octahedral, Status, Tag, Tile, to_half};
+use super::stage::{Stage, Workbench, set_bits};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::samples::{BACKGROUND, CELLS, Octahedral, Status, Tag, Tile, store_color};
 use crate::scene::Mesh;
-use crate::shade::surface::{Corner, albedo, barycentric, interpolate};
-use crate::trace::{Coherence, Hit};
+use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayPacket};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
@@ -15,83 +15,148 @@ const OFF_RAY: f32 = 2.5e-6;
 
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`.
 pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut Workbench) {
-    let corner = stage.view.tile_corner(number);
     bench.begin_rays();
-    for (cell, cold) in tile.cold.iter().enumerate() {
-        if matches!(cold.status, Status::Missed | Status::Obscured | Status::Base) {
-            let place = cell_place(cell).map(|along| along as f32 + 0.5);
-            let direction = stage.view.direction(corner[0] as f32 + place[0], corner[1] as f32 + place[1]);
-            bench.rays.push(stage.view.camera.eye, direction, 0.0, f32::INFINITY);
+    for (cell, status) in tile.status.iter().enumerate() {
+        if is_traced(*status) {
             bench.owners.push(cell as u32);
-            bench.cell_rays[cell].primary += 1;
         }
     }
-    if bench.rays.is_empty() {
+    if bench.owners.is_empty() {
         return;
     }
+    push_rays(stage, number, bench);
     bench.counts.primary += bench.rays.len() as u64;
     stage.tracer.closest(&bench.rays, Coherence::Coherent, &mut bench.hits);
-    let lights = stage.pose.lights.len();
-    for (ray, cell) in bench.owners.iter().map(|cell| *cell as usize).enumerate() {
-        let place = cell_place(cell).map(|along| along as f32 + 0.5);
-        let direction = stage.view.direction(corner[0] as f32 + place[0], corner[1] as f32 + place[1]);
-        let status = tile.cold[cell].status;
-        (tile.hot[cell], tile.cold[cell]) = match bench.hits.get(ray) {
-            Some(hit) => sample_of(stage, hit, direction, status),
-            None => (Hot { point: direction, model: BACKGROUND }, Cold { status, ..Cold::default() }),
-        };
-        tile.tags[cell * lights..][..lights].fill(Tag::Unknown);
+    let answers = bench.rays.packets().zip(&bench.hits.packets).zip(bench.owners.chunks(trace::LANES));
+    for (((rays, _), hits), owners) in answers {
+        for (half, owners) in owners.chunks(LANES).enumerate() {
+            keep(stage, rays, hits, half * LANES, owners, tile);
+        }
+    }
+    forget_tags(tile, &bench.owners);
+}
+
+/// Whether a cell with this status has been traced in this frame, or is to be.
+#[inline]
+pub fn is_traced(status: Status) -> bool {
+    matches!(status, Status::Missed | Status::Obscured | Status::Base)
+}
+
+/// A ray through the centre of each cell in the bench's `owners`.
+fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
+    let grid = &stage.view.grid;
+    let corner = grid.tile_corner(number).map(|at| at as f32 + 0.5);
+    let (eye, far) = (Lanes3::splat(stage.view.camera.eye), Lanes::splat(f32::INFINITY));
+    for owners in bench.owners.chunks(LANES) {
+        let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
+        for (lane, cell) in owners.iter().enumerate() {
+            x.0[lane] = corner[0] + grid.place_x[*cell as usize];
+            y.0[lane] = corner[1] + grid.place_y[*cell as usize];
+        }
+        let wanted = u8::MAX >> (LANES - owners.len());
+        bench.rays.push_lanes(eye, stage.view.directions(x, y), far, wanted);
     }
 }
 
-/// What the store keeps of a hit that is seen along `direction`: object space, on the side of the eye.
-pub fn sample_of(stage: &Stage, hit: Hit, direction: Vec3, status: Status) -> (Hot, Cold) {
-    let mesh = &stage.scene.models[hit.model as usize].mesh;
-    let (point, corner) = point_of(stage, mesh, hit, direction);
-    let material = &stage.scene.materials[usize::from(mesh.material_of[hit.triangle as usize])];
-    let from_behind = stage.transform(hit.model).facet(corner.facet).dot(direction) > 0.0;
-    let side = if from_behind { -1.0 } else { 1.0 };
-    let cold = Cold {
-        triangle: hit.triangle,
-        normal: Octahedral::fold(corner.normal * side),
-        facet: Octahedral::fold(corner.facet * side),
-        albedo: to_half(albedo(stage.scene, material, corner.uv)),
-        status,
-        from_behind,
-        ..Cold::default()
-    };
-    (Hot { point, model: hit.model }, cold)
+fn forget_tags(tile: &mut Tile, cells: &[u32]) {
+    for tags in tile.tags.chunks_exact_mut(CELLS) {
+        for cell in cells {
+            tags[*cell as usize] = Tag::Unknown;
+        }
+    }
 }
 
-/// The point that was hit, object space, and what the mesh is there.
+/// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
+/// side of the eye.
+fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
+    let direction = Lanes3::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
+    let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
+    let mut corners = Corners::NONE;
+    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
+        corners.set(lane, mesh_of(stage, models[lane]), triangles[lane]);
+    }
+    let mut weights = [Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)];
+    let mut point = corners.point(weights);
+    put_on_ray(stage, direction, [models, triangles], &mut point, &mut weights);
+    let (normal, facet) = (corners.normal(weights), corners.facet());
+    let behind = seen_from_behind(stage, facet, direction, models);
+    let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
+    let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
+    for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
+        let (model, triangle) = (models[lane], triangles[lane]);
+        tile.age[cell] = 0;
+        if model == NO_HIT {
+            tile.model[cell] = BACKGROUND;
+            put(tile, cell, direction.lane(lane));
+            continue;
+        }
+        tile.model[cell] = model;
+        put(tile, cell, point.lane(lane));
+        tile.triangle[cell] = triangle;
+        tile.normal[cell] = normals[lane];
+        tile.facet[cell] = facets[lane];
+        tile.from_behind[cell] = behind.0[lane] != 0;
+        let mesh = mesh_of(stage, model);
+        tile.material[cell] = mesh.material_of[triangle as usize];
+        let material = &stage.scene.materials[usize::from(tile.material[cell])];
+        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
+        store_color(albedo(stage.scene, material, uv), &mut tile.albedo, cell);
+    }
+}
+
+fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
+    &stage.scene.models[model as usize].mesh
+}
+
+#[inline(always)]
+fn put(tile: &mut Tile, cell: usize, point: Vec3) {
+    [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
+}
+
+/// Mends the points (object space) that lie beside their rays, and their weights.
 ///
-/// By the triangle's corners the point lies in the triangle's plane as well as floats can say, and is taken.
+/// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
 /// But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in single
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
-fn point_of(stage: &Stage, mesh: &Mesh, hit: Hit, direction: Vec3) -> (Vec3, Corner) {
-    let (transform, eye) = (stage.transform(hit.model), stage.view.camera.eye);
-    let corner = interpolate(mesh, hit.triangle, hit.u, hit.v);
-    let offset = transform.point(corner.point) - eye;
-    let off_ray = offset.cross(direction).length() / direction.length();
-    if off_ray <= OFF_RAY * offset.length() {
-        return (corner.point, corner);
+#[inline(always)]
+fn put_on_ray(
+    stage: &Stage,
+    direction: Lanes3,
+    [models, triangles]: [&[u32]; 2],
+    point: &mut Lanes3,
+    weights: &mut [Lanes; 2],
+) {
+    let eye = stage.view.camera.eye;
+    let mut world = *point;
+    if !stage.all_identity {
+        for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
+            world.set_lane(lane, stage.transform(models[lane]).point(point.lane(lane)));
+        }
     }
-    let to_object = |way: Vec3| match transform.is_identity {
-        true => way.as_dvec3(),
-        false => transform.to_object.transform_vector3(way).as_dvec3(),
-    };
-    let origin = match transform.is_identity {
-        true => eye.as_dvec3(),
-        false => transform.to_object.transform_point3(eye).as_dvec3(),
-    };
-    let positions = mesh.positions.as_slice();
-    let place = |i: u32| Vec3::from_array(positions[i as usize]).as_dvec3();
-    let [a, b, c] = mesh.triangles[hit.triangle as usize].map(place);
-    let (plane, along) = ((b - a).cross(c - a), to_object(direction));
-    let t = (a - origin).dot(plane) / along.dot(plane);
-    let met = origin + along * if t.is_finite() { t } else { f64::from(hit.t) };
-    let Some(at) = barycentric([a, b, c], met, f64::INFINITY) else { return (corner.point, corner) };
-    let point = a + (b - a) * at.x + (c - a) * at.y;
-    (point.as_vec3(), interpolate(mesh, hit.triangle, at.x as f32, at.y as f32))
+    let offset = world - Lanes3::splat(eye);
+    let aside = offset.cross(direction);
+    let most = Lanes::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
+    let is_beside = !aside.dot(aside).le(most) & Mask::of(|lane| models[lane] != NO_HIT);
+    for lane in set_bits(is_beside.bits()) {
+        let (transform, mesh) = (stage.transform(models[lane]), mesh_of(stage, models[lane]));
+        let met = meet_exactly(transform, mesh, triangles[lane], eye, direction.lane(lane));
+        if let Some((exact, at)) = met {
+            point.set_lane(lane, exact);
+            weights[0].0[lane] = at.x;
+            weights[1].0[lane] = at.y;
+        }
+    }
+}
+
+/// Where rays along `direction` see the backs of triangles with these normals (object space).
+#[inline(always)]
+fn seen_from_behind(stage: &Stage, facet: Lanes3, direction: Lanes3, models: &[u32]) -> Mask {
+    let mut world = facet;
+    if !stage.all_identity {
+        for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
+            world.set_lane(lane, stage.transform(models[lane]).facet(facet.lane(lane)));
+        }
+    }
+    world.dot(direction).gt(Lanes::ZERO)
 }

@@ -4,9 +4,10 @@
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
 use super::plan::SightCheck;
-use super::stage::{Stage, Workbench, bit};
-use crate::samples::{BACKGROUND, Hot, Status, Tile};
-use crate::trace::{Blockers, Coherence, NO_HIT, Purpose};
+use super::stage::{Stage, Workbench, bit, set_bits};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::samples::{BACKGROUND, CELLS, Status, Tile};
+use crate::trace::{Blockers, Coherence, Purpose};
 
 /// Where a verification segment ends, as a share of the way from the eye to the sample.
 ///
@@ -30,16 +31,18 @@ fn verify_against(
     tile: &mut Tile,
     bench: &mut Workbench,
 ) {
-    if [false, true].map(|moved| stage.plan.sight_check(moved)).iter().all(|needed| *needed != check) {
+    let [for_still, for_moved] = [false, true].map(|moved| stage.plan.sight_check(moved) == check);
+    if !for_still && !for_moved {
         return;
     }
     bench.begin_rays();
-    for (cell, (hot, cold)) in tile.hot.iter().zip(&tile.cold).enumerate() {
-        let asked = cold.status.is_reused() && stage.plan.sight_check(stage.moved(hot)) == check;
-        if asked && (check != SightCheck::Moved || may_be_hidden_by_mover(stage, hot)) {
-            push_segment(stage, hot, cold.triangle, bench);
-            bench.owners.push(cell as u32);
-            bench.cell_rays[cell].verification += 1;
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let moved = stage.moved_bits(models);
+        let checked = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
+        let asked = checked & reused_bits(&tile.status[first..first + LANES]);
+        if asked != 0 {
+            push_segments(check, stage, tile, first, asked, bench);
         }
     }
     bench.counts.verification += bench.rays.len() as u64;
@@ -50,23 +53,43 @@ fn verify_against(
     }
     for (ray, cell) in bench.owners.iter().enumerate() {
         if bit(&bench.blocked, ray) {
-            tile.cold[*cell as usize].status = Status::Obscured;
+            tile.status[*cell as usize] = Status::Obscured;
         }
     }
 }
 
+/// Of eight cells, those whose sample was there in the frame before.
 #[inline]
-fn may_be_hidden_by_mover(stage: &Stage, hot: &Hot) -> bool {
-    let far = if hot.model == BACKGROUND { f32::INFINITY } else { SEGMENT_END };
-    stage.movers.may_meet(stage.view.camera.eye, stage.offset(hot), far)
+fn reused_bits(status: &[Status]) -> u8 {
+    status.iter().enumerate().fold(0, |bits, (lane, status)| bits | u8::from(status.is_reused()) << lane)
 }
 
-#[inline]
-fn push_segment(stage: &Stage, hot: &Hot, triangle: u32, bench: &mut Workbench) {
-    let (eye, offset) = (stage.view.camera.eye, stage.offset(hot));
-    if hot.model == BACKGROUND {
-        bench.rays.push_to_sample(eye, offset, 0.0, f32::INFINITY, NO_HIT, NO_HIT);
-    } else {
-        bench.rays.push_to_sample(eye, offset, 0.0, SEGMENT_END, hot.model, triangle);
+/// Sends the segments to those of eight samples that are `asked` for and may be hidden.
+fn push_segments(
+    check: SightCheck,
+    stage: &Stage,
+    tile: &Tile,
+    first: usize,
+    mut asked: u8,
+    bench: &mut Workbench,
+) {
+    let offsets = stage.offsets(tile, first);
+    let models = &tile.model[first..first + LANES];
+    let background = Mask::of(|lane| models[lane] == BACKGROUND);
+    let far = background.select(Lanes::splat(f32::INFINITY), Lanes::splat(SEGMENT_END));
+    let eye = stage.view.camera.eye;
+    if check == SightCheck::Moved {
+        for lane in set_bits(asked) {
+            if !stage.movers.may_meet(eye, offsets.lane(lane), far.0[lane]) {
+                asked &= !(1 << lane);
+            }
+        }
+    }
+    // nothing is the background's own: its number is that of no hit
+    let own = [models, &tile.triangle[first..first + LANES]];
+    bench.rays.push_lanes_to_samples(Lanes3::splat(eye), offsets, far, own, asked);
+    for lane in set_bits(asked) {
+        bench.owners.push((first + lane) as u32);
+        bench.cell_rays.verification[first + lane] += 1;
     }
 }

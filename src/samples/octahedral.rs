@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::lanes::{LANES, Lanes, Lanes3};
+
 /// A unit vector, folded onto an octahedron and flattened to a square of 65535 x 65535 steps: wrong by
 /// less than 7e-5 radians (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
 /// Vectors", JCGT 2014, `oct32`).
@@ -14,26 +16,50 @@ const STEPS: f32 = 32767.0;
 impl Octahedral {
     /// Folds `unit`. A vector of zero length becomes +Z.
     pub fn fold(unit: Vec3) -> Self {
+        Self::fold_lanes(Lanes3::splat(unit))[0]
+    }
+
+    /// Folds eight vectors.
+    #[inline(always)]
+    pub fn fold_lanes(unit: Lanes3) -> [Self; LANES] {
+        let one = Lanes::splat(1.0);
         let length = unit.x.abs() + unit.y.abs() + unit.z.abs();
-        if length == 0.0 {
-            return Self::fold(Vec3::Z);
+        let scale = length.gt(Lanes::ZERO).select(one / length, Lanes::ZERO);
+        let (x, y) = (unit.x * scale, unit.y * scale);
+        let below = unit.z.lt(Lanes::ZERO);
+        let (across, down) = ((one - y.abs()).with_sign_of(x), (one - x.abs()).with_sign_of(y));
+        let steps = |value: Lanes| {
+            let value = value * Lanes::splat(STEPS);
+            // the cast cuts off: half a step outwards rounds
+            (value + Lanes::splat(0.5).with_sign_of(value)).0
+        };
+        let (x, y) = (steps(below.select(across, x)), steps(below.select(down, y)));
+        let mut folded = [Self::default(); LANES];
+        for lane in 0..LANES {
+            folded[lane] = Self((x[lane] as i32 as u32 & 0xffff) | (y[lane] as i32 as u32) << 16);
         }
-        let (mut x, mut y) = (unit.x / length, unit.y / length);
-        if unit.z < 0.0 {
-            (x, y) = ((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y));
-        }
-        let step = |value: f32| ((value * STEPS).round() as i16) as u16 as u32;
-        Self(step(x) | step(y) << 16)
+        folded
     }
 
     /// The vector, of unit length.
-    #[inline]
     pub fn unfold(self) -> Vec3 {
-        let part = |bits: u32| f32::from(bits as u16 as i16) / STEPS;
-        let (x, y) = (part(self.0), part(self.0 >> 16));
-        let z = 1.0 - x.abs() - y.abs();
-        let fold = (-z).max(0.0);
-        Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
+        Self::unfold_lanes(&[self; LANES], 0).lane(0)
+    }
+
+    /// Eight vectors, of unit length, from `first` on.
+    #[inline(always)]
+    pub fn unfold_lanes(column: &[Self], first: usize) -> Lanes3 {
+        let eight = &column[first..first + LANES];
+        let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
+        for lane in 0..LANES {
+            x.0[lane] = ((eight[lane].0 << 16) as i32 >> 16) as f32;
+            y.0[lane] = (eight[lane].0 as i32 >> 16) as f32;
+        }
+        let step = Lanes::splat(1.0 / STEPS);
+        let (x, y) = (x * step, y * step);
+        let z = Lanes::splat(1.0) - x.abs() - y.abs();
+        let fold = (-z).max(Lanes::ZERO);
+        Lanes3 { x: x - fold.with_sign_of(x), y: y - fold.with_sign_of(y), z }.normalize()
     }
 }
 

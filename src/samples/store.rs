@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use super::{Octahedral, Status, Tag};
+use crate::lanes::{LANES, Lanes, Lanes3};
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -17,53 +19,146 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// `model` of a cell without a sample.
 pub const EMPTY: u32 = u32::MAX - 1;
 
-/// What projection reads of every sample: 16 bytes.
+/// One value for each cell of a tile.
+pub type Column<T> = [T; CELLS];
+
+/// Half floats of a colour, a column for each of R, G and B.
+pub type ColorColumns = [Column<f16>; 3];
+
+/// One sample, as its tile keeps it in columns: 46 bytes, and one for each light.
+///
+/// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
+/// sample that was kept is shaded from the same numbers as one that was just made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hot {
+pub struct Sample {
     /// Where the surface was hit, object space; for the background the direction, world space.
     pub point: Vec3,
     /// Index into [`Scene::models`](crate::scene::Scene::models), [`BACKGROUND`] or [`EMPTY`].
     pub model: u32,
-}
-
-impl Hot {
-    /// No sample.
-    pub const EMPTY: Self = Self { point: Vec3::ZERO, model: EMPTY };
-}
-
-/// What only a sample that stays in the picture needs: 28 bytes.
-///
-/// Directions and colours are rounded when a sample is *traced*, before anything is computed from them:
-/// a sample that was kept is shaded from the same numbers as one that was just made.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Cold {
     /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
     pub triangle: u32,
     /// Shading normal, object space, on the side from which the sample is seen.
     pub normal: Octahedral,
     /// The triangle's normal, object space, on the side from which the sample is seen.
     pub facet: Octahedral,
-    /// Diffuse reflectance, texture included.
-    pub albedo: [f16; 3],
-    /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
-    pub lit: [f16; 3],
-    /// Rendered frames since the sample was traced; stays at the top.
-    pub age: u16,
-    /// In this frame.
-    pub status: Status,
+    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
+    pub material: u16,
     /// Whether the eye sees the back of the triangle.
     pub from_behind: bool,
 }
 
-/// 32 x 32 cells.
+/// 32 x 32 cells, as columns: each phase reads those that it needs, eight cells at a time.
 #[derive(Debug, Clone)]
+#[allow(missing_docs, reason = "columns of the fields of Sample")]
 pub struct Tile {
-    /// One a cell.
-    pub hot: Vec<Hot>,
-    /// One a cell.
-    pub cold: Vec<Cold>,
-    /// One a light for each cell, cell by cell.
+    pub x: Column<f32>,
+    pub y: Column<f32>,
+    pub z: Column<f32>,
+    pub model: Column<u32>,
+    pub triangle: Column<u32>,
+    pub normal: Column<Octahedral>,
+    pub facet: Column<Octahedral>,
+    pub material: Column<u16>,
+    pub from_behind: Column<bool>,
+    /// Diffuse reflectance, texture included.
+    pub albedo: ColorColumns,
+    /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
+    pub lit: ColorColumns,
+    /// Rendered frames since the sample was traced; stays at the top.
+    pub age: Column<u16>,
+    /// In this frame.
+    pub status: Column<Status>,
+    /// A column for each light, one after the other.
     pub tags: Vec<Tag>,
+}
+
+impl Tile {
+    /// No sample in any cell.
+    pub fn empty(lights: usize) -> Self {
+        Self {
+            x: [0.0; CELLS],
+            y: [0.0; CELLS],
+            z: [0.0; CELLS],
+            model: [EMPTY; CELLS],
+            triangle: [0; CELLS],
+            normal: [Octahedral::default(); CELLS],
+            facet: [Octahedral::default(); CELLS],
+            material: [0; CELLS],
+            from_behind: [false; CELLS],
+            albedo: [[f16::ZERO; CELLS]; 3],
+            lit: [[f16::ZERO; CELLS]; 3],
+            age: [0; CELLS],
+            status: [Status::default(); CELLS],
+            tags: vec![Tag::default(); CELLS * lights],
+        }
+    }
+
+    /// Bytes of a tile for `lights` lights.
+    pub fn bytes(lights: usize) -> usize {
+        size_of::<Self>() + CELLS * lights * size_of::<Tag>()
+    }
+
+    /// The sample's place: see [`Sample::point`].
+    #[inline]
+    pub fn point(&self, cell: usize) -> Vec3 {
+        Vec3::new(self.x[cell], self.y[cell], self.z[cell])
+    }
+
+    /// Eight samples' places, from `first` on.
+    #[inline(always)]
+    pub fn points(&self, first: usize) -> Lanes3 {
+        Lanes3::load([&self.x, &self.y, &self.z], first)
+    }
+
+    /// What the store keeps of the surface.
+    #[inline]
+    pub fn sample(&self, cell: usize) -> Sample {
+        Sample {
+            point: self.point(cell),
+            model: self.model[cell],
+            triangle: self.triangle[cell],
+            normal: self.normal[cell],
+            facet: self.facet[cell],
+            material: self.material[cell],
+            from_behind: self.from_behind[cell],
+        }
+    }
+
+    /// Whether there is a surface in the cell, rather than nothing or the background.
+    #[inline]
+    pub fn is_surface(&self, cell: usize) -> bool {
+        self.model[cell] < EMPTY
+    }
+
+    /// Copies the sample in cell `at` of `from`, with its light and its tags, to `cell`. Age and status are
+    /// the caller's.
+    #[inline]
+    pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
+        self.x[cell] = from.x[at];
+        self.y[cell] = from.y[at];
+        self.z[cell] = from.z[at];
+        self.model[cell] = from.model[at];
+        self.triangle[cell] = from.triangle[at];
+        self.normal[cell] = from.normal[at];
+        self.facet[cell] = from.facet[at];
+        self.material[cell] = from.material[at];
+        self.from_behind[cell] = from.from_behind[at];
+        for i in 0..3 {
+            self.albedo[i][cell] = from.albedo[i][at];
+            self.lit[i][cell] = from.lit[i][at];
+        }
+        for (to, from) in self.tags.chunks_exact_mut(CELLS).zip(from.tags.chunks_exact(CELLS)) {
+            to[cell] = from[at];
+        }
+    }
+
+    /// Leaves the cell without a sample.
+    #[inline]
+    pub fn clear(&mut self, cell: usize, status: Status) {
+        self.model[cell] = EMPTY;
+        self.status[cell] = status;
+        self.age[cell] = 0;
+    }
 }
 
 /// All samples of a frame. Indices of samples run through the tiles in order.
@@ -77,18 +172,12 @@ pub struct SampleStore {
 impl SampleStore {
     /// `tiles` tiles without a sample, for a scene of `lights` lights.
     pub fn empty(tiles: usize, lights: usize) -> Self {
-        let tile = Tile {
-            hot: vec![Hot::EMPTY; CELLS],
-            cold: vec![Cold::default(); CELLS],
-            tags: vec![Tag::default(); CELLS * lights],
-        };
-        Self { tiles: vec![tile; tiles], lights }
+        Self { tiles: vec![Tile::empty(lights); tiles], lights }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let cell = size_of::<Hot>() + size_of::<Cold>() + self.lights * size_of::<Tag>();
-        self.tiles.len() * CELLS * cell
+        self.tiles.len() * Tile::bytes(self.lights)
     }
 
     /// The tile and the cell in it of sample number `index`.
@@ -98,18 +187,43 @@ impl SampleStore {
     }
 }
 
-/// Rounds a colour to what the store keeps; what is beyond a half float's range stays at its end.
-#[inline]
-pub fn to_half(color: Vec3) -> [f16; 3] {
-    let [r, g, b] = color.clamp(Vec3::splat(-65504.0), Vec3::splat(65504.0)).to_array();
-    [f16::from_f32(r), f16::from_f32(g), f16::from_f32(b)]
+/// The greatest half float: what is beyond stays here.
+const MOST: f32 = 65504.0;
+
+/// Rounds eight colours to what the store keeps, from cell `first` on.
+#[inline(always)]
+pub fn store_colors(colors: Lanes3, [r, g, b]: &mut ColorColumns, first: usize) {
+    for (values, column) in [(colors.x, r), (colors.y, g), (colors.z, b)] {
+        let cut = values.min(Lanes::splat(MOST)).max(Lanes::splat(-MOST));
+        column[first..first + LANES].convert_from_f32_slice(&cut.0);
+    }
 }
 
-/// The colour that the store keeps.
+/// Eight colours that the store keeps, from cell `first` on.
+#[inline(always)]
+pub fn load_colors([r, g, b]: &ColorColumns, first: usize) -> Lanes3 {
+    let load = |column: &Column<f16>| {
+        let mut eight = Lanes::ZERO;
+        column[first..first + LANES].convert_to_f32_slice(&mut eight.0);
+        eight
+    };
+    Lanes3 { x: load(r), y: load(g), z: load(b) }
+}
+
+/// Rounds a colour to what the store keeps.
 #[inline]
-pub fn from_half(color: [f16; 3]) -> Vec3 {
-    let [r, g, b] = color;
-    Vec3::new(r.to_f32(), g.to_f32(), b.to_f32())
+pub fn store_color(color: Vec3, columns: &mut ColorColumns, cell: usize) {
+    let cut = color.clamp(Vec3::splat(-MOST), Vec3::splat(MOST)).to_array();
+    for (column, value) in columns.iter_mut().zip(cut) {
+        column[cell] = f16::from_f32(value);
+    }
+}
+
+/// A colour that the store keeps.
+#[inline]
+pub fn load_color(columns: &ColorColumns, cell: usize) -> Vec3 {
+    let [r, g, b] = columns;
+    Vec3::new(r[cell].to_f32(), g[cell].to_f32(), b[cell].to_f32())
 }
 
 #[cfg(test)]
@@ -118,6 +232,18 @@ mod tests {
 
     #[test]
     fn a_sample_is_as_small_as_it_says() {
-        assert_eq!((size_of::<Hot>(), size_of::<Cold>(), size_of::<Tag>()), (16, 28, 1));
+        assert_eq!(Tile::bytes(1) - size_of::<Vec<Tag>>(), (46 + 1) * CELLS);
+    }
+
+    #[test]
+    fn colours_come_back_rounded_and_cut() {
+        let mut columns = [[f16::ZERO; CELLS]; 3];
+        store_color(Vec3::new(0.5, 1e9, -0.1), &mut columns, 19);
+        let one = load_color(&columns, 19);
+        assert_eq!((one.x, one.y), (0.5, MOST));
+        let eight = load_colors(&columns, 16);
+        assert_eq!(eight.lane(3), one);
+        store_colors(eight, &mut columns, 0);
+        assert_eq!(load_color(&columns, 3), one, "what was rounded stays");
     }
 }

@@ -20,6 +20,9 @@ pub enum Tag {
 }
 
 impl Tag {
+    /// In the order of their numbers.
+    pub const ALL: [Self; 5] = [Self::Unknown, Self::Lit, Self::Averted, Self::ByStill, Self::ByMovable];
+
     /// Whether the light reaches the sample.
     pub fn is_lit(self) -> bool {
         self == Tag::Lit

@@ -1,51 +1,139 @@
-//! Phong's reflection model as MTL means it: no division by pi, no energy balance.
+//! Phong's reflection model as MTL means it: no division by pi, no energy balance. Eight points at a time.
 
 use glam::Vec3;
 
-use crate::scene::Material;
+use crate::lanes::{Lanes, Lanes3, Mask};
+use crate::scene::{Material, Scene};
 
 use super::light::Arrival;
 
-/// Light that leaves whatever the eye's place: emission and ambient light.
-///
-/// Where a texture colours the diffuse reflectance it colours the ambient one as well.
-pub fn emitted_and_ambient(material: &Material, albedo: Vec3, ambient: Vec3) -> Vec3 {
-    let reflectance = if material.diffuse_map.is_some() {
-        let texture = Vec3::select(
-            material.diffuse.cmpgt(Vec3::ZERO),
-            albedo / material.diffuse.max(Vec3::splat(f32::MIN_POSITIVE)),
-            Vec3::ZERO,
-        );
-        material.ambient * texture
-    } else {
-        material.ambient
-    };
-    material.emission + reflectance * ambient
+/// What lighting needs to know of a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Paint {
+    /// Leaves whatever the light and the eye: emission, and ambient light where no texture colours it.
+    base: Vec3,
+    /// Ambient light, for each unit of the diffuse reflectance: where a texture colours the diffuse
+    /// reflectance it colours the ambient one as well.
+    ambient: Vec3,
+    /// Ks.
+    specular: Vec3,
+    /// Ns.
+    shininess: f32,
+    /// Whether rays go on from it.
+    goes_on: bool,
 }
 
-/// Whether light from `direction` can reach the front of a surface with these normals. A shading normal
-/// that leans beyond the facet's horizon does not make it reach.
-#[inline]
-pub fn faces(normal: Vec3, facet: Vec3, direction: Vec3) -> bool {
-    normal.dot(direction) > 0.0 && facet.dot(direction) > 0.0
+/// The materials of a scene, ready for lighting.
+#[derive(Debug, Clone)]
+pub struct Palette {
+    paints: Vec<Paint>,
+}
+
+/// How eight surfaces reflect a light's highlight.
+#[derive(Debug, Clone, Copy)]
+pub struct Gloss {
+    /// Ks.
+    pub specular: Lanes3,
+    /// Ns.
+    pub shininess: Lanes,
+    /// Whether any of the eight has a highlight.
+    pub is_any: bool,
+    /// Where rays go on.
+    pub goes_on: Mask,
+}
+
+impl Palette {
+    /// All materials of `scene` in its ambient light.
+    pub fn of(scene: &Scene) -> Self {
+        Self { paints: scene.materials.iter().map(|material| paint(material, scene.ambient)).collect() }
+    }
+
+    /// Light that leaves whatever the eye's place: emission and ambient light.
+    #[inline(always)]
+    pub fn emitted_and_ambient(&self, materials: &[u16], albedo: Lanes3) -> Lanes3 {
+        let (base, ambient) = match self.one_for_all(materials) {
+            Some(paint) => (Lanes3::splat(paint.base), Lanes3::splat(paint.ambient)),
+            None => {
+                let (mut base, mut ambient) = (Lanes3::ZERO, Lanes3::ZERO);
+                for (lane, material) in materials.iter().enumerate() {
+                    let paint = &self.paints[usize::from(*material)];
+                    base.set_lane(lane, paint.base);
+                    ambient.set_lane(lane, paint.ambient);
+                }
+                (base, ambient)
+            }
+        };
+        base + ambient * albedo
+    }
+
+    /// What highlights need.
+    #[inline(always)]
+    pub fn gloss(&self, materials: &[u16]) -> Gloss {
+        if let Some(paint) = self.one_for_all(materials) {
+            return Gloss {
+                specular: Lanes3::splat(paint.specular),
+                shininess: Lanes::splat(paint.shininess),
+                is_any: paint.specular != Vec3::ZERO,
+                goes_on: if paint.goes_on { Mask::ALL } else { Mask::NONE },
+            };
+        }
+        let (mut specular, mut shininess) = (Lanes3::ZERO, Lanes::ZERO);
+        let paint = |lane: usize| &self.paints[usize::from(materials[lane])];
+        for lane in 0..materials.len() {
+            specular.set_lane(lane, paint(lane).specular);
+            shininess.0[lane] = paint(lane).shininess;
+        }
+        let goes_on = Mask::of(|lane| paint(lane).goes_on);
+        Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }
+    }
+
+    /// The material that all eight have.
+    #[inline(always)]
+    fn one_for_all(&self, materials: &[u16]) -> Option<&Paint> {
+        let first = materials[0];
+        materials.iter().all(|material| *material == first).then(|| &self.paints[usize::from(first)])
+    }
+}
+
+fn paint(material: &Material, light: Vec3) -> Paint {
+    let ambient = material.ambient * light;
+    let some = material.diffuse.cmpgt(Vec3::ZERO);
+    let of_albedo = ambient / material.diffuse.max(Vec3::splat(f32::MIN_POSITIVE));
+    let (base, ambient) = match material.diffuse_map {
+        Some(_) => (Vec3::ZERO, Vec3::select(some, of_albedo, Vec3::ZERO)),
+        None => (ambient, Vec3::ZERO),
+    };
+    Paint {
+        base: material.emission + base,
+        ambient,
+        specular: material.specular,
+        shininess: material.shininess,
+        goes_on: material.has_secondary_rays(),
+    }
+}
+
+/// Where light can reach the front of surfaces with these normals. A shading normal that leans beyond the
+/// facet's horizon does not make it reach.
+#[inline(always)]
+pub fn faces(normal: Lanes3, facet: Lanes3, arrival: &Arrival) -> Mask {
+    let before = |normal: Lanes3| normal.dot(arrival.direction).gt(Lanes::ZERO);
+    before(normal) & before(facet) & arrival.irradiance.is_some()
 }
 
 /// Diffuse light by Lambert's cosine law.
-#[inline]
-pub fn diffuse(albedo: Vec3, normal: Vec3, arrival: &Arrival) -> Vec3 {
-    albedo * arrival.irradiance * normal.dot(arrival.direction).max(0.0)
+#[inline(always)]
+pub fn diffuse(albedo: Lanes3, normal: Lanes3, arrival: &Arrival) -> Lanes3 {
+    albedo * arrival.irradiance * normal.dot(arrival.direction).max(Lanes::ZERO)
 }
 
 /// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
 /// (unit length) points to the eye.
-#[inline]
-pub fn specular(material: &Material, normal: Vec3, view: Vec3, arrival: &Arrival) -> Vec3 {
-    let mirrored = 2.0 * normal.dot(arrival.direction) * normal - arrival.direction;
-    let cos = mirrored.dot(view);
-    if cos <= 0.0 {
-        return Vec3::ZERO;
-    }
-    material.specular * arrival.irradiance * cos.powf(material.shininess)
+#[inline(always)]
+pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) -> Lanes3 {
+    let cos = normal.dot(arrival.direction);
+    let mirrored = normal * (cos + cos) - arrival.direction;
+    let toward = mirrored.dot(view).max(Lanes::ZERO).min(Lanes::splat(1.0));
+    gloss.specular * arrival.irradiance * toward.power(gloss.shininess)
 }
 
 #[cfg(test)]
@@ -53,24 +141,32 @@ mod tests {
     use super::*;
 
     fn from(direction: Vec3) -> Arrival {
-        Arrival { to_light: direction, direction, far: f32::INFINITY, irradiance: Vec3::splat(2.0) }
+        let direction = Lanes3::splat(direction);
+        let irradiance = Lanes3::splat(Vec3::splat(2.0));
+        Arrival { to_light: direction, direction, far: f32::INFINITY, irradiance }
     }
 
     #[test]
     fn diffuse_follows_the_cosine() {
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
-        let lit = diffuse(Vec3::splat(0.5), Vec3::Y, &slanted);
-        assert!((lit - Vec3::splat(0.8)).length() < 1e-6);
-        assert_eq!(diffuse(Vec3::ONE, Vec3::NEG_Y, &slanted), Vec3::ZERO);
+        let lit = |albedo: f32, normal| diffuse(Lanes3::splat(Vec3::splat(albedo)), Lanes3::splat(normal), &slanted);
+        assert!((lit(0.5, Vec3::Y).lane(0) - Vec3::splat(0.8)).length() < 1e-6);
+        assert_eq!(lit(1.0, Vec3::NEG_Y).lane(0), Vec3::ZERO);
     }
 
     #[test]
     fn the_highlight_peaks_in_the_mirror_direction() {
-        let material = Material { specular: Vec3::splat(0.25), shininess: 10.0, ..Material::fallback() };
+        let gloss = Gloss {
+            specular: Lanes3::splat(Vec3::splat(0.25)),
+            shininess: Lanes::splat(10.0),
+            is_any: true,
+            goes_on: Mask::NONE,
+        };
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
-        let peak = specular(&material, Vec3::Y, Vec3::new(-0.6, 0.8, 0.0), &slanted);
+        let seen = |view| specular(&gloss, Lanes3::splat(Vec3::Y), Lanes3::splat(view), &slanted).lane(7);
+        let peak = seen(Vec3::new(-0.6, 0.8, 0.0));
         assert!((peak - Vec3::splat(0.5)).length() < 1e-5, "{peak}");
-        assert_eq!(specular(&material, Vec3::Y, Vec3::new(1.0, 0.0, 0.0), &slanted), Vec3::ZERO);
+        assert_eq!(seen(Vec3::new(1.0, 0.0, 0.0)), Vec3::ZERO);
     }
 
     #[test]
@@ -81,7 +177,24 @@ mod tests {
             diffuse_map: Some(0),
             ..Material::fallback()
         };
-        let light = emitted_and_ambient(&material, Vec3::new(0.5, 0.25, 0.0), Vec3::splat(0.1));
+        let palette = Palette { paints: vec![paint(&material, Vec3::splat(0.1))] };
+        let albedo = Lanes3::splat(Vec3::new(0.5, 0.25, 0.0));
+        let light = palette.emitted_and_ambient(&[0; 8], albedo).lane(3);
         assert!((light - Vec3::new(0.1, 0.05, 0.0)).length() < 1e-6);
+    }
+
+    #[test]
+    fn eight_surfaces_have_each_their_own_material() {
+        let dark = Material { ambient: Vec3::ZERO, ..Material::fallback() };
+        let shiny = Material { specular: Vec3::ONE, ambient: Vec3::ONE, ..Material::fallback() };
+        let palette = Palette { paints: [dark, shiny].map(|material| paint(&material, Vec3::ONE)).to_vec() };
+        let materials = [0, 1, 0, 0, 1, 1, 0, 0];
+        let light = palette.emitted_and_ambient(&materials, Lanes3::ZERO);
+        let gloss = palette.gloss(&materials);
+        for (lane, material) in materials.iter().enumerate() {
+            assert_eq!(light.lane(lane), Vec3::splat(f32::from(*material)));
+            assert_eq!(gloss.specular.lane(lane), Vec3::splat(f32::from(*material)));
+        }
+        assert!(gloss.is_any && !palette.gloss(&[0; 8]).is_any);
     }
 }

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::motion::Transform;
 use crate::scene::{Material, Mesh, Scene};
-use crate::trace::Hit;
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side
 /// from which the surface is seen.
@@ -24,42 +24,126 @@ pub struct Surface {
     pub from_behind: bool,
 }
 
-/// What a triangle is at one of its points, object space, normals as the mesh has them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
-    /// Object space.
-    pub point: Vec3,
-    /// Unit length; the facet's where the mesh has none.
-    pub normal: Vec3,
-    /// Unit length, by the right-hand rule over the corners.
-    pub facet: Vec3,
-    /// Texture coordinates, zero where the mesh has none.
-    pub uv: Vec2,
+/// Eight triangles, object space, as the mesh has them.
+#[derive(Debug, Clone, Copy)]
+pub struct Corners {
+    first: Lanes3,
+    second: Lanes3,
+    third: Lanes3,
+    /// At the three corners, for those whose mesh has some.
+    normals: [Lanes3; 3],
+    is_smooth: Mask,
 }
 
-/// `triangle` of `mesh` at barycentric `u`, `v` (weights of its second and third corner).
-pub fn interpolate(mesh: &Mesh, triangle: u32, u: f32, v: f32) -> Corner {
-    let [first, second, third] = mesh.triangles[triangle as usize];
-    let [first, second, third] = [first as usize, second as usize, third as usize];
-    let at = |corner: usize| Vec3::from_array(mesh.positions.as_slice()[corner]);
-    let (a, b, c) = (at(first), at(second), at(third));
-    let facet = (b - a).cross(c - a);
-    // tiny triangles: the cross product of edges of 1e-20 is 0 in f32
-    let facet = facet.try_normalize().unwrap_or_else(|| {
-        (b - a).as_dvec3().cross((c - a).as_dvec3()).try_normalize().map_or(Vec3::Y, |n| n.as_vec3())
-    });
-    let w = 1.0 - u - v;
-    let normal = match mesh.normals.as_slice() {
-        [] => facet,
-        normals => {
-            (normals[first] * w + normals[second] * u + normals[third] * v).try_normalize().unwrap_or(facet)
+impl Corners {
+    /// Lanes that hold no triangle yet: something finite, all the same.
+    pub const NONE: Self = Self {
+        first: Lanes3::ZERO,
+        second: Lanes3 { x: Lanes([1.0; LANES]), y: Lanes::ZERO, z: Lanes::ZERO },
+        third: Lanes3 { x: Lanes::ZERO, y: Lanes([1.0; LANES]), z: Lanes::ZERO },
+        normals: [Lanes3::ZERO; 3],
+        is_smooth: Mask::NONE,
+    };
+
+    /// Puts `triangle` of `mesh` into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, mesh: &Mesh, triangle: u32) {
+        let corners = mesh.triangles[triangle as usize].map(|corner| corner as usize);
+        let positions = mesh.positions.as_slice();
+        let [a, b, c] = corners.map(|corner| Vec3::from_array(positions[corner]));
+        self.first.set_lane(lane, a);
+        self.second.set_lane(lane, b);
+        self.third.set_lane(lane, c);
+        if !mesh.normals.is_empty() {
+            for (normals, corner) in self.normals.iter_mut().zip(corners) {
+                normals.set_lane(lane, mesh.normals[corner]);
+            }
+            self.is_smooth.0[lane] = u32::MAX;
+        }
+    }
+
+    /// The points with these barycentric weights of the second and third corner.
+    #[inline(always)]
+    pub fn point(&self, [u, v]: [Lanes; 2]) -> Lanes3 {
+        self.first + (self.second - self.first) * u + (self.third - self.first) * v
+    }
+
+    /// Normals of the triangles by the right-hand rule over the corners, of unit length.
+    #[inline(always)]
+    pub fn facet(&self) -> Lanes3 {
+        let across = (self.second - self.first).cross(self.third - self.first);
+        let squared = across.dot(across);
+        let mut facet = across * (Lanes::splat(1.0) / squared.sqrt());
+        let too_short = !squared.gt(Lanes::splat(LEAST_SQUARE));
+        for lane in (0..LANES).filter(|lane| too_short.0[*lane] != 0) {
+            facet.set_lane(lane, self.exact_facet(lane));
+        }
+        facet
+    }
+
+    /// For tiny triangles: the cross product of edges of 1e-10 is all but 0 in single floats.
+    #[cold]
+    fn exact_facet(&self, lane: usize) -> Vec3 {
+        let [a, b, c] = [self.first, self.second, self.third].map(|corner| corner.lane(lane).as_dvec3());
+        (b - a).cross(c - a).try_normalize().map_or(Vec3::Y, |normal| normal.as_vec3())
+    }
+
+    /// Normals for shading, of unit length: interpolated where the mesh has normals, the facets' elsewhere.
+    #[inline(always)]
+    pub fn normal(&self, [u, v]: [Lanes; 2]) -> Lanes3 {
+        let facet = self.facet();
+        if !self.is_smooth.any() {
+            return facet;
+        }
+        let w = Lanes::splat(1.0) - u - v;
+        let sum = self.normals[0] * w + self.normals[1] * u + self.normals[2] * v;
+        let squared = sum.dot(sum);
+        let usable = self.is_smooth & squared.gt(Lanes::splat(LEAST_SQUARE));
+        usable.select3(sum * (Lanes::splat(1.0) / squared.sqrt()), facet)
+    }
+}
+
+/// Squared lengths below this are too inexact to divide by.
+const LEAST_SQUARE: f32 = 1e-30;
+
+/// Texture coordinates of `triangle` of `mesh` at weights `u`, `v`; zero where the mesh has none.
+#[inline]
+pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|corner| corner as usize);
+    match mesh.uvs.as_slice() {
+        [] => Vec2::ZERO,
+        uvs => uvs[a] * (1.0 - u - v) + uvs[b] * u + uvs[c] * v,
+    }
+}
+
+/// Where the ray from `eye` along `direction` (world space) meets the plane of `triangle`, moved into the
+/// triangle: the point (object space) and its weights of the second and third corner, all computed in double
+/// floats. `None` for triangles without an area.
+pub fn meet_exactly(
+    transform: &Transform,
+    mesh: &Mesh,
+    triangle: u32,
+    eye: Vec3,
+    direction: Vec3,
+) -> Option<(Vec3, Vec2)> {
+    let (origin, along) = match transform.is_identity {
+        true => (eye, direction),
+        false => {
+            let to_object = &transform.to_object;
+            (to_object.transform_point3(eye), to_object.transform_vector3(direction))
         }
     };
-    let uv = match mesh.uvs.as_slice() {
-        [] => Vec2::ZERO,
-        uvs => uvs[first] * w + uvs[second] * u + uvs[third] * v,
-    };
-    Corner { point: a + (b - a) * u + (c - a) * v, normal, facet, uv }
+    let (origin, along) = (origin.as_dvec3(), along.as_dvec3());
+    let positions = mesh.positions.as_slice();
+    let place = |i: u32| Vec3::from_array(positions[i as usize]).as_dvec3();
+    let [a, b, c] = mesh.triangles[triangle as usize].map(place);
+    let plane = (b - a).cross(c - a);
+    let t = (a - origin).dot(plane) / along.dot(plane);
+    // edge on: any point of the triangle will do
+    let met = if t.is_finite() { origin + along * t } else { a };
+    let at = barycentric([a, b, c], met, f64::INFINITY)?;
+    let point = a + (b - a) * at.x + (c - a) * at.y;
+    Some((point.as_vec3(), at.as_vec2()))
 }
 
 /// Barycentric coordinates (second and third corner) of `point` in a triangle; `None` where it lies
@@ -80,33 +164,16 @@ pub fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DV
     (nearest.distance(point) <= reach).then_some(clamped)
 }
 
-/// Diffuse reflectance of `material` at `uv`.
-pub fn albedo(scene: &Scene, material: &Material, uv: Vec2) -> Vec3 {
+/// Diffuse reflectance of `material` where its texture is asked at `uv`.
+#[inline]
+pub fn albedo(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2) -> Vec3 {
     match material.diffuse_map {
-        Some(map) => material.diffuse * scene.textures[map as usize].sample(uv),
+        Some(map) => material.diffuse * scene.textures[map as usize].sample(uv()),
         None => material.diffuse,
     }
 }
 
 impl Surface {
-    /// What a ray that goes along `direction` sees where it met `hit`; `transform` places the model.
-    pub fn at(scene: &Scene, transform: &Transform, hit: Hit, direction: Vec3) -> Self {
-        let mesh = &scene.models[hit.model as usize].mesh;
-        let corner = interpolate(mesh, hit.triangle, hit.u, hit.v);
-        let material = mesh.material_of[hit.triangle as usize];
-        let facet = transform.normal(corner.facet);
-        let from_behind = facet.dot(direction) > 0.0;
-        let side = if from_behind { -1.0 } else { 1.0 };
-        Self {
-            point: transform.point(corner.point),
-            normal: transform.normal(corner.normal) * side,
-            facet: facet * side,
-            albedo: albedo(scene, &scene.materials[usize::from(material)], corner.uv),
-            material,
-            from_behind,
-        }
-    }
-
     /// Where a ray starts that leaves the surface on the side of `direction`.
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let outward = if self.facet.dot(direction) < 0.0 { -self.facet } else { self.facet };
@@ -115,22 +182,34 @@ impl Surface {
 }
 
 /// `point`, moved along `normal` just so far that a ray from there does not meet the surface again.
+pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
+    off_surfaces(Lanes3::splat(point), Lanes3::splat(normal)).lane(0)
+}
+
+/// The same for eight points.
 ///
 /// Integer steps in the floats' own units make the distance fit the size of the coordinates; near zero
 /// a fixed distance serves (Wächter and Binder, "A Fast and Robust Method for Avoiding
 /// Self-Intersection", Ray Tracing Gems, chapter 6).
-pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
+#[inline(always)]
+pub fn off_surfaces(points: Lanes3, normals: Lanes3) -> Lanes3 {
     const STEPS: f32 = 256.0;
     const NEAR_ZERO: f32 = 1.0 / 32.0;
     const FIXED: f32 = 1.0 / 65536.0;
-    let moved = |p: f32, n: f32| {
-        if p.abs() < NEAR_ZERO {
-            return p + FIXED * n;
+    let moved = |point: Lanes, normal: Lanes| {
+        let near = point.abs().lt(Lanes::splat(NEAR_ZERO));
+        let steps = (normal * Lanes::splat(STEPS)).with_sign_changed_by(point);
+        let mut far = Lanes::ZERO;
+        for lane in 0..LANES {
+            far.0[lane] = f32::from_bits(point.0[lane].to_bits().wrapping_add(steps.0[lane] as i32 as u32));
         }
-        let steps = (STEPS * n) as i32;
-        f32::from_bits((p.to_bits() as i32).wrapping_add(if p < 0.0 { -steps } else { steps }) as u32)
+        near.select(point + normal * Lanes::splat(FIXED), far)
     };
-    Vec3::new(moved(point.x, normal.x), moved(point.y, normal.y), moved(point.z, normal.z))
+    Lanes3 {
+        x: moved(points.x, normals.x),
+        y: moved(points.y, normals.y),
+        z: moved(points.z, normals.z),
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::lanes::{LANES as HALF, Lanes, Lanes3};
+
 /// Rays in a packet: the width that Embree's widest kernels take.
 pub const LANES: usize = 16;
 
@@ -72,23 +74,10 @@ impl RayBatch {
         self.len == 0
     }
 
-    /// Adds the ray `origin + t * direction`, `near <= t <= far`.
-    #[inline]
+    /// Adds the ray `origin + t * direction`, `near <= t <= far`. It ends in no sample, and must not be asked
+    /// for [`Purpose::Sight`](super::Purpose::Sight).
+    #[inline(always)]
     pub fn push(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
-        self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);
-    }
-
-    /// Adds a ray that ends in a sample on `triangle` of `model`, which never blocks it.
-    #[inline]
-    pub fn push_to_sample(
-        &mut self,
-        origin: Vec3,
-        direction: Vec3,
-        near: f32,
-        far: f32,
-        model: u32,
-        triangle: u32,
-    ) {
         let (at, lane) = (self.len / LANES, self.len % LANES);
         if at == self.packets.len() {
             self.packets.push(RayPacket::EMPTY);
@@ -100,9 +89,64 @@ impl RayBatch {
         }
         packet.near[lane] = near;
         packet.far[lane] = far;
-        packet.own_model[lane] = model;
-        packet.own_triangle[lane] = triangle;
         self.len += 1;
+    }
+
+    /// Adds those of eight rays from t = 0 on whose bit is set in `wanted`.
+    #[inline(always)]
+    pub fn push_lanes(&mut self, origin: Lanes3, direction: Lanes3, far: Lanes, wanted: u8) {
+        self.make_room();
+        let (at, lane) = (self.len / LANES, self.len % LANES);
+        if wanted == u8::MAX && lane % HALF == 0 {
+            let packet = &mut self.packets[at];
+            for (axis, (origin, direction)) in [
+                (origin.x, direction.x),
+                (origin.y, direction.y),
+                (origin.z, direction.z),
+            ]
+            .into_iter()
+            .enumerate()
+            {
+                origin.store(&mut packet.origin[axis], lane);
+                direction.store(&mut packet.direction[axis], lane);
+            }
+            Lanes::ZERO.store(&mut packet.near, lane);
+            far.store(&mut packet.far, lane);
+            self.len += HALF;
+            return;
+        }
+        for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
+            self.push(origin.lane(i), direction.lane(i), 0.0, far.0[i]);
+        }
+    }
+
+    /// The same for rays that end in samples: these never block them.
+    #[inline(always)]
+    pub fn push_lanes_to_samples(
+        &mut self,
+        origin: Lanes3,
+        direction: Lanes3,
+        far: Lanes,
+        [models, triangles]: [&[u32]; 2],
+        wanted: u8,
+    ) {
+        self.make_room();
+        let mut next = self.len;
+        for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
+            let packet = &mut self.packets[next / LANES];
+            packet.own_model[next % LANES] = models[i];
+            packet.own_triangle[next % LANES] = triangles[i];
+            next += 1;
+        }
+        self.push_lanes(origin, direction, far, wanted);
+    }
+
+    /// Makes sure that eight more rays have packets.
+    #[inline(always)]
+    fn make_room(&mut self) {
+        while self.packets.len() * LANES < self.len + HALF {
+            self.packets.push(RayPacket::EMPTY);
+        }
     }
 
     /// The packets, each with the bits of its lanes in use.

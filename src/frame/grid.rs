@@ -1,0 +1,203 @@
+//! How the cells of a picture lie in tiles.
+//!
+//! Spaces: *cell space* has x to the right and y down from the top left corner of the picture, one unit a
+//! cell; a pixel is N x N cells. A tile holds as many whole pixels as fit into 32 x 32 cells, so that all
+//! samples of a pixel are in one tile; where N does not divide 32, its last rows and columns stay unused.
+
+use std::ops::Range;
+
+use crate::samples::{CELLS, Column, TILE};
+use crate::settings::Settings;
+
+/// The cells of a picture. The same for all frames of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// N: samples along a pixel's edge.
+    pub samples: u32,
+    /// Cells in a row.
+    pub cells_x: u32,
+    /// Cells in a column.
+    pub cells_y: u32,
+    /// Tiles in a row; the last may reach beyond the picture.
+    pub tiles_x: u32,
+    /// Tiles in a column.
+    pub tiles_y: u32,
+    /// Pixels along a tile's edge.
+    pub tile_pixels: u32,
+    /// Columns, within its tile, of the cells of a tile.
+    pub place_x: Column<f32>,
+    /// Rows, within its tile, of the cells of a tile.
+    pub place_y: Column<f32>,
+    /// The cells of a tile's pixels: N x N for each pixel, pixels in rows.
+    pub cells_of_pixels: Vec<u16>,
+    /// What a cell's column adds to its index.
+    index_of_column: Vec<u32>,
+    /// What a cell's row adds to its index.
+    index_of_row: Vec<u32>,
+}
+
+impl Grid {
+    /// For pictures as `settings` ask for them.
+    pub fn new(settings: &Settings) -> Self {
+        let samples = settings.samples;
+        let (cells_x, cells_y) = (settings.width * samples, settings.height * samples);
+        let tile_pixels = TILE as u32 / samples;
+        let edge = tile_pixels * samples;
+        let (tiles_x, tiles_y) = (cells_x.div_ceil(edge), cells_y.div_ceil(edge));
+        let in_tiles = |at: u32, tile: u32, place: fn(u32) -> u32| (at / edge) * tile + place(at % edge);
+        let row_of_tiles = tiles_x * CELLS as u32;
+        Self {
+            width: settings.width,
+            height: settings.height,
+            samples,
+            cells_x,
+            cells_y,
+            tiles_x,
+            tiles_y,
+            tile_pixels,
+            place_x: std::array::from_fn(|cell| place(cell)[0] as f32),
+            place_y: std::array::from_fn(|cell| place(cell)[1] as f32),
+            cells_of_pixels: cells_of_pixels(samples, tile_pixels),
+            index_of_column: (0..cells_x).map(|x| in_tiles(x, CELLS as u32, across)).collect(),
+            index_of_row: (0..cells_y).map(|y| in_tiles(y, row_of_tiles, down)).collect(),
+        }
+    }
+
+    /// Tiles of the store.
+    pub fn tiles(&self) -> usize {
+        self.tiles_x as usize * self.tiles_y as usize
+    }
+
+    /// Samples of a pixel.
+    pub fn samples_of_pixel(&self) -> usize {
+        (self.samples * self.samples) as usize
+    }
+
+    /// Index of the cell that holds a point of cell space, in the store's order; `None` outside.
+    #[inline]
+    pub fn cell_at(&self, x: f32, y: f32) -> Option<u32> {
+        // false for NaN as well
+        let inside = x >= 0.0 && y >= 0.0 && x < self.cells_x as f32 && y < self.cells_y as f32;
+        inside.then(|| self.index_of(x as u32, y as u32))
+    }
+
+    /// Index of the cell in column `x` and row `y`.
+    #[inline]
+    pub fn index_of(&self, x: u32, y: u32) -> u32 {
+        self.index_of_column[x as usize] + self.index_of_row[y as usize]
+    }
+
+    /// Column and row of the first cell of tile number `tile`.
+    pub fn tile_corner(&self, tile: usize) -> [u32; 2] {
+        self.pixel_corner(tile).map(|at| at * self.samples)
+    }
+
+    /// Column and row of the first pixel of tile number `tile`.
+    pub fn pixel_corner(&self, tile: usize) -> [u32; 2] {
+        let tile = tile as u32;
+        [(tile % self.tiles_x) * self.tile_pixels, (tile / self.tiles_x) * self.tile_pixels]
+    }
+
+    /// Columns and rows of the pixels of tile number `tile` that are in the picture.
+    pub fn pixels(&self, tile: usize) -> [Range<u32>; 2] {
+        let [x, y] = self.pixel_corner(tile);
+        [x..(x + self.tile_pixels).min(self.width), y..(y + self.tile_pixels).min(self.height)]
+    }
+
+    /// Columns and rows of tile number `tile`, from its corner, whose cells belong to the picture.
+    #[inline]
+    pub fn extent(&self, tile: usize) -> [u32; 2] {
+        let ([x, y], edge) = (self.tile_corner(tile), self.tile_pixels * self.samples);
+        [edge.min(self.cells_x - x), edge.min(self.cells_y - y)]
+    }
+}
+
+/// Whether a cell of a tile is within its `extent`.
+#[inline]
+pub fn holds(extent: [u32; 2], cell: usize) -> bool {
+    let [x, y] = place(cell);
+    x < extent[0] && y < extent[1]
+}
+
+/// Column and row, within its tile, of the cell that a tile stores as number `cell`.
+#[inline]
+pub fn place(cell: usize) -> [u32; 2] {
+    const BLOCKS: usize = TILE / 4;
+    let (block, lane) = (cell / 16, cell % 16);
+    [((block % BLOCKS) * 4 + lane % 4) as u32, ((block / BLOCKS) * 4 + lane / 4) as u32]
+}
+
+/// What column `x` within a tile adds to the number of a cell: tiles are stored in blocks of 4 x 4.
+fn across(x: u32) -> u32 {
+    (x / 4) * 16 + x % 4
+}
+
+/// What row `y` within a tile adds.
+fn down(y: u32) -> u32 {
+    (y / 4) * (TILE as u32 / 4) * 16 + (y % 4) * 4
+}
+
+fn cells_of_pixels(samples: u32, tile_pixels: u32) -> Vec<u16> {
+    let pixels = (0..tile_pixels).flat_map(|y| (0..tile_pixels).map(move |x| [x * samples, y * samples]));
+    let cells = pixels.flat_map(|[x, y]| {
+        (0..samples).flat_map(move |j| (0..samples).map(move |i| (across(x + i) + down(y + j)) as u16))
+    });
+    cells.collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::settings::{Filter, Mode};
+
+    /// A small picture for the tests of this room.
+    pub fn settings(width: u32, height: u32, samples: u32) -> Settings {
+        let (filter, mode) = (Filter::Box, Mode::Reproject);
+        Settings { width, height, samples, filter, depth: 3, mode, base_every: 0, audit: false }
+    }
+
+    #[test]
+    fn every_cell_has_an_index_of_its_own() {
+        for samples in [1, 2, 3, 5, 16] {
+            let grid = Grid::new(&settings(40, 36, samples));
+            let mut seen = vec![false; grid.tiles() * CELLS];
+            for y in 0..grid.cells_y {
+                for x in 0..grid.cells_x {
+                    let index = grid.index_of(x, y) as usize;
+                    assert!(!std::mem::replace(&mut seen[index], true));
+                    let corner = grid.tile_corner(index / CELLS);
+                    let place = place(index % CELLS);
+                    assert_eq!([corner[0] + place[0], corner[1] + place[1]], [x, y]);
+                    assert!(holds(grid.extent(index / CELLS), index % CELLS));
+                }
+            }
+            let held = (0..seen.len()).filter(|i| holds(grid.extent(i / CELLS), i % CELLS)).count();
+            assert_eq!(held as u32, grid.cells_x * grid.cells_y, "and no other cell is held");
+        }
+    }
+
+    #[test]
+    fn a_pixels_samples_are_its_cells() {
+        let grid = Grid::new(&settings(40, 36, 3));
+        let (tile, pixel) = (grid.tiles_x as usize + 1, (7 * grid.tile_pixels + 4) as usize);
+        let corner = grid.tile_corner(tile);
+        for cell in &grid.cells_of_pixels[pixel * 9..][..9] {
+            let place = place(usize::from(*cell));
+            let at = [(corner[0] + place[0]) / 3, (corner[1] + place[1]) / 3];
+            assert_eq!(at, [grid.tile_pixels + 4, grid.tile_pixels + 7]);
+        }
+    }
+
+    #[test]
+    fn there_is_nothing_beyond_the_rim() {
+        let grid = Grid::new(&settings(64, 64, 1));
+        assert_eq!(grid.cell_at(f32::NAN, 3.0), None);
+        assert_eq!(grid.cell_at(64.0, 3.0), None);
+        assert_eq!(grid.cell_at(3.0, -0.001), None);
+        assert_eq!(grid.cell_at(63.9, 63.9), Some(grid.index_of(63, 63)));
+    }
+}
