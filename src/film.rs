@@ -18,6 +18,8 @@ pub struct Plane {
     pub kind: PlaneKind,
     /// `width * height` finite values, row-major, top row first.
     pub data: Vec<f32>,
+    /// Known to be zero throughout: a renderer need not clear it, nor a writer look at it.
+    pub is_zero: bool,
 }
 
 /// A finished frame.

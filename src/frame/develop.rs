@@ -68,14 +68,15 @@ const CHANNELS: [(&str, PlaneKind, Source); 37] = {
     ]
 };
 
-/// An undeveloped frame, written over `used` where that is of the same size.
+/// An undeveloped frame, to be written over `used` where that is of the same size. What a plane holds is
+/// known only where it says that it is zero.
 pub fn blank(grid: &Grid, used: Option<Film>) -> Film {
     let (width, height) = (grid.width, grid.height);
     if let Some(film) = used.filter(|film| (film.width, film.height) == (width, height)) {
         return film;
     }
     let plane = || vec![0.0; width as usize * height as usize];
-    let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: plane() });
+    let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: plane(), is_zero: true });
     Film { width, height, planes: planes.collect() }
 }
 
@@ -87,12 +88,16 @@ pub struct Developer {
     samples: usize,
     /// The first row of filtered planes that is not written yet.
     next: u32,
+    /// For each plane, whether it was zero throughout before this frame.
+    was_zero: Vec<bool>,
 }
 
 impl Developer {
-    /// Begins with the top row.
-    pub fn new(grid: &Grid, filter: Filter) -> Self {
-        Self { filter, samples: grid.samples_of_pixel(), next: 0 }
+    /// Begins with the top row of `film`.
+    pub fn new(grid: &Grid, filter: Filter, film: &mut Film) -> Self {
+        let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
+        film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
+        Self { filter, samples: grid.samples_of_pixel(), next: 0, was_zero }
     }
 
     /// Writes into `film` what the tiles of band `now` complete; `before` is the band above it, and the
@@ -102,16 +107,28 @@ impl Developer {
         let reached = if end < height { end - halo(self.filter) } else { height };
         let rows = self.next..reached.max(self.next);
         self.next = rows.end;
-        let scales = Scales::of(self, [before, now], rows.clone(), width);
-        film.planes.par_iter_mut().zip(CHANNELS).for_each(|(plane, (name, _, source))| match source {
-            Source::Data(number) => write_data(number, now, &mut plane.data, width),
-            Source::Filtered(planes) => {
-                let out = &mut plane.data[rows.start as usize * width..rows.end as usize * width];
-                out.fill(0.0);
-                for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
-                    add_up(planes, [before, now], y, out);
+        let bands = [before, now];
+        let scales = Scales::of(self, bands, rows.clone(), width);
+        let planes = film.planes.par_iter_mut().zip(CHANNELS).zip(&self.was_zero);
+        planes.for_each(|((plane, (name, _, source)), was_zero)| match source {
+            Source::Data(number) => {
+                let is_zero = !now.iter().any(|tile| tile.has_data(number));
+                plane.is_zero &= is_zero;
+                if !is_zero || !was_zero {
+                    write_data(number, now, &mut plane.data, width);
                 }
-                scales.apply(out, if name == "A" { 1.0 } else { f32::INFINITY });
+            }
+            Source::Filtered(sums) => {
+                let is_zero = !bands.into_iter().flatten().any(|tile| tile.has_sums(sums));
+                plane.is_zero &= is_zero;
+                if !is_zero || !was_zero {
+                    let out = &mut plane.data[rows.start as usize * width..rows.end as usize * width];
+                    out.fill(0.0);
+                    for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
+                        add_up(sums, bands, y, out);
+                    }
+                    scales.apply(out, if name == "A" { 1.0 } else { f32::INFINITY });
+                }
             }
         });
     }
@@ -167,7 +184,12 @@ fn add_up(planes: &[usize], bands: [&[TileFilm]; 2], y: u32, out: &mut [f32]) {
 fn write_data(number: usize, tiles: &[TileFilm], out: &mut [f32], width: usize) {
     for tile in tiles {
         for (y, first, values) in tile.data_rows(number) {
-            out[y * width + first..][..values.len()].copy_from_slice(values);
+            let out = &mut out[y * width + first..][..values.len()];
+            if tile.has_data(number) {
+                out.copy_from_slice(values);
+            } else {
+                out.fill(0.0);
+            }
         }
     }
 }

@@ -75,8 +75,10 @@ pub struct TileFilm {
     sums: Vec<f32>,
     /// [`data::COUNT`] planes of the tile's own pixels.
     data: Vec<f32>,
-    /// Which planes of `sums` are not zero throughout.
+    /// Which planes of `sums` are not zero throughout; the others are not written.
     is_some: [bool; sums::COUNT],
+    /// Which planes of `data` are not zero throughout; the others are not written.
+    has_data: [bool; data::COUNT],
 }
 
 impl TileFilm {
@@ -86,11 +88,23 @@ impl TileFilm {
         self.halo = halo(filter) as usize;
         self.sums.resize(sums::COUNT * self.edge().pow(2), 0.0);
         self.data.resize(data::COUNT * self.stride.pow(2), 0.0);
+        self.is_some = [false; sums::COUNT];
+        self.has_data = [true; data::COUNT];
     }
 
     /// Pixels along an edge of a plane of sums.
     fn edge(&self) -> usize {
         self.stride + 2 * self.halo
+    }
+
+    /// Whether any of these planes of the sums is not zero throughout.
+    pub fn has_sums(&self, planes: &[usize]) -> bool {
+        planes.iter().any(|plane| self.is_some[*plane])
+    }
+
+    /// Whether this plane of the data is not zero throughout.
+    pub fn has_data(&self, plane: usize) -> bool {
+        self.has_data[plane]
     }
 
     /// The part of row `y` of plane `plane` of the sums that is in the picture, `width` pixels wide: its
@@ -228,7 +242,6 @@ fn sum_colors(
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
     ];
-    film.is_some = [false; sums::COUNT];
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
     let planes = planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
     let planes = std::iter::once((sums::ALPHA, &filtering.alpha)).chain(planes);
@@ -372,11 +385,11 @@ fn write_counts(grid: &Grid, tile: &Tile, bench: &Workbench, film: &mut TileFilm
         [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
     let (samples, size) = (grid.samples_of_pixel(), film.stride.pow(2));
     let mut write = |plane: usize, scale: f32, count: &dyn Fn(usize) -> u32, is_none: bool| {
-        let pixels = &mut film.data[plane * size..][..size];
+        film.has_data[plane] = !is_none;
         if is_none {
-            pixels.fill(0.0);
             return;
         }
+        let pixels = &mut film.data[plane * size..][..size];
         for (pixel, cells) in pixels.iter_mut().zip(grid.cells_of_pixels.chunks_exact(samples)) {
             *pixel = cells.iter().map(|cell| count(usize::from(*cell))).sum::<u32>() as f32 * scale;
         }

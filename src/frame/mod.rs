@@ -116,11 +116,12 @@ impl<'s> Renderer<'s> {
         };
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
+        let displaced = displaced(&pose);
         let stage = Stage {
             scene: self.scene,
             palette: &self.palette,
             pose: &pose,
-            all_identity: pose.models.iter().all(|model| model.is_identity),
+            displaced: &displaced,
             view: &view,
             plan: &plan,
             movers: &movers,
@@ -204,4 +205,10 @@ impl<'s> Renderer<'s> {
             bytes_per_sample: bytes as f64 / samples as f64,
         }
     }
+}
+
+/// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
+fn displaced(pose: &Pose) -> Vec<bool> {
+    let displaced: Vec<bool> = pose.models.iter().map(|model| !model.is_identity).collect();
+    if displaced.contains(&true) { displaced } else { Vec::new() }
 }

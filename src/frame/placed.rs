@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::stage::Stage;
+use super::stage::{Stage, set_bits};
 use crate::lanes::{LANES, Lanes3};
-use crate::samples::{CELLS, Column, EMPTY, Octahedral, Tile};
+use crate::samples::{CELLS, Column, Octahedral, Tile};
 
 /// Eight samples' surfaces in world space. Normals have unit length and point to the eye's side. What is in
 /// a lane without a surface means nothing.
@@ -29,21 +29,14 @@ impl Placed {
         let flat = tile.normal[first..first + LANES] == tile.facet[first..first + LANES];
         let normal = if flat { facet } else { Octahedral::unfold_lanes(&tile.normal, first) };
         let mut placed = Self { point, normal, facet };
-        if !stage.all_identity {
-            placed.transform(stage, &tile.model[first..first + LANES]);
+        let models = &tile.model[first..first + LANES];
+        for lane in set_bits(stage.displaced_bits(models)) {
+            let transform = stage.transform(models[lane]);
+            placed.point.set_lane(lane, transform.point(point.lane(lane)));
+            placed.normal.set_lane(lane, transform.normal(normal.lane(lane)));
+            placed.facet.set_lane(lane, transform.normal(facet.lane(lane)));
         }
         placed
-    }
-
-    fn transform(&mut self, stage: &Stage, models: &[u32]) {
-        for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model < EMPTY) {
-            let transform = stage.transform(*model);
-            if !transform.is_identity {
-                self.point.set_lane(lane, transform.point(self.point.lane(lane)));
-                self.normal.set_lane(lane, transform.normal(self.normal.lane(lane)));
-                self.facet.set_lane(lane, transform.normal(self.facet.lane(lane)));
-            }
-        }
     }
 }
 

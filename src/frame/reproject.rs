@@ -97,10 +97,8 @@ fn seen_from_behind(stage: &Stage, tile: &Tile, first: usize) -> u8 {
         return 0;
     }
     let mut facets = Octahedral::unfold_lanes(&tile.facet, first);
-    if !stage.all_identity {
-        for lane in set_bits(may_have_turned) {
-            facets.set_lane(lane, stage.transform(models[lane]).facet(facets.lane(lane)));
-        }
+    for lane in set_bits(stage.displaced_bits(models)) {
+        facets.set_lane(lane, stage.transform(models[lane]).facet(facets.lane(lane)));
     }
     let before = facets.dot(stage.offsets(tile, first)).lt(Lanes::ZERO);
     may_have_turned & !before.bits()

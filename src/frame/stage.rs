@@ -23,8 +23,8 @@ pub struct Stage<'a> {
     pub palette: &'a Palette,
     /// Where it is.
     pub pose: &'a Pose,
-    /// Whether every model stands where its file puts it.
-    pub all_identity: bool,
+    /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
+    pub displaced: &'a [bool],
     /// How it is seen.
     pub view: &'a View,
     /// What changed.
@@ -58,13 +58,21 @@ impl<'a> Stage<'a> {
     pub fn offsets(&self, tile: &Tile, first: usize) -> Lanes3 {
         let models = &tile.model[first..first + LANES];
         let mut points = tile.points(first);
-        if !self.all_identity {
-            for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model < EMPTY) {
-                points.set_lane(lane, self.transform(*model).point(points.lane(lane)));
-            }
+        for lane in set_bits(self.displaced_bits(models)) {
+            points.set_lane(lane, self.transform(models[lane]).point(points.lane(lane)));
         }
         let background = Mask::of(|lane| models[lane] == BACKGROUND);
         background.select3(points, points - Lanes3::splat(self.view.camera.eye))
+    }
+
+    /// Of eight samples' models, those whose object space is not world space, a bit each.
+    #[inline(always)]
+    pub fn displaced_bits(&self, models: &[u32]) -> u8 {
+        if self.displaced.is_empty() {
+            return 0;
+        }
+        let is_displaced = |model: &u32| self.displaced.get(*model as usize) == Some(&true);
+        models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(is_displaced(model)) << lane)
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.

@@ -62,7 +62,7 @@ pub fn run_tiles(
     film: &mut Film,
 ) -> TileSum {
     let grid = &*stage.view.grid;
-    let mut developer = Developer::new(grid, settings.filter);
+    let mut developer = Developer::new(grid, settings.filter, film);
     let mut sum = TileSum::default();
     let in_band = band_rows(grid) * grid.tiles_x as usize;
     let [now, before] = &mut shop.bands;

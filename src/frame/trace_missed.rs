@@ -1,7 +1,5 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
-use glam::Vec3;
-
 use super::stage::{Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Octahedral, Status, Tag, Tile, store_color};
@@ -82,35 +80,55 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let behind = seen_from_behind(stage, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
-    for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
-        let (model, triangle) = (models[lane], triangles[lane]);
-        tile.age[cell] = 0;
-        if model == NO_HIT {
-            tile.model[cell] = BACKGROUND;
-            put(tile, cell, direction.lane(lane));
-            continue;
+    let first = owners[0] as usize;
+    if owners.len() == LANES && owners[LANES - 1] as usize == first + LANES - 1 && !models.contains(&NO_HIT) {
+        // eight neighbours, as in every frame that is traced in full: whole columns
+        point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
+        tile.model[first..first + LANES].copy_from_slice(models);
+        tile.triangle[first..first + LANES].copy_from_slice(triangles);
+        tile.normal[first..first + LANES].copy_from_slice(&normals);
+        tile.facet[first..first + LANES].copy_from_slice(&facets);
+        tile.age[first..first + LANES].fill(0);
+        for lane in 0..LANES {
+            tile.from_behind[first + lane] = behind.0[lane] != 0;
         }
-        tile.model[cell] = model;
-        put(tile, cell, point.lane(lane));
-        tile.triangle[cell] = triangle;
-        tile.normal[cell] = normals[lane];
-        tile.facet[cell] = facets[lane];
-        tile.from_behind[cell] = behind.0[lane] != 0;
-        let mesh = mesh_of(stage, model);
-        tile.material[cell] = mesh.material_of[triangle as usize];
-        let material = &stage.scene.materials[usize::from(tile.material[cell])];
-        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
-        store_color(albedo(stage.scene, material, uv), &mut tile.albedo, cell);
+    } else {
+        for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
+            let is_hit = models[lane] != NO_HIT;
+            let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
+            [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
+            tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
+            tile.triangle[cell] = triangles[lane];
+            tile.normal[cell] = normals[lane];
+            tile.facet[cell] = facets[lane];
+            tile.from_behind[cell] = behind.0[lane] != 0;
+            tile.age[cell] = 0;
+        }
+    }
+    keep_albedo(stage, [models, triangles], weights, owners, tile);
+}
+
+/// Keeps materials and reflectances of what eight rays met.
+fn keep_albedo(
+    stage: &Stage,
+    [models, triangles]: [&[u32]; 2],
+    weights: [Lanes; 2],
+    owners: &[u32],
+    tile: &mut Tile,
+) {
+    for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
+        if models[lane] != NO_HIT {
+            let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
+            tile.material[cell] = mesh.material_of[triangle as usize];
+            let material = &stage.scene.materials[usize::from(tile.material[cell])];
+            let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
+            store_color(albedo(stage.scene, material, uv), &mut tile.albedo, cell);
+        }
     }
 }
 
 fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
     &stage.scene.models[model as usize].mesh
-}
-
-#[inline(always)]
-fn put(tile: &mut Tile, cell: usize, point: Vec3) {
-    [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
 }
 
 /// Mends the points (object space) that lie beside their rays, and their weights.
@@ -129,10 +147,8 @@ fn put_on_ray(
 ) {
     let eye = stage.view.camera.eye;
     let mut world = *point;
-    if !stage.all_identity {
-        for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-            world.set_lane(lane, stage.transform(models[lane]).point(point.lane(lane)));
-        }
+    for lane in set_bits(stage.displaced_bits(models)) {
+        world.set_lane(lane, stage.transform(models[lane]).point(point.lane(lane)));
     }
     let offset = world - Lanes3::splat(eye);
     let aside = offset.cross(direction);
@@ -153,10 +169,8 @@ fn put_on_ray(
 #[inline(always)]
 fn seen_from_behind(stage: &Stage, facet: Lanes3, direction: Lanes3, models: &[u32]) -> Mask {
     let mut world = facet;
-    if !stage.all_identity {
-        for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-            world.set_lane(lane, stage.transform(models[lane]).facet(facet.lane(lane)));
-        }
+    for lane in set_bits(stage.displaced_bits(models)) {
+        world.set_lane(lane, stage.transform(models[lane]).facet(facet.lane(lane)));
     }
     world.dot(direction).gt(Lanes::ZERO)
 }

@@ -57,7 +57,7 @@ mod tests {
     }
 
     fn film() -> Film {
-        let plane = |name, kind, value| Plane { name, kind, data: vec![value; 6] };
+        let plane = |name, kind, value| Plane { name, kind, data: vec![value; 6], is_zero: false };
         let planes = vec![
             plane("R", PlaneKind::Half, 0.5),
             plane("Z", PlaneKind::Float, 1e6),

@@ -94,7 +94,7 @@ mod tests {
     fn a_preview_has_the_colours_in_place() {
         let data = [vec![1.0, 0.0], vec![0.0, 1.0], vec![0.5, 0.5]];
         let planes = ["R", "G", "B"].into_iter().zip(data);
-        let planes = planes.map(|(name, data)| Plane { name, kind: PlaneKind::Half, data });
+        let planes = planes.map(|(name, data)| Plane { name, kind: PlaneKind::Half, data, is_zero: false });
         let mut film = Film { width: 2, height: 1, planes: planes.collect() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");

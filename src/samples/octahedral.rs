@@ -28,15 +28,13 @@ impl Octahedral {
         let (x, y) = (unit.x * scale, unit.y * scale);
         let below = unit.z.lt(Lanes::ZERO);
         let (across, down) = ((one - y.abs()).with_sign_of(x), (one - x.abs()).with_sign_of(y));
-        let steps = |value: Lanes| {
-            let value = value * Lanes::splat(STEPS);
-            // the cast cuts off: half a step outwards rounds
-            (value + Lanes::splat(0.5).with_sign_of(value)).0
-        };
+        // added to this, a small number is rounded and stands in the low bits
+        const ROUND: f32 = 12_582_912.0;
+        let steps = |value: Lanes| (value * Lanes::splat(STEPS) + Lanes::splat(ROUND)).0;
         let (x, y) = (steps(below.select(across, x)), steps(below.select(down, y)));
         let mut folded = [Self::default(); LANES];
         for lane in 0..LANES {
-            folded[lane] = Self((x[lane] as i32 as u32 & 0xffff) | (y[lane] as i32 as u32) << 16);
+            folded[lane] = Self((x[lane].to_bits() & 0xffff) | y[lane].to_bits() << 16);
         }
         folded
     }

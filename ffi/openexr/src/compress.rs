@@ -19,16 +19,16 @@ impl Deflater {
         Self { stream, split: Vec::new(), differences: Vec::new() }
     }
 
-    /// The chunk as ZIP and ZIPS have it; `None` if that would not be smaller, whereupon the file
-    /// format wants the packed bytes themselves.
-    pub(crate) fn deflate(&mut self, packed: &[u8]) -> Option<Vec<u8>> {
+    /// Makes `deflated` the chunk as ZIP and ZIPS have it. `false` if that would not be smaller, whereupon
+    /// the file format wants the packed bytes themselves.
+    pub(crate) fn deflate(&mut self, packed: &[u8], deflated: &mut Vec<u8>) -> bool {
         self.prepare(packed);
         self.stream.reset();
-        // The space ends one byte short of the packed size: what does not fit is not worth it.
-        let mut deflated = Vec::with_capacity(packed.len().saturating_sub(1));
-        let status = self.stream.compress_vec(&self.differences, &mut deflated, FlushCompress::Finish);
-        let whole = matches!(status, Ok(Status::StreamEnd));
-        (whole && deflated.len() < packed.len()).then_some(deflated)
+        deflated.clear();
+        // The space ends short of the packed size: what does not fit is not worth it.
+        deflated.reserve(packed.len());
+        let status = self.stream.compress_vec(&self.differences, deflated, FlushCompress::Finish);
+        matches!(status, Ok(Status::StreamEnd)) && deflated.len() < packed.len()
     }
 
     /// Bytes at even places first, then those at odd places, then each minus the one before it: high

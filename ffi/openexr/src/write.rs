@@ -4,6 +4,7 @@ use std::ffi::{CString, c_void};
 use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use openexr_sys as sys;
 use rayon::prelude::*;
@@ -111,11 +112,18 @@ fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Erro
     let height = encoder.image.height as usize;
     let step = context.lines_per_chunk(encoder.path)?;
     let starts: Vec<usize> = (0..height).step_by(step).collect();
+    // buffers are used again: new ones of this size are new pages from the system every time
+    let scratches = Mutex::new(Vec::new());
+    let lock = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut chunks = vec![Vec::new(); starts.len().min(CHUNKS_AT_ONCE)];
     for some in starts.chunks(CHUNKS_AT_ONCE) {
-        let lines = some.par_iter().map(|&first| first..(first + step).min(height));
-        let chunks: Vec<Vec<u8>> = lines
-            .map_init(|| Scratch::new(encoder.level), |scratch, lines| encoder.chunk(scratch, lines))
-            .collect::<Result<_, Error>>()?;
+        some.par_iter().zip(&mut chunks).try_for_each(|(&first, chunk)| {
+            let unused = lock().pop();
+            let mut scratch = unused.unwrap_or_else(|| Scratch::new(encoder.level));
+            let done = encoder.chunk(&mut scratch, first..(first + step).min(height), chunk);
+            lock().push(scratch);
+            done
+        })?;
         for (&first, chunk) in some.iter().zip(&chunks) {
             write_chunk(encoder.path, context, first, chunk)?;
         }
@@ -152,17 +160,26 @@ impl Scratch {
 }
 
 impl Encoder<'_> {
-    /// The bytes of these lines as the file has them.
-    fn chunk(&self, scratch: &mut Scratch, lines: Range<usize>) -> Result<Vec<u8>, Error> {
+    /// Makes `chunk` the bytes of these lines as the file has them.
+    fn chunk(&self, scratch: &mut Scratch, lines: Range<usize>, chunk: &mut Vec<u8>) -> Result<(), Error> {
         let first = lines.start;
         let packed = &mut scratch.packed;
         pack_lines(self.channels, self.image.width as usize, lines, packed)
             .map_err(|found| Error::image(self.path, found.to_string()))?;
-        let compressed = match self.image.compression {
-            Compression::None => None,
-            Compression::Zips | Compression::Zip => scratch.deflater.deflate(packed),
-            Compression::Piz => compress_piz(self.path, self.context, first, packed)?,
+        let is_smaller = match self.image.compression {
+            Compression::None => false,
+            Compression::Zips | Compression::Zip => scratch.deflater.deflate(packed, chunk),
+            Compression::Piz => match compress_piz(self.path, self.context, first, packed)? {
+                Some(compressed) => {
+                    *chunk = compressed;
+                    true
+                }
+                None => false,
+            },
         };
-        Ok(compressed.unwrap_or_else(|| packed.clone()))
+        if !is_smaller {
+            chunk.clone_from(packed);
+        }
+        Ok(())
     }
 }
