@@ -9,8 +9,7 @@ use embree::VertexBuffer;
 use super::error::Findings;
 use super::lines::words;
 use super::mtl::{self, MtlMaterial};
-use super::obj::{self, ObjFile};
-use super::obj_lines::Named;
+use super::obj::{self, Named, ObjFile};
 use super::paths::find_beside;
 use super::pictures::Pictures;
 use super::spelling;
@@ -119,7 +118,7 @@ impl Assembly {
         complete: bool,
         path: &Path,
     ) -> Result<Vec<u16>, SceneError> {
-        // as in tobj, the last definition of a name counts
+        // the last definition of a name counts
         let by_name: HashMap<&str, &Defined> =
             defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
         let mut used = vec![false; obj.materials.len()];

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 
 use super::Mesh;
-use super::obj_lines::LARGEST_COORDINATE;
+use super::obj::LARGEST_COORDINATE;
 
 /// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
 pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
