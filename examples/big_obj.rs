@@ -1,6 +1,6 @@
 //! Writes a big OBJ file to measure with: a rippled sphere with normals and texture coordinates.
 //!
-//! `cargo run --release --example big_obj -- FILE.obj [MILLIONS OF TRIANGLES]` (10 are 1.2 GB).
+//! `cargo run --release --example big_obj -- FILE.obj [MILLIONS OF TRIANGLES]` (10 are 1.1 GB).
 
 use std::f64::consts::{PI, TAU};
 use std::fs::File;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::Named;
-use super::column::{Column, MOST_ENTRIES, OutOfRange};
+use super::column::{Indices, MOST_ENTRIES, OutOfRange};
 use super::fault::Fault;
 use super::piece::{Faces, Name, Piece};
 
@@ -33,10 +33,10 @@ pub(super) struct Joined {
 pub(super) struct Run {
     /// Indices from 0.
     pub positions: Vec<u32>,
-    /// Indices from 1, 0 for absent; empty where all are.
-    pub uvs: Vec<u32>,
-    /// Indices from 1, 0 for absent; empty where all are.
-    pub normals: Vec<u32>,
+    /// Of texture coordinates.
+    pub uvs: Indices,
+    /// Of normals.
+    pub normals: Indices,
     /// Number of faces.
     pub faces: usize,
     /// Corners of each face; empty where all have three.
@@ -84,21 +84,28 @@ fn bases(pieces: &[Piece]) -> (Vec<[u64; 3]>, [u64; 3]) {
     (bases.collect(), sum)
 }
 
-/// One list of many, with room for one more (which a vertex buffer needs). Each is freed once it is copied.
+/// One list of many, with room for one more (which a vertex buffer needs).
 pub(super) fn concatenated<T: Copy + Default + Send + Sync>(lists: impl Iterator<Item = Vec<T>>) -> Vec<T> {
     let lists: Vec<Vec<T>> = lists.collect();
     let length = lists.iter().map(Vec::len).sum();
     let mut whole = vec![T::default(); length + 1]; // zeros: the system gives them for nothing
     whole.truncate(length);
-    let mut rest = whole.as_mut_slice();
-    let mut pairs = Vec::with_capacity(lists.len());
-    for list in lists {
-        let (place, after) = rest.split_at_mut(list.len());
-        rest = after;
-        pairs.push((place, list));
-    }
-    pairs.into_par_iter().for_each(|(place, list)| place.copy_from_slice(&list));
+    let lengths = lists.iter().map(Vec::len);
+    let places = split(&mut whole, lengths);
+    // each is freed once it is copied
+    places.into_par_iter().zip(lists).for_each(|(place, list)| place.copy_from_slice(&list));
     whole
+}
+
+/// Parts of so many entries, from the first on.
+pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let mut parts = Vec::new();
+    for length in lengths {
+        let (part, rest) = list.split_at_mut(length);
+        list = rest;
+        parts.push(part);
+    }
+    parts
 }
 
 impl Joined {
@@ -132,16 +139,17 @@ fn named(name: &[u8], line: usize) -> Named {
 }
 
 impl Run {
-    /// `bases` are the numbers of entries before the piece, `counts` those of the file.
-    fn new(faces: Faces, bases: [u64; 3], counts: [u64; 3]) -> Result<Self, OutOfRange> {
+    /// So many entries are defined before the piece, and `counts` in the file.
+    fn new(faces: Faces, [bv, bvt, bvn]: [u64; 3], counts: [u64; 3]) -> Result<Self, OutOfRange> {
         let Faces { columns: [positions, uvs, normals], corners, count, arities, uses } = faces;
-        let resolved = |column: Column, part: usize| column.resolve(bases[part], counts[part], corners);
-        let mut positions = resolved(positions, 0)?;
-        if positions.len() != corners {
-            return Err(OutOfRange); // faces without any vertex in the file
-        }
-        positions.iter_mut().for_each(|index| *index -= 1);
-        let (uvs, normals) = (resolved(uvs, 1)?, resolved(normals, 2)?);
-        Ok(Self { positions, uvs, normals, faces: count, arities, uses })
+        let mut places = match positions.resolve(bv, counts[0], corners, &[])? {
+            Indices::Own(places) => places,
+            _ if corners == 0 => Vec::new(),
+            _ => return Err(OutOfRange), // not one vertex in the file
+        };
+        let uvs = uvs.resolve(bvt, counts[1], corners, &places)?;
+        let normals = normals.resolve(bvn, counts[2], corners, &places)?;
+        places.iter_mut().for_each(|index| *index -= 1);
+        Ok(Self { positions: places, uvs, normals, faces: count, arities, uses })
     }
 }

@@ -29,7 +29,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SceneError;
-pub(crate) use fault::{Fault, LARGEST_COORDINATE};
+use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
 use piece::{Piece, Reader};
 use share::Vertices;
@@ -114,7 +114,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let Vertices { positions, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
     let Joined { runs, materials, libraries, too_small, .. } = joined;
     let triangles = cut::cut(runs, &positions);
-    if !positions.par_iter().flatten().all(|x| x.abs() <= LARGEST_COORDINATE) {
+    if !are_within_reach(&positions) {
         return Err(Misfit::Somewhere);
     }
     if triangles.corners.is_empty() {
@@ -122,6 +122,13 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     }
     let (triangles, material_of) = (triangles.corners, triangles.material_of);
     Ok(ObjFile { positions, normals, uvs, triangles, material_of, materials, libraries })
+}
+
+/// Whether all coordinates are numbers that can be used.
+pub(crate) fn are_within_reach(positions: &[[f32; 3]]) -> bool {
+    // without an early end for each number, several are compared at once
+    let all = |block: &[f32]| block.iter().fold(true, |all, x| all & (x.abs() <= LARGEST_COORDINATE));
+    positions.as_flattened().par_chunks(1 << 14).all(all)
 }
 
 fn nothing_there(without_area: usize) -> String {

@@ -19,78 +19,148 @@ const EXACT_MANTISSA: u64 = 1 << 53;
 /// Most digits that surely fit into 64 bits.
 const MOST_DIGITS: usize = 19;
 
-/// A place in a text.
+/// Bytes that three indices of seven digits surely fit into, however they are loaded.
+const WINDOW: usize = 40;
+
+/// What is still to be read of a text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
-    /// All of it.
-    pub text: &'a [u8],
-    /// Offset of the next byte.
-    pub at: usize,
+    pub rest: &'a [u8],
 }
 
-impl<'a> Cursor<'a> {
-    /// The byte `ahead` of the next one; behind the end there are line ends.
+impl Cursor<'_> {
+    /// The next byte; behind the end there are line ends.
     #[inline(always)]
-    pub fn peek(&self, ahead: usize) -> u8 {
-        self.text.get(self.at + ahead).copied().unwrap_or(b'\n')
+    pub fn peek(&self) -> u8 {
+        self.rest.first().copied().unwrap_or(b'\n')
+    }
+
+    /// Goes on by `count` bytes, if there are as many.
+    #[inline(always)]
+    pub fn skip(&mut self, count: usize) -> Option<()> {
+        self.rest = self.rest.get(count..)?;
+        Some(())
     }
 
     /// Goes to the next byte that is no blank; a line end is none here.
     #[inline(always)]
     pub fn skip_blanks(&mut self) {
-        while is_blank(self.peek(0)) {
-            self.at += 1;
+        // mostly there are none: one comparison
+        while let [b'\0'..=b' ', rest @ ..] = self.rest {
+            if !is_blank(self.peek()) {
+                break;
+            }
+            self.rest = rest;
         }
     }
 
-    /// The number here, as `str::parse` reads it; what follows is a blank or the line's end.
+    /// The number here, as `str::parse` reads it, and the byte behind it, a blank or the line's end. Goes
+    /// behind both. `None` close to the end of the text, too.
     #[inline(always)]
-    pub fn number(&mut self) -> Option<f32> {
+    pub fn number(&mut self) -> Option<(f32, u8)> {
         match self.short_number() {
-            Some((value, end)) => {
-                self.at = end;
-                Some(value)
+            Some((value, end, length)) => {
+                self.skip(length)?;
+                Some((value, end))
             }
             None => self.any_number(),
         }
     }
 
-    /// An index that is not 0, negative ones as they are; what follows is not looked at.
+    /// Up to three indices with slashes between (0 for what is left out between two), and the byte behind
+    /// them. Goes behind all. `None` where there is no index, and close to the end of the text.
     #[inline(always)]
-    pub fn index(&mut self) -> Option<i64> {
-        let negative = self.peek(0) == b'-';
-        let begin = self.at + usize::from(negative);
-        let (mut count, mut value) = leading_digits(self.eight(begin));
-        if count == 8 {
-            let (more, low) = leading_digits(self.eight(begin + 8));
-            if more == 8 {
-                return None;
+    pub fn indices(&mut self) -> Option<([i32; 3], u8)> {
+        let Some(window) = self.rest.first_chunk::<WINDOW>() else { return self.any_indices() };
+        let first = short_index(window, 0, None);
+        let Some((v, mut end, mut at)) = first else { return self.any_indices() };
+        let (mut vt, mut vn) = (0, 0);
+        if end == b'/' {
+            let like = Some((v, at, eight(window, 0)));
+            if window[at % 32] != b'/' {
+                let Some(second) = short_index(window, at, like) else { return self.any_indices() };
+                (vt, end, at) = second;
+            } else {
+                at += 1;
             }
+            if end == b'/' {
+                let Some(third) = short_index(window, at, like) else { return self.any_indices() };
+                (vn, end, at) = third;
+            }
+        }
+        self.skip(at)?;
+        Some(([v, vt, vn], end))
+    }
+
+    #[inline(never)]
+    fn any_indices(&mut self) -> Option<([i32; 3], u8)> {
+        let mut indices = [0; 3];
+        let mut end = b'/';
+        for (part, index) in indices.iter_mut().enumerate() {
+            if end == b'/' && (part != 1 || self.peek() != b'/') {
+                (*index, end) = self.any_index()?;
+            } else if end == b'/' {
+                self.skip(1)?;
+            }
+        }
+        Some((indices, end))
+    }
+
+    /// An index that is not 0, negative ones as they are, and the byte behind it. Goes behind both.
+    fn any_index(&mut self) -> Option<(i32, u8)> {
+        let is_negative = self.peek() == b'-';
+        self.skip(usize::from(is_negative))?;
+        let (mut count, mut value) = leading_digits(self.eight(0)?);
+        if count == 8 {
+            let (more, low) = leading_digits(self.eight(8)?);
             value = value * WHOLE_POWERS[more] + low;
             count += more;
         }
-        self.at = begin + count;
-        let value = value as i64; // 15 digits at most
-        (value != 0).then_some(if negative { -value } else { value })
+        let end = *self.rest.get(count)?;
+        self.skip(count + 1)?;
+        let value = i32::try_from(value).ok().filter(|value| *value != 0 && count < 16)?;
+        Some((if is_negative { -value } else { value }, end))
     }
 
-    /// A number of few digits, and where it ends.
-    ///
-    /// W. D. Clinger, "How to Read Floating Point Numbers Accurately" (1990), section 3: where mantissa and
-    /// power of ten are exact, one operation rounds once. It is done in f64 and rounded again, to f32. That
-    /// is the same as rounding once, unless the f64 lies just between two f32: those are left to others.
+    /// A number as most are written: one digit, a point, and up to 7 digits. With the byte behind it and the
+    /// length of both.
     #[inline(always)]
-    fn short_number(&self) -> Option<(f32, usize)> {
-        let negative = self.peek(0) == b'-';
-        let mut at = self.at + usize::from(negative);
-        let (mut digits, mut mantissa) = leading_digits(self.eight(at));
+    fn short_number(&self) -> Option<(f32, u8, usize)> {
+        let bytes = self.eight(0)?;
+        let sign = u32::from(bytes as u8 == b'-');
+        let begin = bytes >> (8 * sign);
+        let digit = (begin as u8).wrapping_sub(b'0');
+        if digit > 9 || (begin >> 8) as u8 != b'.' {
+            return self.usual_number();
+        }
+        let begin = sign as usize + 2;
+        let bytes = self.eight(begin)?;
+        let (count, low) = leading_digits(bytes);
+        if count == 0 || count == 8 {
+            return self.usual_number();
+        }
+        let end = (bytes >> (8 * count)) as u8;
+        if end != b' ' && end != b'\n' {
+            return self.usual_number();
+        }
+        let mantissa = u64::from(digit) * WHOLE_POWERS[count] + low;
+        let value = rounded_once(mantissa as i64 as f64 / POWERS[count])?;
+        Some((f32::from_bits(value.to_bits() | sign << 31), end, begin + count + 1))
+    }
+
+    /// A number of up to 15 digits, with the byte behind it and the length of both.
+    #[inline(never)]
+    fn usual_number(&self) -> Option<(f32, u8, usize)> {
+        let is_negative = self.peek() == b'-';
+        let mut at = usize::from(is_negative);
+        let (mut digits, mut mantissa) = leading_digits(self.eight(at)?);
         at += digits;
         let mut exponent = 0;
-        if self.byte(at) == b'.' {
+        if self.rest.get(at) == Some(&b'.') {
             at += 1;
             // a full eight: there may be more
             for _ in 0..2 {
-                let (count, low) = leading_digits(self.eight(at));
+                let (count, low) = leading_digits(self.eight(at)?);
                 mantissa = mantissa.wrapping_mul(WHOLE_POWERS[count]).wrapping_add(low);
                 at += count;
                 exponent -= count as i32;
@@ -100,56 +170,78 @@ impl<'a> Cursor<'a> {
             }
             digits += exponent.unsigned_abs() as usize;
         }
-        if self.byte(at) | 0x20 == b'e' {
-            let (power, end) = self.exponent(at + 1)?;
+        if self.rest.get(at)? | 0x20 == b'e' {
+            let (power, length) = self.exponent(at + 1)?;
             exponent += power;
-            at = end;
+            at += 1 + length;
         }
-        let ends = matches!(self.byte(at), b' ' | b'\n') || is_blank(self.byte(at));
-        if !ends || digits == 0 || digits > MOST_DIGITS || mantissa > EXACT_MANTISSA {
+        let end = *self.rest.get(at)?;
+        let is_complete = end == b'\n' || is_blank(end);
+        if !is_complete || digits == 0 || digits > MOST_DIGITS || mantissa > EXACT_MANTISSA {
             return None;
         }
         let power = *POWERS.get(exponent.unsigned_abs() as usize)?;
         let mantissa = mantissa as i64 as f64; // as signed: one instruction
-        let value = if exponent < 0 { mantissa / power } else { mantissa * power };
-        if is_between_two(value) {
-            return None;
-        }
-        // powers of ten from -22 to 37: neither an overflow nor a subnormal number
-        let value = value as f32;
-        Some((if negative { -value } else { value }, at))
+        let value = rounded_once(if exponent < 0 { mantissa / power } else { mantissa * power })?;
+        Some((if is_negative { -value } else { value }, end, at + 1))
     }
 
-    /// The exponent at `at`, behind its `e`, and where it ends.
-    #[inline]
-    fn exponent(&self, at: usize) -> Option<(i32, usize)> {
-        let sign = self.byte(at);
-        let begin = at + usize::from(matches!(sign, b'+' | b'-'));
-        let (count, value) = leading_digits(self.eight(begin));
+    /// The exponent `ahead`, behind its `e`, and its length.
+    fn exponent(&self, ahead: usize) -> Option<(i32, usize)> {
+        let sign = *self.rest.get(ahead)?;
+        let begin = usize::from(matches!(sign, b'+' | b'-'));
+        let (count, value) = leading_digits(self.eight(ahead + begin)?);
         let value = value as i32; // 8 digits at most
         (count > 0 && count < 8).then_some((if sign == b'-' { -value } else { value }, begin + count))
     }
 
     #[cold]
-    fn any_number(&mut self) -> Option<f32> {
-        let rest = &self.text[self.at..];
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        let value = parsed(&rest[..end])?;
-        self.at += end;
+    fn any_number(&mut self) -> Option<(f32, u8)> {
+        let length = self.rest.iter().position(u8::is_ascii_whitespace)?;
+        let value = (parsed(&self.rest[..length])?, self.rest[length]);
+        self.skip(length + 1)?;
         Some(value)
     }
 
+    /// Eight bytes, the first one lowest.
     #[inline(always)]
-    fn byte(&self, at: usize) -> u8 {
-        self.text.get(at).copied().unwrap_or(b'\n')
+    fn eight(&self, ahead: usize) -> Option<u64> {
+        let bytes = self.rest.get(ahead..)?.first_chunk()?;
+        Some(u64::from_le_bytes(*bytes))
     }
+}
 
-    /// Eight bytes, the first one lowest. Where there are fewer: zeros, which are no digits.
-    #[inline(always)]
-    fn eight(&self, at: usize) -> u64 {
-        let bytes = self.text.get(at..).and_then(|rest| rest.first_chunk());
-        bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes))
+/// An index of one to seven digits, `at` a place below 32, with the byte behind it and the place behind
+/// both. Is quick to see that it is the same as another, whose value is given with the place behind it
+/// and the bytes that it begins with: in many files the indices of a corner are equal.
+#[inline(always)]
+fn short_index(
+    window: &[u8; WINDOW],
+    at: usize,
+    like: Option<(i32, usize, u64)>,
+) -> Option<(i32, u8, usize)> {
+    let bytes = eight(window, at);
+    if let Some((value, behind, same)) = like {
+        let bits = 8 * (behind - 1);
+        let end = (bytes >> bits) as u8;
+        if ((bytes ^ same) << (64 - bits)) == 0 && end < b'0' {
+            return Some((value, end, at + behind));
+        }
     }
+    let (count, value) = leading_digits(bytes);
+    // an index of 0 has its own meaning
+    if count == 0 || count == 8 || value == 0 {
+        return None;
+    }
+    Some((value as i32, (bytes >> (8 * count)) as u8, at + count + 1))
+}
+
+/// Eight bytes at a place below 32, the first one lowest.
+#[inline(always)]
+fn eight(window: &[u8; WINDOW], at: usize) -> u64 {
+    // the remainder changes nothing, but shows that no check is needed
+    let bytes = window[at % 32..].first_chunk();
+    bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }
 
 /// Blanks within a line: what ASCII calls whitespace, without the line end.
@@ -166,26 +258,33 @@ pub(super) fn parsed(word: &[u8]) -> Option<f32> {
 /// How many of eight bytes, from the lowest on, are digits, and their value.
 #[inline(always)]
 fn leading_digits(bytes: u64) -> (usize, u64) {
-    // beyond the first byte that is none, carries may spoil the marks: only the lowest mark counts
-    let no_digit =
-        (bytes.wrapping_add(0x4646_4646_4646_4646) | bytes.wrapping_sub(ZEROS)) & 0x8080_8080_8080_8080;
-    let count = no_digit.trailing_zeros() / 8;
-    // two shifts, because one may not be by all 64 bits; leading zeros come in
-    let half = 32 - 4 * count;
-    let digits = ((bytes ^ ZEROS) << half) << half;
+    let bytes = bytes ^ ZEROS;
+    // beyond the first byte that is no digit, carries may spoil the marks: only the lowest mark counts
+    let marks = (bytes.wrapping_add(0x7676_7676_7676_7676) | bytes) & 0x8080_8080_8080_8080;
+    let bits = marks.trailing_zeros() & !7;
+    if bits == 0 {
+        return (0, 0);
+    }
+    // leading zeros come in; all 8 digits stay where they are
+    let digits = bytes << (bits.wrapping_neg() % 64);
     // pairs of digits, then both halves at once: D. Lemire, "Quickly parsing eight digits" (2018)
     let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8);
     const LOW: u64 = 0x0000_00FF_0000_00FF;
     let high = (pairs & LOW).wrapping_mul(100 + (1_000_000 << 32));
     let low = ((pairs >> 16) & LOW).wrapping_mul(1 + (10_000 << 32));
-    (count as usize, high.wrapping_add(low) >> 32)
+    ((bits / 8) as usize, high.wrapping_add(low) >> 32)
 }
 
-/// Whether `value` lies just in the middle between two neighbouring f32 (of the usual range).
+/// An f64 that was rounded once, as the f32 that rounding the exact value would have given. `None` where
+/// it lies just between two f32, and the exact value could be on either side of it.
+///
+/// W. D. Clinger, "How to Read Floating Point Numbers Accurately" (1990), section 3: where mantissa and
+/// power of ten are exact, one operation rounds once. (With at most 2^53 for one and 10^22 for the other
+/// there is neither an overflow nor a subnormal f32.)
 #[inline(always)]
-fn is_between_two(value: f64) -> bool {
+fn rounded_once(value: f64) -> Option<f32> {
     const DROPPED: u64 = (1 << 29) - 1;
-    value.to_bits() & DROPPED == 1 << 28
+    (value.to_bits() & DROPPED != 1 << 28).then_some(value as f32)
 }
 
 #[cfg(test)]
@@ -208,11 +307,12 @@ mod tests {
     #[track_caller]
     fn same_as_std(word: &str) {
         // with bytes behind it, and at the very end of the text
-        for text in [format!("{word} 1 2 3 4 5"), word.to_string(), format!("{word}\n")] {
-            let mut cursor = Cursor { text: text.as_bytes(), at: 0 };
-            let read = cursor.number().map(f32::to_bits);
-            assert_eq!(read, word.parse().ok().map(f32::to_bits), "{word}");
-            assert!(read.is_none() || cursor.at == word.len(), "{word}");
+        for end in [" 1 2 3 4 5 6 7 8 9", " 1", "\n", "\t ", "\r\n        "] {
+            let text = format!("{word}{end}");
+            let mut cursor = Cursor { rest: text.as_bytes() };
+            let expected = word.parse().ok().map(|value| (f32::to_bits(value), end.as_bytes()[0]));
+            assert_eq!(cursor.number().map(|(value, end)| (value.to_bits(), end)), expected, "{word}");
+            assert!(expected.is_none() || cursor.rest == &end.as_bytes()[1..], "{word}");
         }
     }
 
@@ -225,7 +325,7 @@ mod tests {
             same_as_std(&format!("{float:e}"));
             let near = (dice.roll() as i32 as f64) / (1u64 << (dice.roll() % 40)) as f64;
             same_as_std(&format!("{near:.*}", (dice.roll() % 17) as usize));
-            same_as_std(&format!("{:.*e}", (dice.roll() % 17) as usize, near));
+            same_as_std(&format!("{near:.*e}", (dice.roll() % 17) as usize));
         }
     }
 
@@ -308,18 +408,39 @@ mod tests {
     }
 
     #[test]
-    fn indices_are_read_and_zero_is_none() {
-        let index = |text: &str| {
-            let mut cursor = Cursor { text: text.as_bytes(), at: 0 };
-            (cursor.index(), cursor.at)
+    fn indices_are_read_with_what_is_behind() {
+        let indices = |text: &str| {
+            let far_from_the_end = format!("{text}{}", " ".repeat(WINDOW));
+            let read = Cursor { rest: far_from_the_end.as_bytes() }.indices();
+            assert_eq!(read, Cursor { rest: far_from_the_end.as_bytes() }.any_indices(), "{text}");
+            read.map(|(indices, _)| indices)
         };
-        assert_eq!(index("7/8/9 12345"), (Some(7), 1));
-        assert_eq!(index("-12 345678"), (Some(-12), 3));
-        assert_eq!(index("12345678 12345678"), (Some(12_345_678), 8));
-        assert_eq!(index("123456789012345 12345678"), (Some(123_456_789_012_345), 15));
-        for none in ["1234567890123456 12345678", "0 0000000000", "-0 000000000", "x 00000000", "5"] {
-            assert_eq!(index(none).0, None, "{none}");
+        for (text, expected) in [
+            ("7", [7, 0, 0]),
+            ("7/8/9", [7, 8, 9]),
+            ("7//9", [7, 0, 9]),
+            ("7/8", [7, 8, 0]),
+            ("7/7/7", [7, 7, 7]),
+            ("7/77/7", [7, 77, 7]),
+            ("77/7/78", [77, 7, 78]),
+            ("1234567//1234567", [1_234_567, 0, 1_234_567]),
+            ("1234567/1234567/1234567", [1_234_567; 3]),
+            ("12345678/2147483647/1", [12_345_678, i32::MAX, 1]),
+            ("-12//-3", [-12, 0, -3]),
+            ("1/-2/3", [1, -2, 3]),
+        ] {
+            assert_eq!(indices(text), Some(expected), "{text}");
         }
+        for none in ["2147483648", "0", "1/0", "-0", "x", "--1", "", "/1", "1/", "1//", "1/2/", "1///2"] {
+            assert_eq!(indices(none), None, "{none}");
+        }
+        let end = |text: &str| {
+            Cursor { rest: format!("{text}                                ").as_bytes() }.indices()
+        };
+        assert_eq!(end("1/2/3\n"), Some(([1, 2, 3], b'\n')));
+        assert_eq!(end("1/2/3/4"), Some(([1, 2, 3], b'/')));
+        assert_eq!(end("1/1/1x"), Some(([1, 1, 1], b'x')));
+        assert_eq!(Cursor { rest: b"1/1/1" }.indices(), None);
     }
 
     #[test]

@@ -157,6 +157,12 @@ fn compare(text: &[u8], sizes: &[u64], name: &str) -> bool {
 
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
 
+/// A vertex with so many normals, each twice.
+fn tip(normals: usize) -> String {
+    let faces = |n| format!("f 1//{n} 2//{n} 3//{n}\n");
+    (0..normals).map(|n| format!("vn 1 {n} 1\n")).chain((1..=normals).chain(1..=normals).map(faces)).collect()
+}
+
 #[test]
 fn odd_files_of_our_own_are_read_as_tobj_reads_them() {
     let relative = "v 9 0 0\nv 9 1 0\nv 9 0 1\nvn 0 0 1\nf -3//-1 -2//-1 -1//-1\n".repeat(9);
@@ -192,6 +198,7 @@ fn odd_files_of_our_own_are_read_as_tobj_reads_them() {
             "numbers",
             "v 1e2 -.5 +3.\nv 0.1234567890123456789 1E-3 -0\nv 16777217.0000001 1.5e0 7\nf 9 10 11\n".into(),
         ),
+        ("a tip of many normals", tip(150)),
         ("no last line end", "f 1 2 3\nf 1 3 4".into()),
     ] {
         let text = format!("{CUBE}{faces}");

@@ -9,8 +9,11 @@ use memchr::memchr;
 
 use super::column::Column;
 use super::number::{Cursor, is_blank};
-use super::statement::{self, Corner, MOST_CORNERS};
+use super::statement::{self, MOST_CORNERS};
 use crate::scene::lines::{Lines, split_keyword, words};
+
+/// Indices of position, texture coordinate and normal: from 1, negative ones count back, 0 is absent.
+type Corner = [i32; 3];
 
 /// A name as bytes, and the line of the piece (from 0) that has it first.
 pub(super) type Name = (Vec<u8>, usize);
@@ -66,14 +69,13 @@ impl Reader {
     /// What `text` says, which begins with a line and ends with one. Ends early at a fault.
     pub fn read(&mut self, text: &[u8]) -> Piece {
         self.clear();
-        let mut cursor = Cursor { text, at: 0 };
-        while cursor.at < text.len() && !self.piece.is_faulty {
-            let begin = cursor.at;
+        let mut cursor = Cursor { rest: text };
+        while !cursor.rest.is_empty() && !self.piece.is_faulty {
+            let line = cursor.rest;
             if self.plain_line(&mut cursor).is_some() {
                 self.piece.lines += 1;
             } else {
-                cursor.at = begin;
-                self.any_line(&mut cursor);
+                cursor.rest = self.any_line(line);
             }
         }
         self.packed()
@@ -96,12 +98,17 @@ impl Reader {
     /// The piece, in no more memory than it needs; the reader's own stays for the next.
     fn packed(&mut self) -> Piece {
         let piece = &mut self.piece;
+        let [positions, uvs, normals] = &piece.faces.columns;
         Piece {
             positions: piece.positions.as_slice().to_vec(),
             uvs: piece.uvs.as_slice().to_vec(),
             normals: piece.normals.as_slice().to_vec(),
             faces: Faces {
-                columns: piece.faces.columns.each_ref().map(Column::packed),
+                columns: [
+                    positions.packed(None),
+                    uvs.packed(Some(positions)),
+                    normals.packed(Some(positions)),
+                ],
                 arities: piece.faces.arities.as_slice().to_vec(),
                 uses: std::mem::take(&mut piece.faces.uses),
                 ..piece.faces
@@ -112,32 +119,16 @@ impl Reader {
         }
     }
 
-    /// Reads a line of the usual kind; `None`, with nothing done, for any other.
+    /// Reads a line of the usual kind; `None`, with nothing kept, for any other.
     #[inline(always)]
     fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         cursor.skip_blanks();
-        match (cursor.peek(0), cursor.peek(1)) {
-            (b'v', b' ') => {
-                cursor.at += 2;
-                let values = plain_numbers(cursor)?;
-                self.piece.positions.push(values);
-            }
-            (b'f', b' ') => {
-                cursor.at += 2;
-                self.plain_face(cursor)?;
-                self.add_face()?;
-            }
-            (b'v', b'n') if is_blank(cursor.peek(2)) => {
-                cursor.at += 3;
-                let values = plain_numbers(cursor)?;
-                self.piece.normals.push(values);
-            }
-            (b'v', b't') if is_blank(cursor.peek(2)) => {
-                cursor.at += 3;
-                let values = plain_numbers(cursor)?;
-                self.piece.uvs.push(values);
-            }
-            (b'\n', _) => cursor.at += 1,
+        match *cursor.rest {
+            [b'v', b' ', ..] => self.piece.positions.push(plain_numbers(cursor, 2)?),
+            [b'f', b' ', ..] => self.plain_face(cursor)?,
+            [b'v', b'n', b' ', ..] => self.piece.normals.push(plain_numbers(cursor, 3)?),
+            [b'v', b't', b' ', ..] => self.piece.uvs.push(plain_numbers(cursor, 3)?),
+            [b'\n', ..] => cursor.skip(1)?,
             _ => return None,
         }
         Some(())
@@ -146,41 +137,50 @@ impl Reader {
     #[inline(always)]
     fn plain_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         self.corners.clear();
+        cursor.skip(2)?;
         loop {
             cursor.skip_blanks();
-            if cursor.peek(0) == b'\n' {
-                cursor.at += 1;
-                return Some(());
+            if cursor.peek() == b'\n' {
+                cursor.skip(1)?;
+                break;
             }
-            self.corners.push(plain_corner(cursor)?);
+            let (corner, end) = cursor.indices()?;
+            self.corners.push(corner);
+            if end == b'\n' {
+                break;
+            }
+            if end != b' ' && !is_blank(end) {
+                return None;
+            }
         }
+        self.add_face()
     }
 
-    /// Adds the face that was read; `None`, with nothing to be kept, where it is out of bounds.
+    /// Adds the face that was read; `None` where it has too many corners.
     #[inline(always)]
     fn add_face(&mut self) -> Option<()> {
         let piece = &mut self.piece;
         let defined = [piece.positions.len(), piece.uvs.len(), piece.normals.len()];
-        match self.corners.as_slice() {
-            [] | [_] | [_, _] => {
-                piece.too_small += 1;
-                Some(())
-            }
-            // apart, because the length is known here
-            [a, b, c] => piece.faces.add(&[*a, *b, *c], defined),
-            corners => piece.faces.add(corners, defined),
+        match *self.corners.as_slice() {
+            [] | [_] | [_, _] => piece.too_small += 1,
+            // apart, because their length is known where they are added
+            [a, b, c] => piece.faces.add([a, b, c], defined),
+            [a, b, c, d] => piece.faces.add([a, b, c, d], defined),
+            ref corners if corners.len() > MOST_CORNERS => return None,
+            ref corners => piece.faces.add_polygon(corners, defined),
         }
+        Some(())
     }
 
-    /// Reads any line, and those that continue it.
+    /// Reads any line at the beginning of `text`, and those that continue it; gives what is behind.
     #[cold]
-    fn any_line(&mut self, cursor: &mut Cursor<'_>) {
-        let mut lines = Lines::new(&cursor.text[cursor.at..]);
+    fn any_line<'a>(&mut self, text: &'a [u8]) -> &'a [u8] {
+        let mut lines = Lines::new(text);
         if let Some((_, line)) = lines.next() {
             self.piece.is_faulty |= self.statement(&line).is_none();
         }
         self.piece.lines += lines.passed();
-        cursor.at = cursor.text.len() - lines.rest().len();
+        lines.rest()
     }
 
     /// `None` where it makes no sense; why, is found out when all is read.
@@ -194,7 +194,8 @@ impl Reader {
             b"f" => {
                 self.corners.clear();
                 for word in words(rest) {
-                    self.corners.push(statement::corner(word).ok()?);
+                    let [v, vt, vn] = statement::corner(word).ok()?.map(i32::try_from);
+                    self.corners.push([v.ok()?, vt.ok()?, vn.ok()?]);
                 }
                 self.add_face()?;
             }
@@ -222,26 +223,38 @@ impl Reader {
 
 impl Faces {
     #[inline(always)]
-    fn add(&mut self, corners: &[Corner], defined: [usize; 3]) -> Option<()> {
-        if corners.len() > MOST_CORNERS {
-            return None;
-        }
+    fn add<const N: usize>(&mut self, corners: [Corner; N], defined: [usize; 3]) {
         for part in 0..3 {
+            let indices = corners.map(|corner| corner[part]);
             // what not all corners have is dropped
-            if corners.iter().all(|corner| corner[part] != 0) {
-                let indices = corners.iter().map(|corner| corner[part]);
-                self.columns[part].append(self.corners, indices, defined[part]).ok()?;
+            if !indices.contains(&0) {
+                self.columns[part].append(self.corners, indices, defined[part]);
             }
         }
-        if corners.len() != 3 && self.arities.is_empty() {
+        self.count(N);
+    }
+
+    fn add_polygon(&mut self, corners: &[Corner], defined: [usize; 3]) {
+        for part in 0..3 {
+            if corners.iter().all(|corner| corner[part] != 0) {
+                for (number, corner) in (self.corners..).zip(corners) {
+                    self.columns[part].append(number, [corner[part]], defined[part]);
+                }
+            }
+        }
+        self.count(corners.len());
+    }
+
+    #[inline(always)]
+    fn count(&mut self, arity: usize) {
+        if arity != 3 && self.arities.is_empty() {
             self.arities.resize(self.count, 3);
         }
-        if corners.len() != 3 || !self.arities.is_empty() {
-            self.arities.push(corners.len() as u16);
+        if arity != 3 || !self.arities.is_empty() {
+            self.arities.push(arity as u16); // see `MOST_CORNERS`
         }
         self.count += 1;
-        self.corners += corners.len();
-        Some(())
+        self.corners += arity;
     }
 }
 
@@ -250,57 +263,43 @@ fn emptied<T>(mut list: Vec<T>) -> Vec<T> {
     list
 }
 
-/// N numbers and whatever else is in the line.
+/// N numbers behind a keyword of so many bytes with its blank, and whatever else is in the line.
 #[inline(always)]
-fn plain_numbers<const N: usize>(cursor: &mut Cursor<'_>) -> Option<[f32; N]> {
-    let mut values = [0.0; N];
+fn plain_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Option<[f32; N]> {
+    cursor.skip(keyword)?;
+    let (mut values, mut end) = ([0.0; N], b' ');
     for value in &mut values {
+        if end == b'\n' {
+            return None;
+        }
         cursor.skip_blanks();
-        *value = cursor.number()?;
+        (*value, end) = cursor.number()?;
     }
-    cursor.skip_blanks();
-    if cursor.peek(0) == b'\n' {
-        cursor.at += 1;
-        return Some(values);
+    if end != b'\n' {
+        let length = memchr(b'\n', cursor.rest)?;
+        let is_continued = cursor.rest[..length].trim_ascii_end().last() == Some(&b'\\');
+        cursor.skip(length + 1)?;
+        return (!is_continued).then_some(values);
     }
-    let rest = &cursor.text[cursor.at..];
-    let rest = &rest[..memchr(b'\n', rest)?];
-    cursor.at += rest.len() + 1;
-    (rest.trim_ascii_end().last() != Some(&b'\\')).then_some(values)
-}
-
-/// A corner of the usual kind: `v`, `v/vt`, `v//vn` or `v/vt/vn`, without signs but minus.
-#[inline(always)]
-fn plain_corner(cursor: &mut Cursor<'_>) -> Option<Corner> {
-    let mut corner = [cursor.index()?, 0, 0];
-    if cursor.peek(0) == b'/' {
-        cursor.at += 1;
-        if cursor.peek(0) != b'/' {
-            corner[1] = cursor.index()?;
-        }
-        if cursor.peek(0) == b'/' {
-            cursor.at += 1;
-            corner[2] = cursor.index()?;
-        }
-    }
-    let next = cursor.peek(0);
-    (next == b'\n' || is_blank(next)).then_some(corner)
+    Some(values)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::column::Indices;
     use super::*;
 
     fn read(text: &str) -> Piece {
         Reader::default().read(text.as_bytes())
     }
 
-    fn resolved(piece: &Piece) -> [Vec<u32>; 3] {
+    fn resolved(piece: &Piece) -> [Indices; 3] {
+        let corners = piece.faces.corners;
         piece
             .faces
             .columns
             .each_ref()
-            .map(|c| c.packed().resolve(0, 99, piece.faces.corners).unwrap_or_default())
+            .map(|column| column.packed(None).resolve(0, 99, corners, &[]).unwrap_or_default())
     }
 
     #[test]
@@ -323,9 +322,10 @@ mod tests {
 
     #[test]
     fn what_not_all_corners_have_is_dropped() {
-        let [v, vt, vn] = resolved(&read("f 1/1/1 2/2/2 3//3\nf 1/4 2 3\nf 4 5 6\n"));
-        assert_eq!((v.len(), vt.len()), (9, 0));
-        assert_eq!(vn, [1, 2, 3, 0, 0, 0, 0, 0, 0]);
+        let [v, vt, vn] = resolved(&read("f 2/1/1 1/2/2 3//3\nf 1/4 2 3\nf 4 5 6\n"));
+        assert_eq!(v, Indices::Own(vec![2, 1, 3, 1, 2, 3, 4, 5, 6]));
+        assert_eq!(vt, Indices::Absent);
+        assert_eq!(vn, Indices::Own(vec![1, 2, 3, 0, 0, 0, 0, 0, 0]));
     }
 
     #[test]

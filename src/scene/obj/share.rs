@@ -1,21 +1,28 @@
 //! From corners with three indices each to vertices with one.
 //!
 //! A vertex is what corners share that have the same position, texture coordinate and normal. Vertices come
-//! in the order of their positions in the file, those of one position by their first use. So their
-//! numbers do not depend on how the work was split; and a file whose indices agree anyway (or that
-//! has positions alone) keeps its lists as they are.
+//! in the order of their positions in the file, those of one position in an order that follows from its
+//! corners' order in the file. So their numbers do not depend on how the work was split; and a file whose
+//! indices agree anyway (or that has positions alone) keeps its lists as they are.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::iter;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::column::Indices;
 use super::fault::Fault;
-use super::join::{Joined, Run};
+use super::join::{Joined, Run, concatenated};
 
 /// Ends a list of variants.
 const NONE: u32 = u32::MAX;
+
+/// Most variants of a position that are looked through one by one.
+const LONGEST_WALK: usize = 64;
 
 /// Blocks of positions for each thread: more than one, because they take different times.
 const BLOCKS_A_THREAD: usize = 4;
@@ -55,7 +62,11 @@ struct Variant {
 /// The variants of a block of positions: first the first one of each, then all others.
 #[derive(Debug)]
 struct Block {
+    /// Number of them.
+    positions: usize,
     variants: Vec<Variant>,
+    /// Those beyond the [`LONGEST_WALK`], by position and key.
+    far: HashMap<(usize, [u32; 2]), u32>,
     /// Of vertices.
     count: usize,
 }
@@ -63,19 +74,10 @@ struct Block {
 /// Makes vertices. The runs' `positions` become the corners' vertices, `uvs` and `normals` go.
 pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
     let parts = [part(&joined.runs, |run| &run.uvs), part(&joined.runs, |run| &run.normals)];
-    for run in &mut joined.runs {
-        // what follows from the position is looked up there
-        if parts[0] != Part::Own {
-            run.uvs = Vec::new();
-        }
-        if parts[1] != Part::Own {
-            run.normals = Vec::new();
-        }
-    }
-    let same = |part: Part, entries: usize| part == Part::Absent || entries >= joined.positions.len();
+    let is_long = |part: Part, entries: usize| part == Part::Absent || entries >= joined.positions.len();
     if !parts.contains(&Part::Own)
-        && same(parts[0], joined.uvs.len())
-        && same(parts[1], joined.normals.len())
+        && is_long(parts[0], joined.uvs.len())
+        && is_long(parts[1], joined.normals.len())
         && all_used(&joined.runs, joined.positions.len())
     {
         return Ok(as_they_are(joined, parts));
@@ -83,15 +85,15 @@ pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
     number(joined, parts)
 }
 
-fn part(runs: &[Run], list: impl Fn(&Run) -> &Vec<u32> + Sync) -> Part {
-    if runs.iter().all(|run| list(run).is_empty()) {
-        return Part::Absent;
+fn part(runs: &[Run], indices: impl Fn(&Run) -> &Indices) -> Part {
+    // runs without faces say nothing
+    let mut all = runs.iter().filter(|run| run.faces > 0).map(indices);
+    match all.next() {
+        None => Part::Absent,
+        Some(Indices::Absent) if all.all(|indices| *indices == Indices::Absent) => Part::Absent,
+        Some(Indices::AsPositions) if all.all(|indices| *indices == Indices::AsPositions) => Part::Same,
+        _ => Part::Own,
     }
-    let is_same = |run: &Run| {
-        list(run).len() == run.positions.len()
-            && list(run).iter().zip(&run.positions).all(|(index, position)| *index == position + 1)
-    };
-    if runs.par_iter().all(is_same) { Part::Same } else { Part::Own }
 }
 
 /// Whether some face asks for each position: stray ones must not become vertices.
@@ -138,22 +140,44 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
     let extents: Vec<Range<u32>> = joined.runs.par_iter().map(extent).collect();
     let blocks: Vec<Block> = (0..positions.div_ceil(size))
         .into_par_iter()
-        .map(|block| Block::new(block * size..positions.min((block + 1) * size), &joined.runs, &extents))
+        .map(|block| {
+            Block::new(block * size..positions.min((block + 1) * size), &joined.runs, &extents, parts)
+        })
         .collect();
     let mut vertices = 0;
-    let firsts: Vec<usize> = blocks.iter().map(|block| (vertices, vertices += block.count).0).collect();
+    let firsts = blocks.iter().map(|block| {
+        let first = vertices;
+        vertices += block.count;
+        first
+    });
+    let firsts: Vec<usize> = firsts.collect();
     if vertices > u32::MAX as usize {
         return Err(Fault::whole("more than 4294967295 vertices: split the model"));
     }
     joined.runs.par_iter_mut().for_each(|run| {
         for corner in 0..run.positions.len() {
-            let (key, position) = (run.key(corner), run.positions[corner] as usize);
+            let (key, position) = (run.key(corner, parts), run.positions[corner] as usize);
             let block = position / size;
             run.positions[corner] = firsts[block] as u32 + blocks[block].vertex(position % size, key);
         }
-        (run.uvs, run.normals) = (Vec::new(), Vec::new());
+        (run.uvs, run.normals) = (Indices::Absent, Indices::Absent);
     });
-    Ok(gathered(joined, parts, &blocks, size, vertices))
+    Ok(Vertices {
+        positions: gathered(&blocks, size, |position, _| joined.positions[position]),
+        uvs: match parts[0] {
+            Part::Absent => Vec::new(),
+            part => gathered(&blocks, size, |position, [key, _]| {
+                index(part, key, position).and_then(|i| joined.uvs.get(i)).map(usable_uv).unwrap_or_default()
+            }),
+        },
+        normals: match parts[1] {
+            Part::Absent => Vec::new(),
+            part => gathered(&blocks, size, |position, [_, key]| {
+                let normal = index(part, key, position).and_then(|i| joined.normals.get(i));
+                normal.map(usable_normal).unwrap_or_default()
+            }),
+        },
+    })
 }
 
 /// Which positions a run asks for.
@@ -164,27 +188,33 @@ fn extent(run: &Run) -> Range<u32> {
 
 impl Run {
     #[inline(always)]
-    fn key(&self, corner: usize) -> [u32; 2] {
-        [&self.uvs, &self.normals].map(|list| list.get(corner).copied().unwrap_or(0))
+    fn key(&self, corner: usize, [uv, normal]: [Part; 2]) -> [u32; 2] {
+        [(uv, &self.uvs), (normal, &self.normals)].map(|(part, indices)| match (part, indices) {
+            (Part::Own, Indices::Own(indices)) => indices[corner],
+            (Part::Own, Indices::AsPositions) => self.positions[corner] + 1,
+            // what follows from the position is looked up there
+            _ => 0,
+        })
     }
 }
 
 impl Block {
     /// Of the positions in `range`; goes through all runs that ask for any of them.
-    fn new(range: Range<usize>, runs: &[Run], extents: &[Range<u32>]) -> Self {
+    fn new(range: Range<usize>, runs: &[Run], extents: &[Range<u32>], parts: [Part; 2]) -> Self {
         let empty = Variant { key: [0; 2], next: NONE, vertex: NONE };
-        let mut block = Self { variants: vec![empty; range.len()], count: 0 };
+        let variants = vec![empty; range.len()];
+        let mut block = Self { positions: range.len(), variants, far: HashMap::new(), count: 0 };
         let range = range.start as u32..range.end as u32;
         let touching = |extent: &Range<u32>| extent.start < range.end && range.start < extent.end;
         for (run, _) in runs.iter().zip(extents).filter(|(_, extent)| touching(extent)) {
             for (corner, position) in run.positions.iter().enumerate() {
                 let place = position.wrapping_sub(range.start) as usize;
                 if place < range.len() {
-                    block.add(place, run.key(corner));
+                    block.add(place, run.key(corner, parts));
                 }
             }
         }
-        block.number(range.len());
+        block.number();
         block
     }
 
@@ -193,23 +223,40 @@ impl Block {
         let first = &mut self.variants[place];
         if first.vertex == NONE {
             *first = Variant { key, next: NONE, vertex: 0 };
-            return;
+        } else if first.key != key {
+            self.add_behind(place, key);
         }
+    }
+
+    /// Adds a variant that is not the first of its position.
+    fn add_behind(&mut self, place: usize, key: [u32; 2]) {
+        let new = self.variants.len() as u32;
         let mut at = place;
-        while self.variants[at].key != key {
-            if self.variants[at].next == NONE {
-                self.variants[at].next = self.variants.len() as u32;
+        for _ in 0..LONGEST_WALK {
+            let next = self.variants[at].next;
+            if next == NONE {
+                self.variants[at].next = new;
                 self.variants.push(Variant { key, next: NONE, vertex: 0 });
                 return;
             }
-            at = self.variants[at].next as usize;
+            at = next as usize;
+            if self.variants[at].key == key {
+                return;
+            }
+        }
+        if let Entry::Vacant(entry) = self.far.entry((place, key)) {
+            entry.insert(new);
+            // the end of the list is far: the new one goes before the others of its kind
+            let next = std::mem::replace(&mut self.variants[at].next, new);
+            self.variants.push(Variant { key, next, vertex: 0 });
         }
     }
 
     /// Counts the vertices, position by position.
-    fn number(&mut self, positions: usize) {
-        for place in (0..positions).filter(|place| self.variants[*place].vertex != NONE).collect::<Vec<_>>() {
-            let mut at = place as u32;
+    fn number(&mut self) {
+        for place in 0..self.positions as u32 {
+            let is_used = self.variants[place as usize].vertex != NONE;
+            let mut at = if is_used { place } else { NONE };
             while at != NONE {
                 let variant = &mut self.variants[at as usize];
                 variant.vertex = self.count as u32;
@@ -219,46 +266,41 @@ impl Block {
         }
     }
 
+    /// Position in the block and key of each vertex, in order.
+    fn vertices(&self) -> impl Iterator<Item = (usize, [u32; 2])> {
+        let used = (0..self.positions).filter(|place| self.variants[*place].vertex != NONE);
+        used.flat_map(|place| {
+            let variants = iter::successors(Some(&self.variants[place]), |variant| {
+                self.variants.get(variant.next as usize)
+            });
+            variants.map(move |variant| (place, variant.key))
+        })
+    }
+
+    /// The vertex of a corner that was added.
     #[inline(always)]
     fn vertex(&self, place: usize, key: [u32; 2]) -> u32 {
         let mut variant = &self.variants[place];
-        while variant.key != key {
+        for _ in 0..=LONGEST_WALK {
+            if variant.key == key {
+                return variant.vertex;
+            }
             variant = &self.variants[variant.next as usize];
         }
-        variant.vertex
+        self.variants[self.far[&(place, key)] as usize].vertex
     }
 }
 
-/// The lists of all vertices.
-fn gathered(joined: &Joined, parts: [Part; 2], blocks: &[Block], size: usize, count: usize) -> Vertices {
-    // one more, for a vertex buffer
-    let mut positions = vec![[0.0; 3]; count + 1];
-    positions.truncate(count);
-    let mut uvs = vec![Vec2::ZERO; if parts[0] == Part::Absent { 0 } else { count }];
-    let mut normals = vec![Vec3::ZERO; if parts[1] == Part::Absent { 0 } else { count }];
-    let places = blocks.iter().enumerate().zip(split(&mut positions, blocks));
-    let places = places.zip(split(&mut uvs, blocks)).zip(split(&mut normals, blocks));
-    places.collect::<Vec<_>>().into_par_iter().for_each(|((((number, block), positions), uvs), normals)| {
-        let firsts = block.variants.len().min(joined.positions.len() - number * size).min(size);
-        for place in 0..firsts {
-            let position = number * size + place;
-            let mut at = place as u32;
-            while at != NONE && block.variants[at as usize].vertex != NONE {
-                let Variant { key, next, vertex } = block.variants[at as usize];
-                let vertex = vertex as usize;
-                positions[vertex] = joined.positions[position];
-                if let Some(uv) = index(parts[0], key[0], position).and_then(|index| joined.uvs.get(index)) {
-                    uvs[vertex] = usable_uv(uv);
-                }
-                if let Some(n) = index(parts[1], key[1], position).and_then(|index| joined.normals.get(index))
-                {
-                    normals[vertex] = usable_normal(n);
-                }
-                at = next;
-            }
-        }
+/// What each vertex has, in their order: a value for its position and its key.
+fn gathered<T: Copy + Default + Send + Sync>(
+    blocks: &[Block],
+    size: usize,
+    value: impl Fn(usize, [u32; 2]) -> T + Sync,
+) -> Vec<T> {
+    let lists = blocks.par_iter().enumerate().map(|(number, block)| {
+        block.vertices().map(|(place, key)| value(number * size + place, key)).collect()
     });
-    Vertices { positions, uvs, normals }
+    concatenated(lists.collect::<Vec<Vec<T>>>().into_iter())
 }
 
 /// Index from 0 of what a vertex has.
@@ -268,15 +310,4 @@ fn index(part: Part, key: u32, position: usize) -> Option<usize> {
         Part::Same => Some(position),
         Part::Own => (key as usize).checked_sub(1),
     }
-}
-
-/// The parts of `list` that belong to each block; empty ones of an empty list.
-fn split<'a, T>(mut list: &'a mut [T], blocks: &[Block]) -> Vec<&'a mut [T]> {
-    let mut parts = Vec::with_capacity(blocks.len());
-    for block in blocks {
-        let (part, rest) = list.split_at_mut(block.count.min(list.len()));
-        list = rest;
-        parts.push(part);
-    }
-    parts
 }
