@@ -122,18 +122,21 @@ impl Cursor<'_> {
         Some((if is_negative { -value } else { value }, end))
     }
 
-    /// A number as most are written: one digit, a point, and up to 7 digits. With the byte behind it and the
-    /// length of both.
+    /// A number as most are written: one digit or two, a point, and up to 7 digits. With the byte behind it
+    /// and the length of both.
     #[inline(always)]
     fn short_number(&self) -> Option<(f32, u8, usize)> {
         let bytes = self.eight(0)?;
         let sign = u32::from(bytes as u8 == b'-');
-        let begin = bytes >> (8 * sign);
-        let digit = (begin as u8).wrapping_sub(b'0');
-        if digit > 9 || (begin >> 8) as u8 != b'.' {
-            return self.usual_number();
-        }
-        let begin = sign as usize + 2;
+        let [first, second, third, ..] = (bytes >> (8 * sign)).to_le_bytes();
+        let (digit, next) = (first.wrapping_sub(b'0'), second.wrapping_sub(b'0'));
+        let (whole, length) = match (second, third) {
+            _ if digit > 9 => return self.usual_number(),
+            (b'.', _) => (digit, 1),
+            (_, b'.') if next <= 9 => (10 * digit + next, 2),
+            _ => return self.usual_number(),
+        };
+        let begin = sign as usize + length + 1;
         let bytes = self.eight(begin)?;
         let (count, low) = leading_digits(bytes);
         if count == 0 || count == 8 {
@@ -143,7 +146,7 @@ impl Cursor<'_> {
         if end != b' ' && end != b'\n' {
             return self.usual_number();
         }
-        let mantissa = u64::from(digit) * WHOLE_POWERS[count] + low;
+        let mantissa = u64::from(whole) * WHOLE_POWERS[count] + low;
         let value = rounded_once(mantissa as i64 as f64 / POWERS[count])?;
         Some((f32::from_bits(value.to_bits() | sign << 31), end, begin + count + 1))
     }
