@@ -74,15 +74,17 @@ impl View {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::frame::grid::tests::settings;
 
+    /// An eye at `eye` that looks along -Z with a right angle from top to bottom.
+    pub fn camera(eye: Vec3) -> CameraPose {
+        CameraPose { eye, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, tan_half_fov: 1.0 }
+    }
+
     fn view(width: u32, height: u32, samples: u32) -> View {
-        // an eye in the origin that looks along -Z with a right angle from top to bottom
-        let (eye, forward) = (Vec3::ZERO, Vec3::NEG_Z);
-        let camera = CameraPose { eye, right: Vec3::X, up: Vec3::Y, forward, tan_half_fov: 1.0 };
-        View::new(&Arc::new(Grid::new(&settings(width, height, samples))), camera)
+        View::new(&Arc::new(Grid::new(&settings(width, height, samples))), camera(Vec3::ZERO))
     }
 
     #[test]

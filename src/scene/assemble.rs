@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use embree::VertexBuffer;
+use rayon::prelude::*;
 
 use super::error::Findings;
 use super::lines::words;
 use super::mtl::{self, MtlMaterial};
-use super::obj::{self, ObjFile};
-use super::obj_lines::Named;
+use super::obj::{self, Named, ObjFile};
 use super::paths::find_beside;
 use super::pictures::Pictures;
 use super::spelling;
@@ -119,7 +119,7 @@ impl Assembly {
         complete: bool,
         path: &Path,
     ) -> Result<Vec<u16>, SceneError> {
-        // as in tobj, the last definition of a name counts
+        // the last definition of a name counts
         let by_name: HashMap<&str, &Defined> =
             defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
         let mut used = vec![false; obj.materials.len()];
@@ -257,17 +257,25 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
 
 /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
 fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
-    let casts = |material: &u16| materials[*material as usize].casts_shadow();
-    let material_of: Vec<u16> = obj.material_of.iter().map(|id| ids[*id as usize]).collect();
-    let (first, last): (Vec<u32>, Vec<u32>) =
-        (0..material_of.len() as u32).partition(|i| casts(&material_of[*i as usize]));
-    let order = || first.iter().chain(&last).map(|i| *i as usize);
+    let casts: Vec<bool> = ids.iter().map(|id| materials[usize::from(*id)].casts_shadow()).collect();
+    let casts = |triangle: usize| casts[obj.material_of[triangle] as usize];
+    let count = obj.triangles.len();
+    let shadow_casting = (0..count).into_par_iter().filter(|triangle| casts(*triangle)).count();
+    let material_at = |triangle: usize| ids[obj.material_of[triangle] as usize];
+    let (triangles, material_of) = if shadow_casting == 0 || shadow_casting == count {
+        (obj.triangles, (0..count).into_par_iter().map(material_at).collect())
+    } else {
+        let (mut order, last): (Vec<usize>, Vec<usize>) = (0..count).partition(|triangle| casts(*triangle));
+        order.extend(last);
+        let order = || order.par_iter().copied();
+        (order().map(|i| obj.triangles[i]).collect(), order().map(material_at).collect())
+    };
     Mesh {
         positions: Arc::new(VertexBuffer::new(obj.positions)),
-        triangles: order().map(|i| obj.triangles[i]).collect(),
+        triangles: triangles.into(),
         normals: obj.normals,
         uvs: obj.uvs,
-        material_of: order().map(|i| material_of[i]).collect(),
-        shadow_casting: first.len(),
+        material_of,
+        shadow_casting,
     }
 }

@@ -2,20 +2,21 @@
 
 use embree::VertexBuffer;
 use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::Mesh;
-use super::obj_lines::LARGEST_COORDINATE;
+use super::obj::are_within_reach;
 
 /// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
 pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
     let positions: Vec<[f32; 3]> = mesh
         .positions
         .as_slice()
-        .iter()
+        .par_iter()
         .map(|p| map.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array())
         .collect();
-    if !positions.as_flattened().iter().all(|x| x.abs() <= LARGEST_COORDINATE) {
+    if !are_within_reach(&positions) {
         return None;
     }
     let to_normal = map.matrix3.inverse().transpose();
@@ -25,11 +26,11 @@ pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         positions: Arc::new(VertexBuffer::new(positions)),
         triangles: if mirrored {
             // a mirror image turns the other way; its outside must stay outside
-            mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+            mesh.triangles.par_iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>().into()
         } else {
             mesh.triangles.clone()
         },
-        normals: mesh.normals.iter().map(normal).collect(),
+        normals: mesh.normals.par_iter().map(normal).collect(),
         uvs: mesh.uvs.clone(),
         material_of: mesh.material_of.clone(),
         shadow_casting: mesh.shadow_casting,

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use memchr::memchr;
+
 /// Bytes in an encoding that the readers understand: UTF-16 becomes UTF-8, marks go, and the lone
 /// carriage returns of old systems become line ends.
 pub(crate) fn readable(bytes: Vec<u8>) -> Vec<u8> {
@@ -9,9 +11,14 @@ pub(crate) fn readable(bytes: Vec<u8>) -> Vec<u8> {
         [0xFE, 0xFF, rest @ ..] => utf16(rest, u16::from_be_bytes),
         [0xFF, 0xFE, rest @ ..] => utf16(rest, u16::from_le_bytes),
         [0xEF, 0xBB, 0xBF, rest @ ..] => rest.to_vec(),
-        all if all.contains(&b'\n') => bytes,
+        all if memchr(b'\n', all).is_some() => bytes,
         all => all.iter().map(|byte| if *byte == b'\r' { b'\n' } else { *byte }).collect(),
     }
+}
+
+/// Whether the text begins with a byte order mark.
+pub(crate) fn starts_with_mark(bytes: &[u8]) -> bool {
+    matches!(bytes, [0xFE, 0xFF, ..] | [0xFF, 0xFE, ..] | [0xEF, 0xBB, 0xBF, ..])
 }
 
 fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
@@ -32,12 +39,21 @@ impl<'a> Lines<'a> {
         Self { rest: text, next: 1 }
     }
 
+    /// What was not read yet.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// How many lines were read, each of those that were joined counted.
+    pub fn passed(&self) -> usize {
+        self.next - 1
+    }
+
     fn physical(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|byte| *byte == b'\n');
-        let (line, rest) = match end {
+        let (line, rest) = match memchr(b'\n', self.rest) {
             Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
             None => (self.rest, &[][..]),
         };

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::assemble::Assembly;
 use super::camera::Aim;
@@ -18,6 +19,8 @@ const FRAMES: i32 = 120;
 const FOV: f64 = 40.0;
 /// How far above the model the camera stands, degrees.
 const ELEVATION: f64 = 18.0;
+/// Triangles that one thread looks at in one go.
+const BLOCK: usize = 1 << 14;
 /// Distance beyond what the bounding sphere needs.
 const MARGIN: f64 = 1.05;
 
@@ -102,6 +105,11 @@ fn around(mesh: &Mesh) -> CameraTrack {
 /// Of the vertices that triangles use: stray ones must not make the model small.
 fn bounds(mesh: &Mesh) -> (DVec3, DVec3) {
     let positions = mesh.positions.as_slice();
-    let corners = mesh.triangles.iter().flatten().map(|i| Vec3::from(positions[*i as usize]).as_dvec3());
-    corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let joined = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+    let of_block = |block: &[[u32; 3]]| {
+        let corners = block.as_flattened().iter().map(|i| Vec3::from(positions[*i as usize]).as_dvec3());
+        corners.fold(nothing, |bounds, corner| joined(bounds, (corner, corner)))
+    };
+    mesh.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined)
 }

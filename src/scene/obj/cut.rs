@@ -1,0 +1,110 @@
+//! From faces to triangles that have an area.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::join::{Run, split};
+use crate::scene::polygon::Cutter;
+
+/// Triangles of a file, in the order of its faces.
+#[derive(Debug, Default)]
+pub(super) struct Triangles {
+    /// Vertices of each.
+    pub corners: Vec<[u32; 3]>,
+    /// Material of each.
+    pub material_of: Vec<u32>,
+    /// Faces without an area: nothing is left of those.
+    pub flat: usize,
+}
+
+/// What became of a run.
+struct Part {
+    /// Three for each triangle.
+    corners: Vec<u32>,
+    /// Triangles and their material, in order.
+    uses: Vec<(usize, u32)>,
+    flat: usize,
+}
+
+/// Cuts all faces up. The corners are vertices by now.
+pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
+    let parts: Vec<Part> = runs.into_par_iter().map(|run| Part::of(run, positions)).collect();
+    let flat = parts.iter().map(|part| part.flat).sum();
+    let lengths = || parts.iter().map(|part| part.corners.len() / 3);
+    let count = lengths().sum();
+    let (mut corners, mut material_of) = (vec![[0; 3]; count], vec![0; count]);
+    let places = split(&mut corners, lengths()).into_par_iter().zip(split(&mut material_of, lengths()));
+    places.zip(parts).for_each(|((corners, materials), part)| {
+        corners.as_flattened_mut().copy_from_slice(&part.corners);
+        let places = split(materials, part.uses.iter().map(|(count, _)| *count));
+        places.into_iter().zip(&part.uses).for_each(|(place, (_, material))| place.fill(*material));
+    });
+    Triangles { corners, material_of, flat }
+}
+
+impl Part {
+    fn of(run: Run, positions: &[[f32; 3]]) -> Self {
+        let ends = run.uses.iter().skip(1).map(|(face, _)| *face as usize).chain([run.faces]);
+        let uses = run.uses.iter().zip(ends);
+        let mut faces = Faces::new(positions);
+        if run.arities.is_empty() && run.positions.chunks_exact(3).all(|face| faces.has_area(face)) {
+            // as most are: nothing has to be cut, and nothing goes
+            let uses = uses.map(|((begin, material), end)| (end - *begin as usize, *material)).collect();
+            return Self { corners: run.positions, uses, flat: 0 };
+        }
+        let mut part = Self { corners: Vec::with_capacity(run.positions.len()), uses: Vec::new(), flat: 0 };
+        let mut rest = run.positions.as_slice();
+        for ((begin, material), end) in uses {
+            let before = part.corners.len();
+            for face in *begin as usize..end {
+                let arity = run.arities.get(face).map_or(3, |arity| usize::from(*arity));
+                let (face, after) = rest.split_at(arity);
+                rest = after;
+                faces.cut(face, &mut part);
+            }
+            part.uses.push(((part.corners.len() - before) / 3, *material));
+        }
+        part
+    }
+}
+
+/// Cuts faces one after the other, in the same memory.
+struct Faces<'a> {
+    positions: &'a [[f32; 3]],
+    cutter: Cutter,
+    places: Vec<DVec3>,
+}
+
+impl<'a> Faces<'a> {
+    fn new(positions: &'a [[f32; 3]]) -> Self {
+        Self { positions, cutter: Cutter::new(), places: Vec::new() }
+    }
+
+    fn has_area(&self, triangle: &[u32]) -> bool {
+        has_area([0, 1, 2].map(|corner| self.place(triangle[corner])))
+    }
+
+    fn cut(&mut self, face: &[u32], part: &mut Part) {
+        let before = part.corners.len();
+        let mut places = std::mem::take(&mut self.places);
+        places.clear();
+        places.extend(face.iter().map(|vertex| self.place(*vertex)));
+        self.cutter.cut(&places, |corners| {
+            if has_area(corners.map(|corner| places[corner])) {
+                part.corners.extend(corners.map(|corner| face[corner]));
+            }
+        });
+        self.places = places;
+        part.flat += usize::from(part.corners.len() == before);
+    }
+
+    fn place(&self, vertex: u32) -> DVec3 {
+        Vec3::from(self.positions[vertex as usize]).as_dvec3()
+    }
+}
+
+/// Not finite counts as an area: the check of coordinates finds it.
+#[inline(always)]
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    (b - a).cross(c - a) != DVec3::ZERO
+}

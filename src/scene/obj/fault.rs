@@ -1,0 +1,141 @@
+//! Finds out where a text is wrong that is known to be wrong: line by line, on one thread.
+
+use super::number::parsed;
+use super::statement::{self, Corner, MOST_CORNERS, shown};
+use crate::scene::lines::{Lines, split_keyword, words};
+
+/// Coordinates beyond this are refused: Embree passes over such triangles without a word.
+pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
+
+/// How many `v`, `vt`, `vn` there are.
+type Counts = [u64; 3];
+
+/// Something wrong in the text.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Fault {
+    /// From 1; 0 for the text as a whole.
+    pub line: usize,
+    /// What, and what to do.
+    pub message: String,
+}
+
+impl Fault {
+    /// Of the text as a whole.
+    pub fn whole(message: impl Into<String>) -> Self {
+        Self { line: 0, message: message.into() }
+    }
+}
+
+/// The first line of `text` that cannot be read; if there is none, the first that holds a coordinate which
+/// cannot be used, or an index beyond what the text defines.
+pub(super) fn find(text: &[u8]) -> Option<Fault> {
+    let counts = match look(text, None) {
+        Ok(counts) => counts,
+        Err(fault) => return Some(fault),
+    };
+    look(text, Some(counts)).err()
+}
+
+/// Goes through the lines, and says how much they define. With the counts of a look before, checks
+/// values too.
+fn look(text: &[u8], checked_against: Option<Counts>) -> Result<Counts, Fault> {
+    let mut counts = [0; 3];
+    for (line, content) in Lines::new(text) {
+        check(&content, &mut counts, checked_against).map_err(|message| Fault { line, message })?;
+    }
+    Ok(counts)
+}
+
+fn check(line: &[u8], counts: &mut Counts, against: Option<Counts>) -> Result<(), String> {
+    let (keyword, rest) = split_keyword(line);
+    match keyword {
+        b"v" => {
+            counts[0] += 1;
+            statement::three("v", rest)?;
+            if against.is_some() {
+                check_coordinates(rest)?;
+            }
+        }
+        b"vt" => {
+            counts[1] += 1;
+            statement::texture_coordinate(rest)?;
+        }
+        b"vn" => {
+            counts[2] += 1;
+            statement::three("vn", rest)?;
+        }
+        b"f" => {
+            let mut corners = 0;
+            for word in words(rest) {
+                check_corner(statement::corner(word)?, word, counts, against)?;
+                corners += 1;
+            }
+            if corners > MOST_CORNERS {
+                return Err(statement::too_many_corners(corners));
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+fn check_coordinates(rest: &[u8]) -> Result<(), String> {
+    for word in words(rest).take(3) {
+        if parsed(word).is_none_or(|value| value.is_nan() || value.abs() > LARGEST_COORDINATE) {
+            let word = String::from_utf8_lossy(word);
+            return Err(format!(
+                "a vertex coordinate is `{word}`: it must be a finite number within ±{LARGEST_COORDINATE:e}; \
+                 export the model again"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_corner(corner: Corner, word: &[u8], defined: &Counts, all: Option<Counts>) -> Result<(), String> {
+    let whats = ["vertex", "texture coordinate", "normal"];
+    for (part, (index, what)) in corner.into_iter().zip(whats).enumerate() {
+        let before = defined[part];
+        let absolute = if index >= 0 { index } else { before as i64 + 1 + index };
+        if absolute < 0 || (absolute == 0 && index != 0) {
+            return Err(format!(
+                "`{}` counts back beyond the first {what}: {before} are defined here",
+                shown(word)
+            ));
+        }
+        // of a part of which there is none at all, nothing is asked
+        let count = all.map(|counts| counts[part]).filter(|count| part == 0 || *count > 0);
+        if let Some(count) = count.filter(|count| absolute as u64 > *count) {
+            return Err(format!(
+                "`{}` asks for {what} {absolute} of {count}: the file is cut off or its indices are wrong",
+                shown(word)
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_name_the_line() {
+        for (text, line, words) in [
+            ("v 0 0 0\n\nf 1 2 x", 3, "no corner"),
+            ("f 0 1 2", 1, "count from 1"),
+            ("v 0 0 0\nf -2 -1 -1", 2, "counts back"),
+            ("v 0 0 0\nf -0 1 1", 2, "counts back"),
+            ("v 0 0 0\nf 1 \\\n -2 1", 2, "counts back"),
+            ("v 0 0 0\nv 0 nan 0\nf 1 2 9", 2, "`nan`"),
+            ("v 0 0 0\nv 0 1 0\nf 1 2 9", 3, "vertex 9 of 2"),
+            ("v 0 0 0\nvt 0 0\nf 1/7 1/7 1/7", 3, "coordinate 7 of 1"),
+        ] {
+            let fault = find(text.as_bytes()).unwrap_or(Fault::whole("none"));
+            assert!(fault.line == line && fault.message.contains(words), "{text}: {fault:?}");
+        }
+        assert_eq!(find(b"v 0 0 0\nf 1/7 1/7 1/7"), None);
+        let many = format!("v 0 0 0\nf{}", " 1".repeat(MOST_CORNERS + 1));
+        assert!(find(many.as_bytes()).is_some_and(|fault| fault.message.contains("20001 corners")));
+    }
+}

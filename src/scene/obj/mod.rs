@@ -1,0 +1,232 @@
+//! Reads the geometry of OBJ files, on all threads.
+//!
+//! What it gives is a soup of triangles with the names of their materials; what those names mean is
+//! found in `mtl`, and `assemble` makes a mesh of both. Objects and groups are not told apart: a
+//! file is one model, which moves as one.
+//!
+//! The text is cut into pieces at line ends (`source`), which are read independently (`piece`). Then
+//! it is known how much each of them defines, and indices that count back become absolute (`join`).
+//! Corners that have all in common become vertices (`share`), and faces become triangles (`cut`).
+//! What comes out depends neither on the pieces nor on the threads. Where something is wrong, the text
+//! is read once more, in order, to say where (`fault`).
+
+mod column;
+mod cut;
+mod fault;
+mod join;
+mod number;
+#[cfg(test)]
+mod oracle;
+mod piece;
+mod share;
+mod source;
+mod statement;
+
+use std::io;
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::SceneError;
+use fault::{Fault, LARGEST_COORDINATE};
+use join::{Joined, Misfit};
+use piece::{Piece, Reader};
+use share::Vertices;
+use source::Source;
+
+/// Bytes of a piece: its text and what is read from it fit into a core's cache, and ten thousand of them
+/// are no burden.
+const PIECE: u64 = 1 << 20;
+
+/// The content of an OBJ file.
+#[derive(Debug, Default, PartialEq)]
+pub struct ObjFile {
+    /// Object space, finite. With room for one more.
+    pub positions: Vec<[f32; 3]>,
+    /// One a vertex or none at all; unit length, or zero where the file has none that is usable.
+    pub normals: Vec<Vec3>,
+    /// One a vertex or none at all; finite.
+    pub uvs: Vec<Vec2>,
+    /// Never empty; none without an area.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle, an index into `materials`.
+    pub material_of: Vec<u32>,
+    /// Names after `usemtl` by their first use; the first is empty, for faces before any.
+    pub materials: Vec<Named>,
+    /// What `mtllib` lines say, in order.
+    pub libraries: Vec<Named>,
+}
+
+/// A name in the text and the first line that has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// Trimmed; may hold spaces.
+    pub name: String,
+    /// From 1.
+    pub line: usize,
+}
+
+/// Reads the OBJ file at `path`.
+///
+/// # Errors
+/// Where the file cannot be read, holds values that make no sense (with their line), or no surface.
+pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
+    let unreadable =
+        |error: io::Error| SceneError::new(path, format!("the OBJ file cannot be read: {error}"));
+    let source = Source::open(path).map_err(unreadable)?;
+    parse(&source, PIECE).map_err(unreadable)?.map_err(|fault| {
+        let error = SceneError::new(path, fault.message);
+        if fault.line == 0 { error } else { error.at_line(fault.line) }
+    })
+}
+
+/// Reads OBJ text in pieces of so many bytes.
+fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<ObjFile, Fault>> {
+    let pieces = pieces(source, piece)?;
+    if pieces.iter().any(|piece| piece.is_faulty) {
+        return look_for_fault(source).map(Err);
+    }
+    match whole(pieces) {
+        Ok(obj) => Ok(Ok(obj)),
+        Err(Misfit::Whole(fault)) => Ok(Err(fault)),
+        Err(Misfit::Somewhere) => look_for_fault(source).map(Err),
+    }
+}
+
+fn pieces(source: &Source<'_>, size: u64) -> io::Result<Vec<Piece>> {
+    let ranges = source.pieces(size)?;
+    let read = |(buffer, reader): &mut (Vec<u8>, Reader), range| Ok(reader.read(source.read(range, buffer)?));
+    ranges.into_par_iter().map_init(Default::default, read).collect()
+}
+
+fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
+    let mut buffer = Vec::new();
+    let text = source.read(0..source.len(), &mut buffer)?;
+    Ok(fault::find(text).unwrap_or_else(|| {
+        Fault::whole("the OBJ file is damaged, or was changed while it was read: export the model again")
+    }))
+}
+
+/// Makes one file of the pieces of one.
+fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
+    let mut joined = join::join(pieces)?;
+    let Vertices { positions, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
+    let Joined { runs, materials, libraries, too_small, .. } = joined;
+    let triangles = cut::cut(runs, &positions);
+    if !are_within_reach(&positions) {
+        return Err(Misfit::Somewhere);
+    }
+    if triangles.corners.is_empty() {
+        return Err(Misfit::Whole(Fault::whole(nothing_there(triangles.flat + too_small))));
+    }
+    let (triangles, material_of) = (triangles.corners, triangles.material_of);
+    Ok(ObjFile { positions, normals, uvs, triangles, material_of, materials, libraries })
+}
+
+/// Whether all coordinates are numbers that can be used.
+pub(crate) fn are_within_reach(positions: &[[f32; 3]]) -> bool {
+    // without an early end for each number, several are compared at once
+    let all = |block: &[f32]| block.iter().fold(true, |all, x| all & (x.abs() <= LARGEST_COORDINATE));
+    positions.as_flattened().par_chunks(1 << 14).all(all)
+}
+
+fn nothing_there(without_area: usize) -> String {
+    match without_area {
+        0 => String::from("the OBJ file holds no faces: points and lines alone cannot be rendered"),
+        n => format!("none of the {n} faces in the OBJ file has an area: check the export's scale and units"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::*;
+    use std::borrow::Cow;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    /// With pieces of so many bytes.
+    fn parsed(text: &[u8], piece: u64) -> Result<ObjFile, Fault> {
+        parse(&Source::Memory(Cow::Borrowed(text)), piece).unwrap()
+    }
+
+    fn read_text(faces: &str) -> ObjFile {
+        parsed(format!("{SQUARE}{faces}").as_bytes(), PIECE).unwrap()
+    }
+
+    fn fault(text: &str) -> Fault {
+        parsed(text.as_bytes(), PIECE).unwrap_err()
+    }
+
+    #[test]
+    fn reads_quads_with_all_parts() {
+        let obj = read_text("vt 0 0\nvt 1 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/2/1 -1/1/-1");
+        assert_eq!(obj.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(obj.normals, [Vec3::Z; 4]);
+        assert_eq!(obj.uvs, [Vec2::ZERO, Vec2::ONE, Vec2::ONE, Vec2::ZERO]);
+    }
+
+    #[test]
+    fn vertices_split_where_their_parts_differ() {
+        let obj = read_text("vt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 1/2 3/1 4/1");
+        assert_eq!((obj.positions.len(), obj.uvs.len()), (5, 5));
+    }
+
+    #[test]
+    fn lists_stay_in_step_where_faces_have_different_parts() {
+        let obj = read_text("vn 0 0 1\nf 1 2 3\nf 1//1 3//1 4//1\nf 1 2 4\nf 1//1 2 4");
+        assert_eq!(obj.normals.len(), obj.positions.len());
+        let normals = obj.triangles.iter().map(|t| obj.normals[t[0] as usize]);
+        assert_eq!(normals.collect::<Vec<_>>(), [Vec3::ZERO, Vec3::Z, Vec3::ZERO, Vec3::ZERO]);
+        assert!(obj.uvs.is_empty());
+    }
+
+    #[test]
+    fn materials_are_counted_by_their_first_use() {
+        let obj = read_text("f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl\tc\no x\nf 1 3 4\nusemtl a b\nf 2 3 4");
+        let names: Vec<_> = obj.materials.iter().map(|named| named.name.as_str()).collect();
+        assert_eq!((names, obj.material_of), (vec!["", "a b", "c"], vec![0, 1, 2, 1]));
+    }
+
+    #[test]
+    fn unusable_normals_and_coordinates_become_zero() {
+        let obj = read_text("vn nan 0 1\nvt inf 0\nf 1/1/1 2/1/1 3/1/1");
+        assert_eq!((obj.normals[0], obj.uvs[0]), (Vec3::ZERO, Vec2::ZERO));
+    }
+
+    #[test]
+    fn what_has_no_area_is_dropped() {
+        let obj = read_text("f 1 1 2\nf 1 2 3\nf 2 2 2 2\nf 1 2");
+        assert_eq!(obj.triangles.len(), 1);
+        let all = fault(&format!("{SQUARE}f 1 1 2\nf 2 2 2 2\nf 1 2"));
+        assert!(all.line == 0 && all.message.contains("none of the 3 faces"), "{all:?}");
+        assert!(fault(SQUARE).message.contains("no faces"));
+    }
+
+    #[test]
+    fn faults_name_the_line() {
+        for (text, line, words) in [
+            ("v 0 0\n", 1, "three numbers, found `v 0 0`"),
+            ("v 0 0 0\nv a 0 0\n", 2, "found `v a 0 0`"),
+            ("v 0 0 0\nvn 0 \\\n 0\n", 2, "`vn` takes three"),
+            ("\nvt\n", 2, "`vt` takes two"),
+            ("v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3", 2, "`inf`"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1e39 0\nf 1 2 3", 3, "`1e39`"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 3\nf 1 2 4", 6, "vertex 4 of 3"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//6148914691236517206 2//1 3//1", 5, "no corner"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//614891469123651720 2//1 3//1", 5, "of 1"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/2 2/1 3/1\no next\nv 0 0 0", 5, "coordinate 2 of 1"),
+            ("v 1 2 \u{e4}\n", 1, "three numbers"),
+        ] {
+            let fault = fault(text);
+            assert!(fault.line == line && fault.message.contains(words), "{text}: {fault:?}");
+        }
+        assert_eq!(parsed(b"v 1 2 \xff\n", PIECE).unwrap_err().line, 1);
+    }
+
+    #[test]
+    fn stray_vertices_may_be_odd() {
+        assert_eq!(read_text("v nan 0 0\nf 1 2 3").triangles.len(), 1);
+    }
+}

@@ -1,0 +1,361 @@
+//! Reads a piece of an OBJ file without knowing what stands before it.
+//!
+//! Plain lines, which big files are made of, are read where they stand. Whatever is unusual about a line (a
+//! comment, a continuation, a sign) has it read again with care; so here nothing has to be decided twice.
+
+use std::collections::HashMap;
+
+use memchr::memchr;
+
+use super::column::Column;
+use super::number::{Cursor, is_blank};
+use super::statement::{self, MOST_CORNERS};
+use crate::scene::lines::{Lines, split_keyword, words};
+
+/// Indices of position, texture coordinate and normal: from 1, negative ones count back, 0 is absent.
+type Corner = [i32; 3];
+
+/// A name as bytes, and the line of the piece (from 0) that has it first.
+pub(super) type Name = (Vec<u8>, usize);
+
+/// What a piece says.
+#[derive(Debug, Default)]
+pub(super) struct Piece {
+    /// Of `v`.
+    pub positions: Vec<[f32; 3]>,
+    /// Of `vt`.
+    pub uvs: Vec<[f32; 2]>,
+    /// Of `vn`, of any length.
+    pub normals: Vec<[f32; 3]>,
+    /// Of faces of three corners and more.
+    pub faces: Faces,
+    /// Names after `usemtl`, by their first use.
+    pub materials: Vec<Name>,
+    /// What `mtllib` lines say.
+    pub libraries: Vec<Name>,
+    /// Faces of fewer than three corners.
+    pub too_small: usize,
+    /// Lines of the file.
+    pub lines: usize,
+    /// Whether a line cannot be read.
+    pub is_faulty: bool,
+}
+
+/// Faces one after the other.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Faces {
+    /// Of position, texture coordinate and normal.
+    pub columns: [Column; 3],
+    /// In all.
+    pub corners: usize,
+    /// In all.
+    pub count: usize,
+    /// Corners of each face; none where all have three.
+    pub arities: Vec<u16>,
+    /// From which face on which of the piece's materials is used.
+    pub uses: Vec<(u32, u32)>,
+}
+
+/// Reads pieces, one after the other, into the same memory.
+#[derive(Debug, Default)]
+pub(super) struct Reader {
+    piece: Piece,
+    material_of: HashMap<Vec<u8>, u32>,
+    /// The face that is being read.
+    corners: Vec<Corner>,
+}
+
+impl Reader {
+    /// What `text` says, which begins with a line and ends with one. Ends early at a fault.
+    pub fn read(&mut self, text: &[u8]) -> Piece {
+        self.clear();
+        let mut cursor = Cursor { rest: text };
+        while !cursor.rest.is_empty() && !self.piece.is_faulty {
+            let line = cursor.rest;
+            if self.plain_line(&mut cursor).is_some() {
+                self.piece.lines += 1;
+            } else {
+                cursor.rest = self.any_line(line);
+            }
+        }
+        self.packed()
+    }
+
+    fn clear(&mut self) {
+        let Piece { positions, uvs, normals, mut faces, .. } = std::mem::take(&mut self.piece);
+        faces.columns.iter_mut().for_each(Column::clear);
+        faces.arities.clear();
+        self.material_of.clear();
+        self.piece = Piece {
+            positions: emptied(positions),
+            uvs: emptied(uvs),
+            normals: emptied(normals),
+            faces: Faces { columns: faces.columns, arities: faces.arities, ..Faces::default() },
+            ..Piece::default()
+        };
+    }
+
+    /// The piece, in no more memory than it needs; the reader's own stays for the next.
+    fn packed(&mut self) -> Piece {
+        let piece = &mut self.piece;
+        let [positions, uvs, normals] = &piece.faces.columns;
+        Piece {
+            positions: piece.positions.as_slice().to_vec(),
+            uvs: piece.uvs.as_slice().to_vec(),
+            normals: piece.normals.as_slice().to_vec(),
+            faces: Faces {
+                columns: [
+                    positions.packed(None),
+                    uvs.packed(Some(positions)),
+                    normals.packed(Some(positions)),
+                ],
+                arities: piece.faces.arities.as_slice().to_vec(),
+                uses: std::mem::take(&mut piece.faces.uses),
+                ..piece.faces
+            },
+            materials: std::mem::take(&mut piece.materials),
+            libraries: std::mem::take(&mut piece.libraries),
+            ..*piece
+        }
+    }
+
+    /// Reads a line of the usual kind; `None`, with nothing kept, for any other.
+    #[inline(always)]
+    fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        cursor.skip_blanks();
+        match *cursor.rest {
+            [b'v', b' ', ..] => self.piece.positions.push(plain_numbers(cursor, 2)?),
+            [b'f', b' ', ..] => self.plain_face(cursor)?,
+            [b'v', b'n', b' ', ..] => self.piece.normals.push(plain_numbers(cursor, 3)?),
+            [b'v', b't', b' ', ..] => self.piece.uvs.push(plain_numbers(cursor, 3)?),
+            [b'\n', ..] => cursor.skip(1)?,
+            _ => return None,
+        }
+        Some(())
+    }
+
+    #[inline(always)]
+    fn plain_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        self.corners.clear();
+        cursor.skip(2)?;
+        loop {
+            cursor.skip_blanks();
+            if cursor.peek() == b'\n' {
+                cursor.skip(1)?;
+                break;
+            }
+            let (corner, end) = cursor.indices()?;
+            self.corners.push(corner);
+            if end == b'\n' {
+                break;
+            }
+            if end != b' ' && !is_blank(end) {
+                return None;
+            }
+        }
+        self.add_face()
+    }
+
+    /// Adds the face that was read; `None` where it has too many corners.
+    #[inline(always)]
+    fn add_face(&mut self) -> Option<()> {
+        let piece = &mut self.piece;
+        let defined = [piece.positions.len(), piece.uvs.len(), piece.normals.len()];
+        match *self.corners.as_slice() {
+            [] | [_] | [_, _] => piece.too_small += 1,
+            // apart, because their length is known where they are added
+            [a, b, c] => piece.faces.add([a, b, c], defined),
+            [a, b, c, d] => piece.faces.add([a, b, c, d], defined),
+            ref corners if corners.len() > MOST_CORNERS => return None,
+            ref corners => piece.faces.add_polygon(corners, defined),
+        }
+        Some(())
+    }
+
+    /// Reads any line at the beginning of `text`, and those that continue it; gives what is behind.
+    #[cold]
+    fn any_line<'a>(&mut self, text: &'a [u8]) -> &'a [u8] {
+        let mut lines = Lines::new(text);
+        if let Some((_, line)) = lines.next() {
+            self.piece.is_faulty |= self.statement(&line).is_none();
+        }
+        self.piece.lines += lines.passed();
+        lines.rest()
+    }
+
+    /// `None` where it makes no sense; why, is found out when all is read.
+    fn statement(&mut self, line: &[u8]) -> Option<()> {
+        let (keyword, rest) = split_keyword(line);
+        let piece = &mut self.piece;
+        match keyword {
+            b"v" => piece.positions.push(statement::three("v", rest).ok()?),
+            b"vt" => piece.uvs.push(statement::texture_coordinate(rest).ok()?),
+            b"vn" => piece.normals.push(statement::three("vn", rest).ok()?),
+            b"f" => {
+                self.corners.clear();
+                for word in words(rest) {
+                    let [v, vt, vn] = statement::corner(word).ok()?.map(i32::try_from);
+                    self.corners.push([v.ok()?, vt.ok()?, vn.ok()?]);
+                }
+                self.add_face()?;
+            }
+            b"usemtl" => self.use_material(rest),
+            b"mtllib" => piece.libraries.push((rest.to_vec(), piece.lines)),
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn use_material(&mut self, name: &[u8]) {
+        let piece = &mut self.piece;
+        let number = match self.material_of.get(name) {
+            Some(number) => *number,
+            None => {
+                let number = piece.materials.len() as u32;
+                piece.materials.push((name.to_vec(), piece.lines));
+                self.material_of.insert(name.to_vec(), number);
+                number
+            }
+        };
+        piece.faces.uses.push((piece.faces.count as u32, number));
+    }
+}
+
+impl Faces {
+    #[inline(always)]
+    fn add<const N: usize>(&mut self, corners: [Corner; N], defined: [usize; 3]) {
+        for part in 0..3 {
+            let indices = corners.map(|corner| corner[part]);
+            // what not all corners have is dropped
+            if !indices.contains(&0) {
+                self.columns[part].append(self.corners, indices, defined[part]);
+            }
+        }
+        self.count(N);
+    }
+
+    fn add_polygon(&mut self, corners: &[Corner], defined: [usize; 3]) {
+        for part in 0..3 {
+            if corners.iter().all(|corner| corner[part] != 0) {
+                for (number, corner) in (self.corners..).zip(corners) {
+                    self.columns[part].append(number, [corner[part]], defined[part]);
+                }
+            }
+        }
+        self.count(corners.len());
+    }
+
+    #[inline(always)]
+    fn count(&mut self, arity: usize) {
+        if arity != 3 && self.arities.is_empty() {
+            self.arities.resize(self.count, 3);
+        }
+        if arity != 3 || !self.arities.is_empty() {
+            self.arities.push(arity as u16); // see `MOST_CORNERS`
+        }
+        self.count += 1;
+        self.corners += arity;
+    }
+}
+
+fn emptied<T>(mut list: Vec<T>) -> Vec<T> {
+    list.clear();
+    list
+}
+
+/// N numbers behind a keyword of so many bytes with its blank, and whatever else is in the line.
+#[inline(always)]
+fn plain_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Option<[f32; N]> {
+    cursor.skip(keyword)?;
+    let (mut values, mut end) = ([0.0; N], b' ');
+    for value in &mut values {
+        if end == b'\n' {
+            return None;
+        }
+        cursor.skip_blanks();
+        (*value, end) = cursor.number()?;
+    }
+    if end != b'\n' {
+        let length = memchr(b'\n', cursor.rest)?;
+        let is_continued = cursor.rest[..length].trim_ascii_end().last() == Some(&b'\\');
+        cursor.skip(length + 1)?;
+        return (!is_continued).then_some(values);
+    }
+    Some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::column::Indices;
+    use super::*;
+
+    fn read(text: &str) -> Piece {
+        Reader::default().read(text.as_bytes())
+    }
+
+    fn resolved(piece: &Piece) -> [Indices; 3] {
+        let corners = piece.faces.corners;
+        piece
+            .faces
+            .columns
+            .each_ref()
+            .map(|column| column.packed(None).resolve(0, 99, corners, &[]).unwrap_or_default())
+    }
+
+    #[test]
+    fn lines_of_any_spelling_give_the_same() {
+        let plain = read("v 1 2 3\nvt 1 0\nvn 0 0 1\nv 4 5 6\nv 7 8 9\nf 1/1/1 2/1/1 3/1/1\n");
+        for odd in [
+            "v 1 2 3 0.5 0.5 0.5\nvt 1\nvn 0 0 1 #up\nv +4 5. 6e0\nv 7 8 9 1\nf 1/1/1 2/1/1 3/1/1",
+            " v\t1  2 3\r\nvt  1 0.0 \r\nvn 0 \\\r\n 0 1\r\n\r\nv 4 5 6\nv 7 8 9\n\tf -3/-1/-1 2/1/1 \\\n3/1/1",
+            "#c\nv 1 2 3#c\nvt 1 0 0\nvn 0 0 1\nv 4 5 6\nv 7 8 9\nl 1 2\ng a b\nf 1/1/1 2/1/1 3/1/1#",
+        ] {
+            let odd = read(odd);
+            assert!(!odd.is_faulty);
+            assert_eq!(
+                (&odd.positions, &odd.uvs, &odd.normals),
+                (&plain.positions, &plain.uvs, &plain.normals)
+            );
+            assert_eq!(resolved(&odd), resolved(&plain));
+        }
+    }
+
+    #[test]
+    fn what_not_all_corners_have_is_dropped() {
+        let [v, vt, vn] = resolved(&read("f 2/1/1 1/2/2 3//3\nf 1/4 2 3\nf 4 5 6\n"));
+        assert_eq!(v, Indices::Own(vec![2, 1, 3, 1, 2, 3, 4, 5, 6]));
+        assert_eq!(vt, Indices::Absent);
+        assert_eq!(vn, Indices::Own(vec![1, 2, 3, 0, 0, 0, 0, 0, 0]));
+    }
+
+    #[test]
+    fn arities_are_kept_where_they_differ() {
+        assert!(read("f 1 2 3\nf 1 2 3\n").faces.arities.is_empty());
+        let mixed = read("f 1 2 3\nf 1 2\nf 1 2 3 4\nf 1 2 3\n");
+        assert_eq!((mixed.faces.arities, mixed.too_small, mixed.faces.corners), (vec![3, 4, 3], 1, 10));
+    }
+
+    #[test]
+    fn materials_are_named_once_and_lines_are_counted() {
+        let piece = read("\nusemtl a b\nf 1 2 3\nusemtl\tc\\\n\nusemtl a b\nmtllib x y.mtl\nf 1 2 3");
+        assert_eq!(piece.materials, [(b"a b".to_vec(), 1), (b"c".to_vec(), 3)]);
+        assert_eq!(piece.faces.uses, [(0, 0), (1, 1), (1, 0)]);
+        assert_eq!((piece.libraries, piece.lines), (vec![(b"x y.mtl".to_vec(), 6)], 8));
+    }
+
+    #[test]
+    fn nothing_is_left_of_the_piece_before() {
+        let mut reader = Reader::default();
+        reader.read(b"v 1 2 3\nusemtl a\nf 1 2 3 -1\nx\nf x");
+        let next = reader.read(b"f 1 2 3\nusemtl b");
+        assert_eq!((next.positions.len(), next.faces.count, next.lines, next.is_faulty), (0, 1, 2, false));
+        assert!(next.faces.arities.is_empty() && next.materials.len() == 1);
+    }
+
+    #[test]
+    fn faults_are_seen() {
+        for bad in ["v 1 2", "v 1 2 x", "vt", "vn 1 2 \u{e4}", "f 1 2 x", "f 0 1 2", "f 1 2 -99999999999"] {
+            assert!(read(bad).is_faulty && read(&format!("{bad}\n# a line behind it\n")).is_faulty, "{bad}");
+        }
+    }
+}

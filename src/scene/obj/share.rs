@@ -1,0 +1,313 @@
+//! From corners with three indices each to vertices with one.
+//!
+//! A vertex is what corners share that have the same position, texture coordinate and normal. Vertices come
+//! in the order of their positions in the file, those of one position in an order that follows from its
+//! corners' order in the file. So their numbers do not depend on how the work was split; and a file whose
+//! indices agree anyway (or that has positions alone) keeps its lists as they are.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::iter;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::column::Indices;
+use super::fault::Fault;
+use super::join::{Joined, Run, concatenated};
+
+/// Ends a list of variants.
+const NONE: u32 = u32::MAX;
+
+/// Most variants of a position that are looked through one by one.
+const LONGEST_WALK: usize = 64;
+
+/// Blocks of positions for each thread: more than one, because they take different times.
+const BLOCKS_A_THREAD: usize = 4;
+
+/// What vertices have; lists of one entry a vertex or of none.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    pub positions: Vec<[f32; 3]>,
+    /// Finite.
+    pub uvs: Vec<Vec2>,
+    /// Of unit length, or zero.
+    pub normals: Vec<Vec3>,
+}
+
+/// How the corners' indices of one part follow from those of their positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Part {
+    /// No corner has any.
+    Absent,
+    /// They are the same in each corner.
+    Same,
+    /// In no such way.
+    Own,
+}
+
+/// What is used of one position: a texture coordinate and a normal (from 1; 0 for absent, or for what
+/// need not be told apart).
+#[derive(Debug, Clone, Copy)]
+struct Variant {
+    key: [u32; 2],
+    /// The next variant of the position, in its block; or `NONE`.
+    next: u32,
+    /// The vertex, counted in its block; `NONE` where no corner has asked for the position yet.
+    vertex: u32,
+}
+
+/// The variants of a block of positions: first the first one of each, then all others.
+#[derive(Debug)]
+struct Block {
+    /// Number of them.
+    positions: usize,
+    variants: Vec<Variant>,
+    /// Those beyond the [`LONGEST_WALK`], by position and key.
+    far: HashMap<(usize, [u32; 2]), u32>,
+    /// Of vertices.
+    count: usize,
+}
+
+/// Makes vertices. The runs' `positions` become the corners' vertices, `uvs` and `normals` go.
+pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
+    let parts = [part(&joined.runs, |run| &run.uvs), part(&joined.runs, |run| &run.normals)];
+    let is_long = |part: Part, entries: usize| part == Part::Absent || entries >= joined.positions.len();
+    if !parts.contains(&Part::Own)
+        && is_long(parts[0], joined.uvs.len())
+        && is_long(parts[1], joined.normals.len())
+        && all_used(&joined.runs, joined.positions.len())
+    {
+        return Ok(as_they_are(joined, parts));
+    }
+    number(joined, parts)
+}
+
+fn part(runs: &[Run], indices: impl Fn(&Run) -> &Indices) -> Part {
+    // runs without faces say nothing
+    let mut all = runs.iter().filter(|run| run.faces > 0).map(indices);
+    match all.next() {
+        None => Part::Absent,
+        Some(Indices::Absent) if all.all(|indices| *indices == Indices::Absent) => Part::Absent,
+        Some(Indices::AsPositions) if all.all(|indices| *indices == Indices::AsPositions) => Part::Same,
+        _ => Part::Own,
+    }
+}
+
+/// Whether some face asks for each position: stray ones must not become vertices.
+fn all_used(runs: &[Run], positions: usize) -> bool {
+    let used: Vec<AtomicBool> = (0..positions).into_par_iter().map(|_| AtomicBool::new(false)).collect();
+    runs.par_iter().flat_map_iter(|run| &run.positions).for_each(|index| {
+        let flag = &used[*index as usize];
+        // most are set already, and reading is cheaper than writing
+        if !flag.load(Ordering::Relaxed) {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    used.par_iter().all(|flag| flag.load(Ordering::Relaxed))
+}
+
+fn as_they_are(joined: &mut Joined, parts: [Part; 2]) -> Vertices {
+    let positions = std::mem::take(&mut joined.positions);
+    let count = positions.len();
+    let uvs = if parts[0] == Part::Same {
+        joined.uvs[..count].par_iter().map(usable_uv).collect()
+    } else {
+        Vec::new()
+    };
+    let normals = if parts[1] == Part::Same {
+        joined.normals[..count].par_iter().map(usable_normal).collect()
+    } else {
+        Vec::new()
+    };
+    Vertices { positions, uvs, normals }
+}
+
+fn usable_uv(uv: &[f32; 2]) -> Vec2 {
+    Some(Vec2::from(*uv)).filter(|uv| uv.is_finite()).unwrap_or_default()
+}
+
+fn usable_normal(normal: &[f32; 3]) -> Vec3 {
+    Vec3::from(*normal).normalize_or_zero()
+}
+
+fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
+    let positions = joined.positions.len();
+    let wanted = rayon::current_num_threads() * BLOCKS_A_THREAD;
+    let size = positions.div_ceil(wanted).max(1).next_power_of_two();
+    let extents: Vec<Range<u32>> = joined.runs.par_iter().map(extent).collect();
+    let blocks: Vec<Block> = (0..positions.div_ceil(size))
+        .into_par_iter()
+        .map(|block| {
+            Block::new(block * size..positions.min((block + 1) * size), &joined.runs, &extents, parts)
+        })
+        .collect();
+    let mut vertices = 0;
+    let firsts = blocks.iter().map(|block| {
+        let first = vertices;
+        vertices += block.count;
+        first
+    });
+    let firsts: Vec<usize> = firsts.collect();
+    if vertices > u32::MAX as usize {
+        return Err(Fault::whole("more than 4294967295 vertices: split the model"));
+    }
+    joined.runs.par_iter_mut().for_each(|run| {
+        for corner in 0..run.positions.len() {
+            let (key, position) = (run.key(corner, parts), run.positions[corner] as usize);
+            let block = position / size;
+            run.positions[corner] = firsts[block] as u32 + blocks[block].vertex(position % size, key);
+        }
+        (run.uvs, run.normals) = (Indices::Absent, Indices::Absent);
+    });
+    Ok(Vertices {
+        positions: gathered(&blocks, size, |position, _| joined.positions[position]),
+        uvs: match parts[0] {
+            Part::Absent => Vec::new(),
+            part => gathered(&blocks, size, |position, [key, _]| {
+                index(part, key, position).and_then(|i| joined.uvs.get(i)).map(usable_uv).unwrap_or_default()
+            }),
+        },
+        normals: match parts[1] {
+            Part::Absent => Vec::new(),
+            part => gathered(&blocks, size, |position, [_, key]| {
+                let normal = index(part, key, position).and_then(|i| joined.normals.get(i));
+                normal.map(usable_normal).unwrap_or_default()
+            }),
+        },
+    })
+}
+
+/// Which positions a run asks for.
+fn extent(run: &Run) -> Range<u32> {
+    let lowest = run.positions.iter().copied().min().unwrap_or(0);
+    lowest..run.positions.iter().copied().max().map_or(0, |highest| highest + 1)
+}
+
+impl Run {
+    #[inline(always)]
+    fn key(&self, corner: usize, [uv, normal]: [Part; 2]) -> [u32; 2] {
+        [(uv, &self.uvs), (normal, &self.normals)].map(|(part, indices)| match (part, indices) {
+            (Part::Own, Indices::Own(indices)) => indices[corner],
+            (Part::Own, Indices::AsPositions) => self.positions[corner] + 1,
+            // what follows from the position is looked up there
+            _ => 0,
+        })
+    }
+}
+
+impl Block {
+    /// Of the positions in `range`; goes through all runs that ask for any of them.
+    fn new(range: Range<usize>, runs: &[Run], extents: &[Range<u32>], parts: [Part; 2]) -> Self {
+        let empty = Variant { key: [0; 2], next: NONE, vertex: NONE };
+        let variants = vec![empty; range.len()];
+        let mut block = Self { positions: range.len(), variants, far: HashMap::new(), count: 0 };
+        let range = range.start as u32..range.end as u32;
+        let touching = |extent: &Range<u32>| extent.start < range.end && range.start < extent.end;
+        for (run, _) in runs.iter().zip(extents).filter(|(_, extent)| touching(extent)) {
+            for (corner, position) in run.positions.iter().enumerate() {
+                let place = position.wrapping_sub(range.start) as usize;
+                if place < range.len() {
+                    block.add(place, run.key(corner, parts));
+                }
+            }
+        }
+        block.number();
+        block
+    }
+
+    #[inline(always)]
+    fn add(&mut self, place: usize, key: [u32; 2]) {
+        let first = &mut self.variants[place];
+        if first.vertex == NONE {
+            *first = Variant { key, next: NONE, vertex: 0 };
+        } else if first.key != key {
+            self.add_behind(place, key);
+        }
+    }
+
+    /// Adds a variant that is not the first of its position.
+    fn add_behind(&mut self, place: usize, key: [u32; 2]) {
+        let new = self.variants.len() as u32;
+        let mut at = place;
+        for _ in 0..LONGEST_WALK {
+            let next = self.variants[at].next;
+            if next == NONE {
+                self.variants[at].next = new;
+                self.variants.push(Variant { key, next: NONE, vertex: 0 });
+                return;
+            }
+            at = next as usize;
+            if self.variants[at].key == key {
+                return;
+            }
+        }
+        if let Entry::Vacant(entry) = self.far.entry((place, key)) {
+            entry.insert(new);
+            // the end of the list is far: the new one goes before the others of its kind
+            let next = std::mem::replace(&mut self.variants[at].next, new);
+            self.variants.push(Variant { key, next, vertex: 0 });
+        }
+    }
+
+    /// Counts the vertices, position by position.
+    fn number(&mut self) {
+        for place in 0..self.positions as u32 {
+            let is_used = self.variants[place as usize].vertex != NONE;
+            let mut at = if is_used { place } else { NONE };
+            while at != NONE {
+                let variant = &mut self.variants[at as usize];
+                variant.vertex = self.count as u32;
+                self.count += 1;
+                at = variant.next;
+            }
+        }
+    }
+
+    /// Position in the block and key of each vertex, in order.
+    fn vertices(&self) -> impl Iterator<Item = (usize, [u32; 2])> {
+        let used = (0..self.positions).filter(|place| self.variants[*place].vertex != NONE);
+        used.flat_map(|place| {
+            let variants = iter::successors(Some(&self.variants[place]), |variant| {
+                self.variants.get(variant.next as usize)
+            });
+            variants.map(move |variant| (place, variant.key))
+        })
+    }
+
+    /// The vertex of a corner that was added.
+    #[inline(always)]
+    fn vertex(&self, place: usize, key: [u32; 2]) -> u32 {
+        let mut variant = &self.variants[place];
+        for _ in 0..=LONGEST_WALK {
+            if variant.key == key {
+                return variant.vertex;
+            }
+            variant = &self.variants[variant.next as usize];
+        }
+        self.variants[self.far[&(place, key)] as usize].vertex
+    }
+}
+
+/// What each vertex has, in their order: a value for its position and its key.
+fn gathered<T: Copy + Default + Send + Sync>(
+    blocks: &[Block],
+    size: usize,
+    value: impl Fn(usize, [u32; 2]) -> T + Sync,
+) -> Vec<T> {
+    let lists = blocks.par_iter().enumerate().map(|(number, block)| {
+        block.vertices().map(|(place, key)| value(number * size + place, key)).collect()
+    });
+    concatenated(lists.collect::<Vec<Vec<T>>>().into_iter())
+}
+
+/// Index from 0 of what a vertex has.
+fn index(part: Part, key: u32, position: usize) -> Option<usize> {
+    match part {
+        Part::Absent => None,
+        Part::Same => Some(position),
+        Part::Own => (key as usize).checked_sub(1),
+    }
+}
