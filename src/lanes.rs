@@ -240,11 +240,7 @@ impl Mask {
     /// `yes` where the answer is yes, `no` elsewhere.
     #[inline(always)]
     pub fn select3(self, yes: Lanes3, no: Lanes3) -> Lanes3 {
-        Lanes3 {
-            x: self.select(yes.x, no.x),
-            y: self.select(yes.y, no.y),
-            z: self.select(yes.z, no.z),
-        }
+        Lanes3 { x: self.select(yes.x, no.x), y: self.select(yes.y, no.y), z: self.select(yes.z, no.z) }
     }
 }
 
@@ -324,6 +320,18 @@ impl Lanes3 {
         }
     }
 
+    /// The smaller of each two coordinates.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self { x: self.x.min(other.x), y: self.y.min(other.y), z: self.z.min(other.z) }
+    }
+
+    /// The greater of each two coordinates.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self { x: self.x.max(other.x), y: self.y.max(other.y), z: self.z.max(other.z) }
+    }
+
     /// To unit length. Not a number where there is no length.
     #[inline(always)]
     pub fn normalize(self) -> Self {
@@ -358,7 +366,10 @@ mod tests {
             for exponent in [0.5, 1.0, 2.0, 10.0, 96.078_43, 1000.0] {
                 let got = f64::from(Lanes::splat(base).power(Lanes::splat(exponent)).0[3]);
                 let wanted = f64::from(base).powf(f64::from(exponent));
-                assert!((got - wanted).abs() <= 1e-6 + 2e-6 * wanted, "{base}^{exponent}: {got}, not {wanted}");
+                assert!(
+                    (got - wanted).abs() <= 1e-6 + 2e-6 * wanted,
+                    "{base}^{exponent}: {got}, not {wanted}"
+                );
             }
         }
     }

@@ -12,7 +12,7 @@ pub const MOST_SAMPLES: u32 = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// As `Reproject`, for now: the place for a choice that foresees what pays.
+    /// Reprojects where that is foreseen to pay, and traces the rest.
     #[default]
     Auto,
     /// Reprojects every frame that has one before it.

@@ -253,3 +253,75 @@ fn frames_are_the_same_for_any_number_of_threads() {
         }
     }
 }
+
+/// A wall and a floor without mirror or glass, so that whole tiles stay the same, and a flyer in a corner.
+fn matt_world() -> Scene {
+    let mut scene = with_flyer(world());
+    scene.models.retain(|model| model.name != "mirror" && model.name != "glass");
+    scene
+}
+
+#[test]
+fn what_a_film_shows_already_is_what_would_be_rendered() {
+    let settings = afterimage::settings::Settings { width: 384, height: 288, ..toy::settings(2) };
+    let scene = matt_world();
+    let run = |recycle: bool| {
+        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+        let frames = (1..=FRAMES).map(|frame| {
+            let finished = renderer.render(frame, true).expect("renders");
+            let copy = finished.film.clone();
+            if recycle {
+                renderer.recycle(finished.film);
+            }
+            (copy, finished.stats)
+        });
+        frames.collect::<Vec<_>>()
+    };
+    for ((kept, stats), (fresh, _)) in run(true).iter().zip(&run(false)) {
+        assert_eq!(stats.audit.expect("asked for").differing, 0);
+        for plane in &kept.planes {
+            let other = fresh.values(plane.name).expect("the same planes");
+            let differ = plane.data.iter().zip(other).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "frame {}: {}", stats.frame, plane.name);
+        }
+    }
+}
+
+#[test]
+fn a_still_camera_gives_what_a_camera_that_hardly_turns_gives() {
+    // the way for still cameras and the general way, over the same samples, in a world where all is matt
+    let turning = |degrees: f64| {
+        let mut scene = matt_world();
+        scene.camera.aim = Aim::Target { target: rests(TARGET), roll: goes_by(degrees) };
+        toy::render(&scene, &toy::settings(2), FRAMES)
+    };
+    for (still, turned) in turning(0.0).iter().zip(&turning(1e-4)) {
+        let reused = |finished: &Finished| finished.stats.samples.good + finished.stats.samples.overlapped;
+        let (a, b) = (reused(still), reused(turned));
+        assert!(a.abs_diff(b) * 200 <= a.max(b), "frame {}: {a} and {b}", still.stats.frame);
+        let differ = toy::mean_difference(still, turned, "R");
+        assert!(differ < 2e-3, "frame {}: {differ}", still.stats.frame);
+    }
+}
+
+fn goes_by(degrees: f64) -> Track<f64> {
+    toy::keys(&[(1.0, 0.0), (f64::from(FRAMES), degrees)])
+}
+
+#[test]
+fn the_automatic_mode_traces_where_nothing_is_seen_again() {
+    let automatic =
+        afterimage::settings::Settings { mode: afterimage::settings::Mode::Auto, ..toy::settings(2) };
+    let modes = |target: Track<DVec3>| {
+        let scene = with_camera(world(), rests(EYE), target);
+        let frames = toy::render(&scene, &automatic, FRAMES);
+        assert!(frames.iter().all(|frame| frame.stats.audit.expect("asked for").differing == 0));
+        frames.iter().map(|frame| frame.stats.mode).collect::<Vec<_>>()
+    };
+    let behind = 2.0 * EYE - TARGET;
+    let keys: Vec<_> =
+        (1..=FRAMES).map(|frame| (f64::from(frame), if frame % 2 == 0 { behind } else { TARGET })).collect();
+    assert_eq!(modes(toy::keys(&keys)), vec!["base"; FRAMES as usize]);
+    let slowly = modes(goes(TARGET, TARGET + DVec3::X));
+    assert_eq!(slowly[1..], ["reproject"; FRAMES as usize - 1]);
+}

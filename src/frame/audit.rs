@@ -265,11 +265,8 @@ fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMu
         let reach = reach(stage, &tile.sample(cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
-        let mut beside = Placed {
-            point: Lanes3::ZERO,
-            normal: Lanes3::splat(normal),
-            facet: Lanes3::splat(facet),
-        };
+        let mut beside =
+            Placed { point: Lanes3::ZERO, normal: Lanes3::splat(normal), facet: Lanes3::splat(facet) };
         for (lane, aside) in around(facet).into_iter().enumerate() {
             beside.point.set_lane(lane, point + aside * reach);
         }
@@ -282,14 +279,7 @@ fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMu
 }
 
 /// Queues shadow rays to `light` from those of eight samples whose bit is set; says which of them face it.
-fn ask(
-    stage: &Stage,
-    light: usize,
-    placed: &Placed,
-    wanted: u8,
-    owner: u32,
-    queue: &mut ShadowQueue,
-) -> u8 {
+fn ask(stage: &Stage, light: usize, placed: &Placed, wanted: u8, owner: u32, queue: &mut ShadowQueue) -> u8 {
     let arrival = arrival(&stage.pose.lights[light], placed.point);
     let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
     queue.push(placed.point, placed.facet, &arrival, wanted & faces, owner);

@@ -106,7 +106,8 @@ fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
     stage.tracer.closest(&bench.rays, Coherence::Incoherent, &mut bench.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
-        let (packet, from) = (&bench.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
+        let (packet, from) =
+            (&bench.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
         let models = &packet.model[from..from + LANES];
         for (bounce, _) in bounce.iter().zip(models).filter(|(_, model)| **model == NO_HIT) {
             add(&mut bench.radiance, bounce, stage.scene.background.radiance(bounce.direction));

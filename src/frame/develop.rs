@@ -77,7 +77,7 @@ pub fn blank(grid: &Grid, used: Option<Film>) -> Film {
     }
     let plane = || vec![0.0; width as usize * height as usize];
     let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: plane(), is_zero: true });
-    Film { width, height, planes: planes.collect() }
+    Film { width, height, planes: planes.collect(), stamp: 0 }
 }
 
 /// Writes the rows of a film from top to bottom, band by band of tiles.
@@ -112,22 +112,32 @@ impl Developer {
         let planes = film.planes.par_iter_mut().zip(CHANNELS).zip(&self.was_zero);
         planes.for_each(|((plane, (name, _, source)), was_zero)| match source {
             Source::Data(number) => {
-                let is_zero = !now.iter().any(|tile| tile.has_data(number));
+                let is_zero =
+                    now.iter().all(|tile| !tile.has_data(number) && (*was_zero || !tile.is_shown()));
                 plane.is_zero &= is_zero;
                 if !is_zero || !was_zero {
                     write_data(number, now, &mut plane.data, width);
                 }
             }
             Source::Filtered(sums) => {
-                let is_zero = !bands.into_iter().flatten().any(|tile| tile.has_sums(sums));
+                let is_zero = bands
+                    .into_iter()
+                    .flatten()
+                    .all(|tile| !tile.has_sums(sums) && (*was_zero || !tile.is_shown()));
                 plane.is_zero &= is_zero;
-                if !is_zero || !was_zero {
-                    let out = &mut plane.data[rows.start as usize * width..rows.end as usize * width];
-                    out.fill(0.0);
-                    for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
-                        add_up(sums, bands, y, out);
+                if is_zero && *was_zero {
+                    return;
+                }
+                match &scales {
+                    Scales::All(scale) => write_sums(sums, now, &mut plane.data, width, *scale),
+                    Scales::Each(scales) => {
+                        let out = &mut plane.data[rows.start as usize * width..rows.end as usize * width];
+                        out.fill(0.0);
+                        for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
+                            add_up(sums, bands, y, out);
+                        }
+                        scale_sums(out, scales, if name == "A" { 1.0 } else { f32::INFINITY });
                     }
-                    scales.apply(out, if name == "A" { 1.0 } else { f32::INFINITY });
                 }
             }
         });
@@ -154,18 +164,12 @@ impl Scales {
         });
         Self::Each(weights)
     }
+}
 
-    /// Scales sums. The Mitchell filter's negative lobes must make neither negative light nor more than all
-    /// cover.
-    fn apply(&self, sums: &mut [f32], most: f32) {
-        match self {
-            Self::All(scale) => sums.iter_mut().for_each(|sum| *sum *= scale),
-            Self::Each(scales) => {
-                for (sum, scale) in sums.iter_mut().zip(scales) {
-                    *sum = (*sum * scale).max(0.0).min(most);
-                }
-            }
-        }
+/// The Mitchell filter's negative lobes must make neither negative light nor more than all cover.
+fn scale_sums(sums: &mut [f32], scales: &[f32], most: f32) {
+    for (sum, scale) in sums.iter_mut().zip(scales) {
+        *sum = (*sum * scale).max(0.0).min(most);
     }
 }
 
@@ -181,12 +185,49 @@ fn add_up(planes: &[usize], bands: [&[TileFilm]; 2], y: u32, out: &mut [f32]) {
     }
 }
 
+/// Writes the sums of tiles that share no pixel, added up and scaled.
+fn write_sums(planes: &[usize], tiles: &[TileFilm], out: &mut [f32], width: usize, scale: f32) {
+    for tile in tiles.iter().filter(|tile| !tile.is_shown()) {
+        let [columns, rows] = tile.pixels();
+        let some: Vec<&[f32]> = planes
+            .iter()
+            .filter(|plane| tile.has_sums(&[**plane]))
+            .map(|plane| tile.own_sums(*plane))
+            .collect();
+        for (row, y) in rows.enumerate() {
+            let out = &mut out[y * width..][columns.clone()];
+            let in_row =
+                |sums: &'_ [f32]| row * tile.stride()..row * tile.stride() + columns.len().min(sums.len());
+            match some.as_slice() {
+                [] => out.fill(0.0),
+                [first, others @ ..] => {
+                    for (out, sum) in out.iter_mut().zip(&first[in_row(first)]) {
+                        *out = sum * scale;
+                    }
+                    for sums in others {
+                        for (out, sum) in out.iter_mut().zip(&sums[in_row(sums)]) {
+                            *out += sum * scale;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Writes a datum of each pixel. Where the film shows the tile already, only its age has changed.
 fn write_data(number: usize, tiles: &[TileFilm], out: &mut [f32], width: usize) {
+    const OLDEST: f32 = u16::MAX as f32;
     for tile in tiles {
-        for (y, first, values) in tile.data_rows(number) {
-            let out = &mut out[y * width + first..][..values.len()];
-            if tile.has_data(number) {
-                out.copy_from_slice(values);
+        let [columns, rows] = tile.pixels();
+        for (row, y) in rows.enumerate() {
+            let out = &mut out[y * width..][columns.clone()];
+            if tile.is_shown() {
+                if number == data::AGE {
+                    out.iter_mut().for_each(|age| *age = (*age + 1.0).min(OLDEST));
+                }
+            } else if tile.has_data(number) {
+                out.copy_from_slice(&tile.data_row(number, row)[..columns.len()]);
             } else {
                 out.fill(0.0);
             }

@@ -79,10 +79,29 @@ pub struct TileFilm {
     is_some: [bool; sums::COUNT],
     /// Which planes of `data` are not zero throughout; the others are not written.
     has_data: [bool; data::COUNT],
+    /// Nothing is written because the film shows the tile already.
+    is_shown: bool,
 }
 
 impl TileFilm {
+    /// Says that the film shows the tile already, a frame younger.
+    pub fn stay(&mut self, grid: &Grid, number: usize) {
+        self.pixels = grid.pixels(number);
+        self.is_shown = true;
+    }
+
+    /// Whether the film shows the tile already, a frame younger.
+    pub fn is_shown(&self) -> bool {
+        self.is_shown
+    }
+
+    /// Columns and rows of the tile's own pixels in the picture.
+    pub fn pixels(&self) -> [Range<usize>; 2] {
+        self.pixels.clone().map(|range| range.start as usize..range.end as usize)
+    }
+
     fn begin(&mut self, grid: &Grid, number: usize, filter: Filter) {
+        self.is_shown = false;
         self.pixels = grid.pixels(number);
         self.stride = grid.tile_pixels as usize;
         self.halo = halo(filter) as usize;
@@ -107,6 +126,11 @@ impl TileFilm {
         self.has_data[plane]
     }
 
+    /// Plane `plane` of the sums of a filter without a halo, in rows of [`stride`](Self::stride).
+    pub fn own_sums(&self, plane: usize) -> &[f32] {
+        &self.sums[plane * self.edge().pow(2)..][..self.edge().pow(2)]
+    }
+
     /// The part of row `y` of plane `plane` of the sums that is in the picture, `width` pixels wide: its
     /// first column and its values. `None` where the tile does not reach the row, or has nothing but zeros.
     pub fn sums_in_row(&self, plane: usize, y: u32, width: usize) -> Option<(usize, &[f32])> {
@@ -121,12 +145,14 @@ impl TileFilm {
         Some((first, &values[..values.len().min(width - first)]))
     }
 
-    /// The rows of plane `plane` of the data: for each its number, its first column and its values.
-    pub fn data_rows(&self, plane: usize) -> impl Iterator<Item = (usize, usize, &[f32])> {
-        let [columns, rows] = self.pixels.clone();
-        let values = &self.data[plane * self.stride.pow(2)..];
-        rows.zip(values.chunks(self.stride))
-            .map(move |(y, row)| (y as usize, columns.start as usize, &row[..columns.len()]))
+    /// A row of plane `plane` of the data, from the tile's first pixel on.
+    pub fn data_row(&self, plane: usize, row: usize) -> &[f32] {
+        &self.data[plane * self.stride.pow(2)..][row * self.stride..][..self.stride]
+    }
+
+    /// Pixels from one row to the next.
+    pub fn stride(&self) -> usize {
+        self.stride
     }
 
     fn plane(&mut self, plane: usize) -> &mut [f32] {
@@ -243,7 +269,8 @@ fn sum_colors(
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
     ];
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
-    let planes = planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
+    let planes =
+        planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
     let planes = std::iter::once((sums::ALPHA, &filtering.alpha)).chain(planes);
     match kernel {
         Filter::Box => {
@@ -377,6 +404,7 @@ fn write_data(stage: &Stage, tile: &Tile, nearest: &[u16], bench: &mut Workbench
         }
         put(data::AGE, f32::from(tile.age[cell]));
     }
+    film.has_data[data::AGE] = tile.age.iter().any(|age| *age != 0);
 }
 
 /// Counts the samples and the rays of each pixel.

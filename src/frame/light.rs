@@ -1,11 +1,13 @@
 //! Light on samples: shadow rays where a tag no longer answers, and the part of the colour that does not
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
+use super::movers::{Bounds, Sweep};
 use super::placed::Placed;
-use super::plan::ShadowCheck;
+use super::plan::{LightChange, ShadowCheck};
 use super::stage::{Stage, Workbench, bit, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
-use crate::samples::{CELLS, Status, Tag, Tile, load_colors, store_colors};
+use crate::motion::pose::LightShape;
+use crate::samples::{CELLS, EMPTY, Status, Tag, Tile, load_colors, store_colors};
 use crate::shade::light::{Arrival, arrival};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
@@ -103,14 +105,18 @@ impl Default for Lighting {
     }
 }
 
-/// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light.
-pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
+/// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light. Whether
+/// any of that may have changed.
+pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let mut lighting = std::mem::take(&mut bench.lighting);
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
         *stale = must_be_summed(stage, tile, first);
     }
+    let surfaces = if stage.plan.any_moved { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
     for light in 0..stage.pose.lights.len() {
-        ask_light(stage, light, tile, &mut lighting, bench);
+        if !all_tags_hold(stage, light, tile, &surfaces) {
+            ask_light(stage, light, tile, &mut lighting, bench);
+        }
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
         if *stale != 0 {
@@ -119,7 +125,30 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
             store_colors(lit, &mut tile.lit, first);
         }
     }
+    let is_changed = lighting.stale.iter().any(|stale| *stale != 0);
     bench.lighting = lighting;
+    is_changed
+}
+
+/// Whether no tag of a whole tile needs a ray: none is in doubt by itself, and nothing that moved can have
+/// come between the light and the tile's `surfaces`.
+fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: &Bounds) -> bool {
+    if surfaces.is_empty() || stage.plan.lights[light] == LightChange::Moved {
+        return false;
+    }
+    let tags = &tile.tags[light * CELLS..][..CELLS];
+    let is_doubtful = |tag: Tag| matches!(tag, Tag::Unknown | Tag::ByMovable);
+    let doubtful = tags
+        .iter()
+        .zip(&tile.model)
+        .any(|(tag, model)| *model < EMPTY && (is_doubtful(*tag) || stage.moved(*model)));
+    let ways = || match stage.pose.lights[light].shape {
+        LightShape::Directional { to_light } => Sweep::along(surfaces, to_light),
+        LightShape::Point { position } | LightShape::Spot { position, .. } => {
+            Sweep::between(position, surfaces)
+        }
+    };
+    !doubtful && !stage.movers.may_meet_sweep(&ways())
 }
 
 /// Of eight cells, those whose light must be summed anew whatever their tags say.

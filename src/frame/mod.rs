@@ -16,6 +16,7 @@ mod contest;
 mod develop;
 pub mod enhance;
 pub mod filter;
+mod foresee;
 pub mod grid;
 pub mod light;
 mod movers;
@@ -23,6 +24,7 @@ mod placed;
 pub mod plan;
 mod reproject;
 mod stage;
+mod stay;
 mod tiles;
 mod trace_missed;
 mod verify;
@@ -41,10 +43,12 @@ use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::{Backend, TraceError, embree::EmbreeBackend};
 
 use contest::Contest;
+use foresee::{Foreseen, foresee};
 use grid::Grid;
 use movers::{Bounds, Movers};
-use plan::Plan;
+use plan::{CameraChange, Plan};
 use stage::Stage;
+use stay::Lifted;
 use tiles::{Source, Workshop, audit_tiles, run_tiles};
 use view::View;
 
@@ -61,6 +65,9 @@ pub struct Renderer<'s> {
     /// The store of the frame before that, to be written over.
     spare: Option<SampleStore>,
     contest: Contest,
+    lifted: Lifted,
+    /// Frames rendered so far: the stamp of the film of the last one.
+    rendered: u64,
     workshop: Workshop,
     /// A film that its user gave back.
     used_film: Option<Film>,
@@ -97,6 +104,8 @@ impl<'s> Renderer<'s> {
             last: None,
             spare: None,
             contest: Contest::default(),
+            lifted: Lifted::default(),
+            rendered: 0,
             workshop: Workshop::default(),
             used_film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
@@ -117,7 +126,8 @@ impl<'s> Renderer<'s> {
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
         let displaced = displaced(&pose);
-        let stage = Stage {
+        let mut foreseen = Foreseen::default();
+        let mut stage = Stage {
             scene: self.scene,
             palette: &self.palette,
             pose: &pose,
@@ -127,14 +137,36 @@ impl<'s> Renderer<'s> {
             movers: &movers,
             tracer: &*tracer,
             depth: self.settings.depth,
+            chooses: self.settings.mode == Mode::Auto,
+            foreseen: None,
         };
 
+        // what will not pay is not begun
+        let base_plan = Plan::of_base_frame(&pose);
+        let (last, mut spare) = match last {
+            Some((old, before)) if stage.chooses && plan.camera != CameraChange::None => {
+                foreseen = foresee(&old, &stage);
+                if foreseen.pays { (Some((old, before)), None) } else { (None, Some(old)) }
+            }
+            last => (last, None),
+        };
+        if last.is_none() {
+            stage.plan = &base_plan;
+        }
+        stage.foreseen = Some(&foreseen);
+
         // where samples come from: from this store, from its tiles as they are, or from nowhere
-        let spare = self.spare.take();
+        spare = spare.or(self.spare.take());
         let empty = || SampleStore::empty(self.grid.tiles(), pose.lights.len());
         let mut seconds = Seconds::default();
         let (mut store, source, spare) = match last {
-            Some((store, _)) if plan.nothing_to_project() => (store, Source::InPlace, spare),
+            Some((mut store, _)) if plan.camera == CameraChange::None => {
+                self.contest.open(store.tiles.len() * crate::samples::CELLS);
+                stay::lift(&mut store, &stage, &mut self.lifted);
+                stay::scatter(&self.lifted, &stage, &self.contest);
+                seconds.reproject = start.elapsed().as_secs_f64();
+                (store, Source::Stay(&self.lifted, &self.contest), spare)
+            }
             Some((old, _)) => {
                 self.contest.open(old.tiles.len() * crate::samples::CELLS);
                 reproject::scatter(&old, &stage, &self.contest);
@@ -144,7 +176,10 @@ impl<'s> Renderer<'s> {
             None => (spare.unwrap_or_else(empty), Source::Nothing, None),
         };
         let mut film = develop::blank(&self.grid, self.used_film.take());
-        let sum = run_tiles(&stage, &source, &self.settings, &mut store, &mut self.workshop, &mut film);
+        let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
+        self.rendered += 1;
+        let shop = &mut self.workshop;
+        let sum = run_tiles(&stage, &source, &self.settings, &mut store, shop, &mut film, film_is_last);
         sum.share_time(&mut seconds);
         let mode = match (&source, self.settings.mode) {
             (Source::Nothing, Mode::Full) => "full",
@@ -155,7 +190,7 @@ impl<'s> Renderer<'s> {
         let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
         self.spare = match source {
             Source::Contest(old, _) => Some(old),
-            _ => spare,
+            _ => spare.or(self.spare.take()),
         };
         drop(tracer);
         self.last = Some((store, pose.clone()));

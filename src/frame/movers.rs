@@ -6,7 +6,10 @@
 use glam::Vec3;
 
 use super::plan::Plan;
+use super::stage::Stage;
+use crate::lanes::{LANES, Lanes3, Mask};
 use crate::motion::{Pose, Transform};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::{Mesh, Scene};
 
 /// Boxes at most; with more movers than this, neighbours in the shot's order share one.
@@ -20,11 +23,39 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+    /// Around nothing.
+    pub const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     /// Around all vertices of `mesh`, object space.
     pub fn of(mesh: &Mesh) -> Self {
         mesh.positions.as_slice().iter().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
+    }
+
+    /// Around eight samples at a time: those of `tile` that show a surface, or the background.
+    pub fn of_samples(stage: &Stage, tile: &Tile, background: bool) -> Self {
+        let (mut low, mut high) = (Lanes3::splat(Vec3::INFINITY), Lanes3::splat(Vec3::NEG_INFINITY));
+        for first in (0..CELLS).step_by(LANES) {
+            let models = &tile.model[first..first + LANES];
+            let wanted = Mask::of(|lane| match models[lane] {
+                BACKGROUND => background,
+                EMPTY => false,
+                _ => !background,
+            });
+            if wanted.any() {
+                let offsets = stage.offsets(tile, first);
+                low = low.min(wanted.select3(offsets, low));
+                high = high.max(wanted.select3(offsets, high));
+            }
+        }
+        let eye = if background { Vec3::ZERO } else { stage.view.camera.eye };
+        (0..LANES).fold(Self::EMPTY, |all, lane| {
+            all.union(Self { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
+        })
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        !self.low.cmple(self.high).all()
     }
 
     fn with(self, point: Vec3) -> Self {
@@ -88,6 +119,64 @@ impl Movers {
     }
 }
 
+/// The boxes of points that grow from one box to another as t goes from 0 to `end`: each side of the box is a
+/// linear function of t.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep {
+    start: Bounds,
+    /// What one step of t adds to `low` and `high`.
+    slope: Bounds,
+    end: f32,
+}
+
+impl Sweep {
+    /// All segments from `source` to points in `targets`.
+    pub fn between(source: Vec3, targets: &Bounds) -> Self {
+        let slope = Bounds { low: targets.low - source, high: targets.high - source };
+        Self { start: Bounds { low: source, high: source }, slope, end: 1.0 }
+    }
+
+    /// All rays from points in `sources` along `direction`.
+    pub fn along(sources: &Bounds, direction: Vec3) -> Self {
+        Self { start: *sources, slope: Bounds { low: direction, high: direction }, end: f32::INFINITY }
+    }
+
+    /// All rays from `source` along directions in `directions`.
+    pub fn fan(source: Vec3, directions: &Bounds) -> Self {
+        Self { start: Bounds { low: source, high: source }, slope: *directions, end: f32::INFINITY }
+    }
+
+    /// Whether the growing box meets `other` at some t: on each axis its low side must be below the other's
+    /// high side, and its high side above the other's low side.
+    fn meets(&self, other: &Bounds) -> bool {
+        let mut span = (0.0_f32, self.end);
+        for axis in 0..3 {
+            let sides = [
+                (self.start.low[axis] - other.high[axis], self.slope.low[axis]),
+                (other.low[axis] - self.start.high[axis], -self.slope.high[axis]),
+            ];
+            // at + t * slope <= 0
+            for (at, slope) in sides {
+                if slope > 0.0 {
+                    span.1 = span.1.min(-at / slope);
+                } else if slope < 0.0 {
+                    span.0 = span.0.max(-at / slope);
+                } else if at > 0.0 {
+                    return false;
+                }
+            }
+        }
+        span.0 <= span.1
+    }
+}
+
+impl Movers {
+    /// Whether anything that moved may be on a way of `sweep`. A `false` is certain.
+    pub fn may_meet_sweep(&self, sweep: &Sweep) -> bool {
+        self.boxes.iter().any(|bounds| sweep.meets(bounds))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,6 +194,39 @@ mod tests {
         assert!(!movers.may_meet(Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY), "it leaves from behind");
         assert!(movers.may_meet(Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
         assert!(movers.may_meet(Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
+    }
+
+    #[test]
+    fn a_sweep_meets_what_one_of_its_segments_meets() {
+        // boxes, sources and targets on a coarse grid; segments between many points of each
+        let movers = Movers { boxes: vec![Bounds { low: Vec3::splat(2.0), high: Vec3::splat(3.0) }] };
+        let steps = [0.0_f32, 0.35, 0.8, 1.0];
+        let spots: Vec<(f32, f32)> = steps.iter().flat_map(|x| steps.iter().map(move |y| (*x, *y))).collect();
+        let (mut met, mut missed) = (0, 0);
+        for i in 0..1000 {
+            let pick = |n: i32, of: i32| (i / n % of) as f32;
+            let source = Vec3::new(pick(1, 10) - 2.0, pick(10, 10) - 2.5, pick(100, 10) - 1.5);
+            let low = Vec3::new(pick(7, 9), pick(3, 8), pick(13, 7)) * 0.8;
+            let targets = Bounds { low, high: low + Vec3::new(0.5, 0.2, 0.9) };
+            let by_segment = spots.iter().any(|(x, y)| {
+                steps.iter().any(|z| {
+                    let target = low + Vec3::new(*x, *y, *z) * (targets.high - low);
+                    movers.may_meet(source, target - source, 1.0)
+                })
+            });
+            let by_sweep = movers.may_meet_sweep(&Sweep::between(source, &targets));
+            assert!(by_sweep || !by_segment, "{source} {targets:?}");
+            met += i32::from(by_segment);
+            missed += i32::from(!by_sweep);
+        }
+        assert!(met > 50 && missed > 50, "{met} {missed}");
+        let sun = Vec3::new(0.1, 1.0, 0.2);
+        let under = Bounds { low: Vec3::new(2.0, 0.0, 2.0), high: Vec3::new(2.5, 0.1, 2.5) };
+        assert!(movers.may_meet_sweep(&Sweep::along(&under, sun)));
+        assert!(!movers.may_meet_sweep(&Sweep::along(&under, -sun)));
+        let north = Bounds { low: Vec3::new(0.9, 0.9, 0.9), high: Vec3::ONE };
+        assert!(movers.may_meet_sweep(&Sweep::fan(Vec3::ZERO, &north)));
+        assert!(!movers.may_meet_sweep(&Sweep::fan(Vec3::new(4.0, 0.0, 0.0), &north)));
     }
 
     #[test]

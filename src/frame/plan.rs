@@ -89,11 +89,6 @@ impl Plan {
         }
     }
 
-    /// Whether every sample stays in its cell.
-    pub fn nothing_to_project(&self) -> bool {
-        self.camera == CameraChange::None && !self.any_moved
-    }
-
     /// What must be asked before a sample counts as visible. `moved`: its model did.
     pub fn sight_check(&self, moved: bool) -> SightCheck {
         match (self.camera, moved) {
@@ -184,7 +179,6 @@ mod tests {
     fn a_static_camera_and_a_still_world_need_nothing() {
         let plan = change(|_| ());
         assert_eq!(plan.sight_check(false), SightCheck::Nothing);
-        assert!(plan.nothing_to_project());
     }
 
     #[test]
@@ -194,7 +188,6 @@ mod tests {
         for plan in [turned, zoomed] {
             assert_eq!(plan.camera, CameraChange::SamePlace);
             assert_eq!(plan.sight_check(false), SightCheck::Nothing);
-            assert!(!plan.nothing_to_project());
         }
     }
 
@@ -203,7 +196,6 @@ mod tests {
         let plan = Plan::between(&pose(), &moved_model());
         assert_eq!((plan.camera, plan.moved.as_slice()), (CameraChange::None, &[false, true][..]));
         assert_eq!(plan.sight_check(false), SightCheck::Moved);
-        assert!(!plan.nothing_to_project());
     }
 
     #[test]

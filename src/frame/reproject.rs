@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::contest::Contest;
+use super::foresee::LEAST_REUSED;
 use super::grid::holds;
 use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
@@ -17,29 +18,28 @@ use crate::samples::{BACKGROUND, CELLS, EMPTY, Octahedral, SampleStore, Status, 
 pub fn scatter(old: &SampleStore, stage: &Stage, contest: &Contest) {
     old.tiles.par_iter().enumerate().for_each(|(number, tile)| {
         for first in (0..CELLS).step_by(LANES) {
-            scatter_lanes(stage, contest, number, tile, first);
+            let sample = (number * CELLS + first) as u32;
+            scatter_lanes(stage, tile, first, |lane, depth, target| {
+                contest.enter(target, depth, sample + lane);
+            });
         }
     });
 }
 
-#[inline]
-fn scatter_lanes(stage: &Stage, contest: &Contest, number: usize, tile: &Tile, first: usize) {
+/// Calls `fall(lane, depth, cell)` for each of eight samples that falls into a cell of the picture, at a
+/// depth that is infinite for the background.
+#[inline(always)]
+pub fn scatter_lanes(stage: &Stage, tile: &Tile, first: usize, mut fall: impl FnMut(u32, f32, u32)) {
     let models = &tile.model[first..first + LANES];
     let seen = stage.view.project(stage.offsets(tile, first));
-    let moved = stage.moved_bits(models);
-    let stands = stage.plan.camera == CameraChange::None;
     for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model != EMPTY) {
         let depth = seen.depth.0[lane];
         // false for NaN as well
         if !(depth > f32::MIN_POSITIVE) {
             continue;
         }
-        let index = (number * CELLS + first + lane) as u32;
-        let stays = stands && moved >> lane & 1 == 0;
-        let target =
-            if stays { Some(index) } else { stage.view.grid.cell_at(seen.x.0[lane], seen.y.0[lane]) };
-        if let Some(target) = target {
-            contest.enter(target, if *model == BACKGROUND { f32::INFINITY } else { depth }, index);
+        if let Some(cell) = stage.view.grid.cell_at(seen.x.0[lane], seen.y.0[lane]) {
+            fall(lane as u32, if *model == BACKGROUND { f32::INFINITY } else { depth }, cell);
         }
     }
 }
@@ -65,14 +65,12 @@ pub fn gather(old: &SampleStore, stage: &Stage, contest: &Contest, number: usize
             tile.clear(first + lane, Status::Missed);
         }
     }
-}
-
-/// When nothing moved, not even the camera: every sample stays where it is.
-pub fn keep(tile: &mut Tile) {
-    for (status, age) in tile.status.iter_mut().zip(&mut tile.age) {
-        if *status != Status::Outside {
-            *status = Status::Good;
-            *age = age.saturating_add(1);
+    let reused = tile.status.iter().filter(|status| status.is_reused()).count();
+    if stage.chooses && reused < LEAST_REUSED {
+        for cell in 0..CELLS {
+            if tile.status[cell].is_reused() {
+                tile.clear(cell, Status::Missed);
+            }
         }
     }
 }
@@ -89,7 +87,7 @@ pub fn begin_base(stage: &Stage, number: usize, tile: &mut Tile) {
 
 /// Of eight cells, those whose sample is seen from the other side now.
 #[inline]
-fn seen_from_behind(stage: &Stage, tile: &Tile, first: usize) -> u8 {
+pub fn seen_from_behind(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     let models = &tile.model[first..first + LANES];
     let moved = if stage.plan.camera == CameraChange::Moved { u8::MAX } else { stage.moved_bits(models) };
     let may_have_turned = moved & surface_bits(models);

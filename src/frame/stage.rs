@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::foresee::Foreseen;
 use super::movers::Movers;
 use super::placed::PlacedTile;
 use super::plan::Plan;
@@ -35,6 +36,10 @@ pub struct Stage<'a> {
     pub tracer: &'a dyn Tracer,
     /// Bounces that a ray from the eye may take.
     pub depth: u32,
+    /// Whether to trace where reprojection would not pay (`--mode auto`).
+    pub chooses: bool,
+    /// What it took to choose, once that is done.
+    pub foreseen: Option<&'a Foreseen>,
 }
 
 impl<'a> Stage<'a> {

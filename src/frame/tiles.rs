@@ -10,18 +10,19 @@ use super::develop::Developer;
 use super::filter::{self, TileFilm};
 use super::grid::Grid;
 use super::stage::{Stage, Workbench, WorkerSeconds};
+use super::stay::{self, Lifted};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
 use crate::samples::{SampleStore, Status, Tile};
-use crate::settings::Settings;
+use crate::settings::{Filter, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
 /// Where a frame's samples come from.
 pub enum Source<'c> {
     /// A base frame: nowhere.
     Nothing,
-    /// Nothing moved: they are where they were.
-    InPlace,
+    /// The camera stands: they are where they were, but for those of models that moved.
+    Stay(&'c Lifted, &'c Contest),
     /// The store of the frame before, and who won which cell.
     Contest(SampleStore, &'c Contest),
 }
@@ -51,6 +52,8 @@ pub struct Workshop {
 
 /// Takes every tile through all phases, and writes the frame into `film`.
 ///
+/// `film_is_last`: it shows the frame before. What stays the same need not be written then.
+///
 /// Tiles go in bands of whole rows: when a band is done, all rows of pixels that no later band reaches are
 /// written.
 pub fn run_tiles(
@@ -60,6 +63,7 @@ pub fn run_tiles(
     store: &mut SampleStore,
     shop: &mut Workshop,
     film: &mut Film,
+    film_is_last: bool,
 ) -> TileSum {
     let grid = &*stage.view.grid;
     let mut developer = Developer::new(grid, settings.filter, film);
@@ -71,7 +75,7 @@ pub fn run_tiles(
     for band in store.tiles.chunks_mut(in_band) {
         let start = Instant::now();
         now.resize_with(band.len(), TileFilm::default);
-        sum = sum.plus(run_band(stage, source, settings, done, band, now, &shop.benches));
+        sum = sum.plus(run_band(stage, source, settings, done, band, now, &shop.benches, film_is_last));
         done += band.len();
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
@@ -101,7 +105,10 @@ fn run_band(
     tiles: &mut [Tile],
     films: &mut [TileFilm],
     benches: &Mutex<Vec<Workbench>>,
+    film_is_last: bool,
 ) -> TileSum {
+    // a wide filter mixes neighbours: their sums are needed whatever they show
+    let may_skip = film_is_last && settings.filter == Filter::Box;
     let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     tiles
         .par_iter_mut()
@@ -110,9 +117,14 @@ fn run_band(
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default()),
             |(mut bench, mut samples), (i, (tile, film))| {
-                infer_tile(stage, source, first + i, tile, &mut bench);
+                let outcome = infer_tile(stage, source, first + i, tile, &mut bench, may_skip);
                 let begin = Instant::now();
-                filter::filter(stage, first + i, tile, &mut bench, settings.filter, film);
+                match outcome {
+                    Outcome::AsBefore => film.stay(&stage.view.grid, first + i),
+                    Outcome::New => {
+                        filter::filter(stage, first + i, tile, &mut bench, settings.filter, film);
+                    }
+                }
                 bench.seconds.filter += begin.elapsed().as_secs_f64();
                 samples += count_samples(tile);
                 (bench, samples)
@@ -137,13 +149,27 @@ pub fn audit_tiles(stage: &Stage, store: &SampleStore) -> AuditCounts {
 }
 
 /// One tile of one frame, from the samples of the frame before to what its cells show.
-fn infer_tile(stage: &Stage, source: &Source, number: usize, tile: &mut Tile, bench: &mut Workbench) {
+///
+/// If the tile shows just what it showed in the frame before, and `may_skip`, then it is left at that.
+fn infer_tile(
+    stage: &Stage,
+    source: &Source,
+    number: usize,
+    tile: &mut Tile,
+    bench: &mut Workbench,
+    may_skip: bool,
+) -> Outcome {
+    let mut is_changed = !matches!(source, Source::Stay(..));
+    let rays = bench.counts;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     bench.begin_tile();
+    if let Some(foreseen) = stage.foreseen {
+        foreseen.count(number, &mut bench.counts, &mut bench.cell_rays);
+    }
     match source {
         Source::Nothing => reproject::begin_base(stage, number, tile),
-        Source::InPlace => reproject::keep(tile),
+        Source::Stay(lifted, contest) => is_changed |= stay::settle(lifted, stage, contest, number, tile),
         Source::Contest(old, contest) => reproject::gather(old, stage, contest, number, tile),
     }
     bench.seconds.gather += lap();
@@ -153,9 +179,27 @@ fn infer_tile(stage: &Stage, source: &Source, number: usize, tile: &mut Tile, be
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, tile, bench);
     bench.seconds.trace += lap();
-    light::light(stage, tile, bench);
+    is_changed |= light::light(stage, tile, bench);
+    // whatever changed a sample cast a ray, took a cell, or changed the light
+    is_changed |= bench.counts != rays || tile.goes_on;
+    if !is_changed && tile.is_settled && may_skip {
+        bench.seconds.enhance += lap();
+        return Outcome::AsBefore;
+    }
     enhance::enhance(stage, tile, bench);
+    tile.goes_on = bench.radiance.has_secondary;
+    tile.is_settled = !is_changed;
     bench.seconds.enhance += lap();
+    Outcome::New
+}
+
+/// What a tile shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// Just what it showed in the frame before, a frame older.
+    AsBefore,
+    /// Something else, perhaps: its pixels must be made.
+    New,
 }
 
 fn count_samples(tile: &Tile) -> SampleCounts {

@@ -3,11 +3,12 @@
 //! Segments run from the eye to the sample, so that the rays of a tile start in one point and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
+use super::movers::{Bounds, Sweep};
 use super::plan::SightCheck;
 use super::stage::{Stage, Workbench, bit, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
-use crate::trace::{Blockers, Coherence, Purpose};
+use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
 /// Where a verification segment ends, as a share of the way from the eye to the sample.
 ///
@@ -35,6 +36,9 @@ fn verify_against(
     if !for_still && !for_moved {
         return;
     }
+    if check == SightCheck::Moved && !may_be_hidden(stage, tile) {
+        return;
+    }
     bench.begin_rays();
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
@@ -58,6 +62,14 @@ fn verify_against(
     }
 }
 
+/// Whether anything that moved may be between the eye and any sample of a tile. A `false` is certain.
+fn may_be_hidden(stage: &Stage, tile: &Tile) -> bool {
+    let eye = stage.view.camera.eye;
+    let [surfaces, sky] = [false, true].map(|background| Bounds::of_samples(stage, tile, background));
+    let hides = |bounds: &Bounds, sweep: Sweep| !bounds.is_empty() && stage.movers.may_meet_sweep(&sweep);
+    hides(&surfaces, Sweep::between(eye, &surfaces)) || hides(&sky, Sweep::fan(eye, &sky))
+}
+
 /// Of eight cells, those whose sample was there in the frame before.
 #[inline]
 fn reused_bits(status: &[Status]) -> u8 {
@@ -73,23 +85,31 @@ fn push_segments(
     mut asked: u8,
     bench: &mut Workbench,
 ) {
-    let offsets = stage.offsets(tile, first);
-    let models = &tile.model[first..first + LANES];
-    let background = Mask::of(|lane| models[lane] == BACKGROUND);
-    let far = background.select(Lanes::splat(f32::INFINITY), Lanes::splat(SEGMENT_END));
-    let eye = stage.view.camera.eye;
     if check == SightCheck::Moved {
-        for lane in set_bits(asked) {
-            if !stage.movers.may_meet(eye, offsets.lane(lane), far.0[lane]) {
-                asked &= !(1 << lane);
-            }
-        }
+        let (offsets, far) = (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
+        let eye = stage.view.camera.eye;
+        asked = set_bits(asked)
+            .filter(|lane| stage.movers.may_meet(eye, offsets.lane(*lane), far.0[*lane]))
+            .fold(0, |bits, lane| bits | 1 << lane);
     }
-    // nothing is the background's own: its number is that of no hit
-    let own = [models, &tile.triangle[first..first + LANES]];
-    bench.rays.push_lanes_to_samples(Lanes3::splat(eye), offsets, far, own, asked);
+    segments(stage, tile, first, asked, &mut bench.rays);
     for lane in set_bits(asked) {
         bench.owners.push((first + lane) as u32);
         bench.cell_rays.verification[first + lane] += 1;
     }
+}
+
+/// Adds the segments from the eye to those of eight samples whose bit is set.
+pub fn segments(stage: &Stage, tile: &Tile, first: usize, wanted: u8, rays: &mut RayBatch) {
+    let models = &tile.model[first..first + LANES];
+    // nothing is the background's own: its number is that of no hit
+    let own = [models, &tile.triangle[first..first + LANES]];
+    let (eye, far) = (Lanes3::splat(stage.view.camera.eye), segment_ends(models));
+    rays.push_lanes_to_samples(eye, stage.offsets(tile, first), far, own, wanted);
+}
+
+/// Where the segments to eight samples end.
+fn segment_ends(models: &[u32]) -> Lanes {
+    let background = Mask::of(|lane| models[lane] == BACKGROUND);
+    background.select(Lanes::splat(f32::INFINITY), Lanes::splat(SEGMENT_END))
 }

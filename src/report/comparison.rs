@@ -215,7 +215,7 @@ pub(super) mod tests {
 
     fn film(values: [f32; 4]) -> Film {
         let plane = |name| Plane { name, kind: PlaneKind::Half, data: values.to_vec(), is_zero: false };
-        Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec() }
+        Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
     }
 
     #[test]

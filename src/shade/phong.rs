@@ -149,7 +149,9 @@ mod tests {
     #[test]
     fn diffuse_follows_the_cosine() {
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
-        let lit = |albedo: f32, normal| diffuse(Lanes3::splat(Vec3::splat(albedo)), Lanes3::splat(normal), &slanted);
+        let lit = |albedo: f32, normal| {
+            diffuse(Lanes3::splat(Vec3::splat(albedo)), Lanes3::splat(normal), &slanted)
+        };
         assert!((lit(0.5, Vec3::Y).lane(0) - Vec3::splat(0.8)).length() < 1e-6);
         assert_eq!(lit(1.0, Vec3::NEG_Y).lane(0), Vec3::ZERO);
     }

@@ -205,11 +205,7 @@ pub fn off_surfaces(points: Lanes3, normals: Lanes3) -> Lanes3 {
         }
         near.select(point + normal * Lanes::splat(FIXED), far)
     };
-    Lanes3 {
-        x: moved(points.x, normals.x),
-        y: moved(points.y, normals.y),
-        z: moved(points.z, normals.z),
-    }
+    Lanes3 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }
 }
 
 #[cfg(test)]

@@ -99,13 +99,10 @@ impl RayBatch {
         let (at, lane) = (self.len / LANES, self.len % LANES);
         if wanted == u8::MAX && lane % HALF == 0 {
             let packet = &mut self.packets[at];
-            for (axis, (origin, direction)) in [
-                (origin.x, direction.x),
-                (origin.y, direction.y),
-                (origin.z, direction.z),
-            ]
-            .into_iter()
-            .enumerate()
+            for (axis, (origin, direction)) in
+                [(origin.x, direction.x), (origin.y, direction.y), (origin.z, direction.z)]
+                    .into_iter()
+                    .enumerate()
             {
                 origin.store(&mut packet.origin[axis], lane);
                 direction.store(&mut packet.direction[axis], lane);

@@ -119,3 +119,11 @@ pub fn pixel(finished: &Finished, plane: &str, x: u32, y: u32) -> f32 {
 pub fn color(finished: &Finished, x: u32, y: u32) -> Vec3 {
     Vec3::new(pixel(finished, "R", x, y), pixel(finished, "G", x, y), pixel(finished, "B", x, y))
 }
+
+/// Mean of how much two frames differ in a plane, pixel by pixel.
+pub fn mean_difference(a: &Finished, b: &Finished, plane: &str) -> f32 {
+    let values =
+        |finished: &'_ Finished| finished.film.plane(plane).expect("the plane is there").data.clone();
+    let (a, b) = (values(a), values(b));
+    a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
+}

@@ -1,0 +1,117 @@
+//! `--mode auto`: whether reprojection will pay, foreseen from a few samples before any work is done.
+//!
+//! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
+//! the bit on every machine.
+
+use rayon::prelude::*;
+
+use super::plan::CameraChange;
+use super::reproject::{scatter_lanes, seen_from_behind};
+use super::stage::{CellRays, Stage, bit, set_bits};
+use super::verify::segments;
+use crate::lanes::LANES;
+use crate::samples::{CELLS, SampleStore, Tile};
+use crate::stats::RayCounts;
+use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
+
+/// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
+/// Rounded from `cargo bench --bench shots`; what they decide is whether a frame pays at all, and most frames
+/// are far from that border.
+mod cost {
+    /// Projecting an old sample, and bringing it to its cell.
+    pub const REPROJECT: f32 = 0.3;
+    /// The ray that shows that it is still seen.
+    pub const VERIFY: f32 = 0.3;
+    /// The shadow ray to a light, which a sample that is traced needs.
+    pub const SHADOW: f32 = 0.4;
+}
+
+/// Tiles with fewer reused samples than this are traced whole: a share of their cells.
+pub const LEAST_REUSED: usize = CELLS / 8;
+
+/// Tiles that are asked together: their segments fill whole packets.
+const TILES_AT_ONCE: usize = 64;
+
+/// What was foreseen.
+#[derive(Debug, Default)]
+pub struct Foreseen {
+    /// Inferring the frame is cheaper than tracing it.
+    pub pays: bool,
+    /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
+    asked: Vec<u8>,
+}
+
+/// Whether inferring this frame from `old` is cheaper than tracing it. Eight samples a tile are projected
+/// and, where the eye moved, verified.
+pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
+    let mut asked = vec![0; old.tiles.len()];
+    let ask = |(number, (tiles, asked)): (usize, (&[Tile], &mut [u8]))| {
+        ask_tiles(number * TILES_AT_ONCE, tiles, stage, asked)
+    };
+    let groups = old.tiles.par_chunks(TILES_AT_ONCE).zip(asked.par_chunks_mut(TILES_AT_ONCE)).enumerate();
+    let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
+    let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
+    let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
+    let gained = share(sum.seen) * (1.0 + cost::SHADOW * stage.pose.lights.len() as f32);
+    Foreseen { pays: gained > spent, asked }
+}
+
+impl Foreseen {
+    /// Counts the rays of tile number `number` for the cells whose samples were asked.
+    pub fn count(&self, number: usize, rays: &mut RayCounts, cells: &mut CellRays) {
+        let asked = self.asked.get(number).copied().unwrap_or(0);
+        rays.verification += u64::from(asked.count_ones());
+        set_bits(asked).for_each(|lane| cells.verification[first_asked(number) + lane] += 1);
+    }
+}
+
+/// The first of the eight samples of tile number `number` that are asked: another eight in each.
+fn first_asked(number: usize) -> usize {
+    // odd: all places of a tile have their turn
+    const STRIDE: usize = 37;
+    (number * STRIDE * LANES) % CELLS
+}
+
+/// What became of the samples that were asked.
+#[derive(Debug, Clone, Copy, Default)]
+struct Asked {
+    asked: u64,
+    verified: u64,
+    seen: u64,
+}
+
+impl Asked {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            asked: self.asked + other.asked,
+            verified: self.verified + other.verified,
+            seen: self.seen + other.seen,
+        }
+    }
+}
+
+/// Asks eight samples of each tile, and notes which of them needed a ray.
+fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> Asked {
+    let casts = stage.plan.camera == CameraChange::Moved;
+    let mut rays = RayBatch::default();
+    let mut sum = Asked::default();
+    for (i, (tile, asked)) in tiles.iter().zip(asked).enumerate() {
+        let first = first_asked(number + i);
+        let mut inside = 0_u8;
+        scatter_lanes(stage, tile, first, |lane, _, _| inside |= 1 << lane);
+        inside &= !seen_from_behind(stage, tile, first);
+        sum.asked += LANES as u64;
+        sum.seen += u64::from(inside.count_ones());
+        if casts {
+            segments(stage, tile, first, inside, &mut rays);
+            *asked = inside;
+        }
+    }
+    let mut blocked = vec![0; rays.packet_count()];
+    for by in [Blockers::Still, Blockers::Movable] {
+        stage.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
+    }
+    sum.verified = rays.len() as u64;
+    sum.seen -= (0..rays.len()).filter(|ray| bit(&blocked, *ray)).count() as u64;
+    sum
+}
