@@ -3,6 +3,7 @@
 //! Only what shading needs, and no fused multiply-add: the same operations in the same order give the same
 //! bits on every processor. Nothing here branches; a choice is a [`Mask`] and [`Mask::select`].
 
+use std::f32::consts::LN_2;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::Vec3;
@@ -156,7 +157,7 @@ impl Lanes {
         let whole = (self + Self::splat(ROUND)) - Self::splat(ROUND);
         let rest = self - whole;
         // (ln 2)^n / n! for n = 6 .. 0
-        let series = [1.540_353e-4, 1.333_356e-3, 9.618_129e-3, 5.550_411e-2, 0.240_226_5, 0.693_147_2, 1.0];
+        let series = [1.540_353e-4, 1.333_356e-3, 9.618_129e-3, 5.550_411e-2, 0.240_226_5, LN_2, 1.0];
         let sum = series.into_iter().fold(Self::ZERO, |sum, term| sum * rest + Self::splat(term));
         sum * Self(each!(0.0, i => {
             // bits of 1.5 * 2^23 + whole count up by whole

@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use glam::Vec4;
+
 use super::enhance::Light;
 use super::grid::Grid;
 use super::stage::{Stage, Workbench};
@@ -322,35 +324,40 @@ fn spread(
     film: &mut TileFilm,
 ) {
     let (edge, scale) = (film.edge(), (grid.samples as f32).recip());
-    for plane in 0..sums::COUNT {
-        film.is_some[plane] = columns[plane].is_some() || plane == sums::WEIGHT;
+    let size = edge * edge;
+    for (plane, column) in columns.iter().enumerate() {
+        film.is_some[plane] = column.is_some() || plane == sums::WEIGHT;
         if film.is_some[plane] {
             film.plane(plane).fill(0.0);
         }
     }
+    // where a plane begins, and what is spread into it
+    let planes: Vec<(usize, &Column<f32>)> =
+        columns.iter().enumerate().filter_map(|(plane, column)| Some((plane * size, (*column)?))).collect();
     for cell in (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY) {
         let at = [filtering.x[cell] * scale, filtering.y[cell] * scale];
         // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
         let first = at.map(|at| (at + 0.5).floor());
-        let [across, down] = [0, 1].map(|axis| mitchell(at[axis] + 0.5 - first[axis]));
+        let (across, down) = (mitchell(at[0] + 0.5 - first[0]), mitchell(at[1] + 0.5 - first[1]));
         let start = first[1] as usize * edge + first[0] as usize;
-        let weights = down.map(|down| across.map(|across| across * down));
-        add(&mut film.plane(sums::WEIGHT)[start..], edge, &weights, 1.0);
-        for (plane, column) in columns.iter().enumerate() {
-            if let Some(column) = column {
-                add(&mut film.plane(plane)[start..], edge, &weights, column[cell]);
+        let weights = down.map(|down| Vec4::from_array(across) * down);
+        add(&mut film.sums[sums::WEIGHT * size + start..], edge, &weights, 1.0);
+        for (begin, column) in &planes {
+            // most samples have neither highlight nor mirror
+            if column[cell] != 0.0 {
+                add(&mut film.sums[begin + start..], edge, &weights, column[cell]);
             }
         }
     }
 }
 
-/// Adds `value` to the 4 x 4 pixels at the start of `pixels`.
+/// Adds `value` to the 4 x 4 pixels at the start of `pixels`, which has `edge` in a row.
 #[inline(always)]
-fn add(pixels: &mut [f32], edge: usize, weights: &[[f32; 4]; 4], value: f32) {
-    for (row, weights) in pixels.chunks_mut(edge).zip(weights) {
-        for (pixel, weight) in row[..4].iter_mut().zip(weights) {
-            *pixel += weight * value;
-        }
+fn add(pixels: &mut [f32], edge: usize, weights: &[Vec4; 4], value: f32) {
+    let pixels = &mut pixels[..3 * edge + 4];
+    for (row, weights) in weights.iter().enumerate() {
+        let four = &mut pixels[row * edge..row * edge + 4];
+        (Vec4::from_slice(four) + *weights * value).write_to_slice(four);
     }
 }
 

@@ -35,7 +35,7 @@ use std::time::Instant;
 
 use crate::film::Film;
 use crate::motion::Pose;
-use crate::samples::SampleStore;
+use crate::samples::{CELLS, SampleStore};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::phong::Palette;
@@ -61,7 +61,7 @@ pub struct Renderer<'s> {
     backend: Box<dyn Backend>,
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
-    last: Option<(SampleStore, Pose)>,
+    last: Option<Last>,
     /// The store of the frame before that, to be written over.
     spare: Option<SampleStore>,
     contest: Contest,
@@ -126,7 +126,6 @@ impl<'s> Renderer<'s> {
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
         let displaced = displaced(&pose);
-        let mut foreseen = Foreseen::default();
         let mut stage = Stage {
             scene: self.scene,
             palette: &self.palette,
@@ -143,38 +142,16 @@ impl<'s> Renderer<'s> {
 
         // what will not pay is not begun
         let base_plan = Plan::of_base_frame(&pose);
-        let (last, mut spare) = match last {
-            Some((old, before)) if stage.chooses && plan.camera != CameraChange::None => {
-                foreseen = foresee(&old, &stage);
-                if foreseen.pays { (Some((old, before)), None) } else { (None, Some(old)) }
-            }
-            last => (last, None),
-        };
+        let (last, unused, foreseen) = choose(last, &stage);
         if last.is_none() {
             stage.plan = &base_plan;
         }
         stage.foreseen = Some(&foreseen);
 
-        // where samples come from: from this store, from its tiles as they are, or from nowhere
-        spare = spare.or(self.spare.take());
-        let empty = || SampleStore::empty(self.grid.tiles(), pose.lights.len());
-        let mut seconds = Seconds::default();
-        let (mut store, source, spare) = match last {
-            Some((mut store, _)) if plan.camera == CameraChange::None => {
-                self.contest.open(store.tiles.len() * crate::samples::CELLS);
-                stay::lift(&mut store, &stage, &mut self.lifted);
-                stay::scatter(&self.lifted, &stage, &self.contest);
-                seconds.reproject = start.elapsed().as_secs_f64();
-                (store, Source::Stay(&self.lifted, &self.contest), spare)
-            }
-            Some((old, _)) => {
-                self.contest.open(old.tiles.len() * crate::samples::CELLS);
-                reproject::scatter(&old, &stage, &self.contest);
-                seconds.reproject = start.elapsed().as_secs_f64();
-                (spare.unwrap_or_else(empty), Source::Contest(old, &self.contest), None)
-            }
-            None => (spare.unwrap_or_else(empty), Source::Nothing, None),
-        };
+        let spare = unused.or(self.spare.take());
+        let (mut store, source, spare) =
+            begin(last, spare, &stage, &self.grid, &mut self.contest, &mut self.lifted);
+        let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
         self.rendered += 1;
@@ -239,6 +216,48 @@ impl<'s> Renderer<'s> {
             store_bytes: bytes,
             bytes_per_sample: bytes as f64 / samples as f64,
         }
+    }
+}
+
+/// Samples of a frame, and where everything was in it.
+type Last = (SampleStore, Pose);
+
+/// With `--mode auto`: the samples of the frame before, or, if they would not pay, their store to be written
+/// over; and what it took to choose.
+fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<SampleStore>, Foreseen) {
+    match last {
+        Some((old, pose)) if stage.chooses && stage.plan.camera != CameraChange::None => {
+            let foreseen = foresee(&old, stage);
+            if foreseen.pays { (Some((old, pose)), None, foreseen) } else { (None, Some(old), foreseen) }
+        }
+        last => (last, None, Foreseen::default()),
+    }
+}
+
+/// The store of this frame, and where its samples come from: from another store, from its own tiles, or from
+/// nowhere. A `spare` store that is not needed comes back.
+fn begin<'c>(
+    last: Option<Last>,
+    spare: Option<SampleStore>,
+    stage: &Stage,
+    grid: &Grid,
+    contest: &'c mut Contest,
+    lifted: &'c mut Lifted,
+) -> (SampleStore, Source<'c>, Option<SampleStore>) {
+    let empty = || SampleStore::empty(grid.tiles(), stage.pose.lights.len());
+    match last {
+        Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
+            contest.open(grid.tiles() * CELLS);
+            stay::lift(&mut store, stage, lifted);
+            stay::scatter(lifted, stage, contest);
+            (store, Source::Stay(lifted, contest), spare)
+        }
+        Some((old, _)) => {
+            contest.open(grid.tiles() * CELLS);
+            reproject::scatter(&old, stage, contest);
+            (spare.unwrap_or_else(empty), Source::Contest(old, contest), None)
+        }
+        None => (spare.unwrap_or_else(empty), Source::Nothing, None),
     }
 }
 

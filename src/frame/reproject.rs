@@ -35,10 +35,9 @@ pub fn scatter_lanes(stage: &Stage, tile: &Tile, first: usize, mut fall: impl Fn
     for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model != EMPTY) {
         let depth = seen.depth.0[lane];
         // false for NaN as well
-        if !(depth > f32::MIN_POSITIVE) {
-            continue;
-        }
-        if let Some(cell) = stage.view.grid.cell_at(seen.x.0[lane], seen.y.0[lane]) {
+        let is_before = depth > f32::MIN_POSITIVE;
+        let cell = stage.view.grid.cell_at(seen.x.0[lane], seen.y.0[lane]);
+        if let Some(cell) = cell.filter(|_| is_before) {
             fall(lane as u32, if *model == BACKGROUND { f32::INFINITY } else { depth }, cell);
         }
     }

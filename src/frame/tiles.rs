@@ -65,6 +65,9 @@ pub fn run_tiles(
     film: &mut Film,
     film_is_last: bool,
 ) -> TileSum {
+    let filter = settings.filter;
+    // a wide filter mixes neighbours: their sums are needed whatever they show
+    let work = Work { stage, source, filter, may_skip: film_is_last && filter == Filter::Box };
     let grid = &*stage.view.grid;
     let mut developer = Developer::new(grid, settings.filter, film);
     let mut sum = TileSum::default();
@@ -75,7 +78,7 @@ pub fn run_tiles(
     for band in store.tiles.chunks_mut(in_band) {
         let start = Instant::now();
         now.resize_with(band.len(), TileFilm::default);
-        sum = sum.plus(run_band(stage, source, settings, done, band, now, &shop.benches, film_is_last));
+        sum = sum.plus(run_band(&work, done, band, now, &shop.benches));
         done += band.len();
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
@@ -96,19 +99,24 @@ fn band_rows(grid: &Grid) -> usize {
     for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels) as usize)
 }
 
+/// What is to be done with every tile.
+#[derive(Clone, Copy)]
+struct Work<'a> {
+    stage: &'a Stage<'a>,
+    source: &'a Source<'a>,
+    filter: Filter,
+    /// Whether a tile that shows what it showed in the frame before need not be made again.
+    may_skip: bool,
+}
+
 /// Takes the tiles from number `first` on through all phases.
 fn run_band(
-    stage: &Stage,
-    source: &Source,
-    settings: &Settings,
+    work: &Work,
     first: usize,
     tiles: &mut [Tile],
     films: &mut [TileFilm],
     benches: &Mutex<Vec<Workbench>>,
-    film_is_last: bool,
 ) -> TileSum {
-    // a wide filter mixes neighbours: their sums are needed whatever they show
-    let may_skip = film_is_last && settings.filter == Filter::Box;
     let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     tiles
         .par_iter_mut()
@@ -117,12 +125,12 @@ fn run_band(
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default()),
             |(mut bench, mut samples), (i, (tile, film))| {
-                let outcome = infer_tile(stage, source, first + i, tile, &mut bench, may_skip);
+                let outcome = infer_tile(work, first + i, tile, &mut bench);
                 let begin = Instant::now();
                 match outcome {
-                    Outcome::AsBefore => film.stay(&stage.view.grid, first + i),
+                    Outcome::AsBefore => film.stay(&work.stage.view.grid, first + i),
                     Outcome::New => {
-                        filter::filter(stage, first + i, tile, &mut bench, settings.filter, film);
+                        filter::filter(work.stage, first + i, tile, &mut bench, work.filter, film);
                     }
                 }
                 bench.seconds.filter += begin.elapsed().as_secs_f64();
@@ -150,15 +158,9 @@ pub fn audit_tiles(stage: &Stage, store: &SampleStore) -> AuditCounts {
 
 /// One tile of one frame, from the samples of the frame before to what its cells show.
 ///
-/// If the tile shows just what it showed in the frame before, and `may_skip`, then it is left at that.
-fn infer_tile(
-    stage: &Stage,
-    source: &Source,
-    number: usize,
-    tile: &mut Tile,
-    bench: &mut Workbench,
-    may_skip: bool,
-) -> Outcome {
+/// If the tile shows just what it showed in the frame before, it may be left at that.
+fn infer_tile(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench) -> Outcome {
+    let Work { stage, source, may_skip, .. } = *work;
     let mut is_changed = !matches!(source, Source::Stay(..));
     let rays = bench.counts;
     let mut clock = Instant::now();

@@ -49,9 +49,9 @@ impl Octahedral {
     pub fn unfold_lanes(column: &[Self], first: usize) -> Lanes3 {
         let eight = &column[first..first + LANES];
         let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
-        for lane in 0..LANES {
-            x.0[lane] = ((eight[lane].0 << 16) as i32 >> 16) as f32;
-            y.0[lane] = (eight[lane].0 as i32 >> 16) as f32;
+        for (lane, Self(bits)) in eight.iter().enumerate() {
+            x.0[lane] = ((bits << 16) as i32 >> 16) as f32;
+            y.0[lane] = (*bits as i32 >> 16) as f32;
         }
         let step = Lanes::splat(1.0 / STEPS);
         let (x, y) = (x * step, y * step);

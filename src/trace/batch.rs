@@ -128,12 +128,10 @@ impl RayBatch {
         wanted: u8,
     ) {
         self.make_room();
-        let mut next = self.len;
-        for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
-            let packet = &mut self.packets[next / LANES];
-            packet.own_model[next % LANES] = models[i];
-            packet.own_triangle[next % LANES] = triangles[i];
-            next += 1;
+        for (at, i) in (self.len..).zip((0..HALF).filter(|i| wanted >> i & 1 != 0)) {
+            let packet = &mut self.packets[at / LANES];
+            packet.own_model[at % LANES] = models[i];
+            packet.own_triangle[at % LANES] = triangles[i];
         }
         self.push_lanes(origin, direction, far, wanted);
     }
