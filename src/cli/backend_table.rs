@@ -8,11 +8,16 @@ use crate::stats::Totals;
 const COLUMN: usize = 16;
 const TITLE: usize = 24;
 
-/// The lines; none where there is but one tracer and nothing to say beyond the other tables.
+/// One row of the seconds.
+type Seconds = fn(&Totals) -> f64;
+/// One row of the speeds.
+type Speed = fn(&RaySpeeds) -> Option<f64>;
+
+/// The lines, below an empty one.
 pub fn lines(runs: &[BackendRun]) -> Vec<String> {
     let full = |run: &BackendRun| run.totals.full.seconds.rendering();
     let mut lines = vec![String::new(), heading(runs)];
-    let seconds: [(&str, fn(&Totals) -> f64); 6] = [
+    let seconds: [(&str, Seconds); 6] = [
         ("seconds reproject", |totals| totals.seconds.reproject),
         ("seconds verify", |totals| totals.seconds.verify),
         ("seconds trace", |totals| totals.seconds.trace),
@@ -22,7 +27,7 @@ pub fn lines(runs: &[BackendRun]) -> Vec<String> {
     ];
     lines.extend(seconds.map(|(name, of)| row(name, runs, |_, totals, _| format!("{:.3} s", of(totals)))));
     lines.push(row("rays", runs, |_, totals, _| format!("{} M", table::millions(totals.rays.total()))));
-    let speeds: [(&str, fn(&RaySpeeds) -> Option<f64>); 4] = [
+    let speeds: [(&str, Speed); 4] = [
         ("Mray/s primary", |speeds| speeds.primary),
         ("Mray/s verification", |speeds| speeds.verification),
         ("Mray/s shadow", |speeds| speeds.shadow),

@@ -250,12 +250,12 @@ fn compare_step(
     }
     let ours_first = made.frames[0].len() % 2 == 0;
     let (mut ours, full) = pairs[0].render(step, ours_first)?;
-    for number in 1..pairs.len() {
-        let theirs = pairs[number].render(step, ours_first)?;
+    for (number, pair) in pairs.iter_mut().enumerate().skip(1) {
+        let theirs = pair.render(step, ours_first)?;
         made.agreements[number][0] += Agreement::between(&ours.film, &theirs.0.film);
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
-        pairs[number].recycle(theirs);
+        pair.recycle(theirs);
     }
     let file = options.target.as_ref().map(|target| target.write(&mut ours)).transpose()?;
     if options.report.is_some() && made.to_show.contains(&step.frame) {

@@ -311,8 +311,16 @@ impl RustTracer<'_> {
         while rest != 0 {
             let used = next_beam(rays, rest, coherence);
             rest &= !used;
+            let bounds = &self.above.bounds;
+            if coherence == Coherence::Incoherent {
+                let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], bounds);
+                let pace = Pace::OF_T;
+                let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
+                walk::<true, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                continue;
+            }
             let (common, pace) = rays.common(lanes, used, &best.t);
-            let mut beam = Beam::new(lanes, &common, &self.above.bounds);
+            let mut beam = Beam::new(lanes, &common, bounds);
             let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
             walk::<true, L, _>(&mut beam, &self.above, stack, &mut visitor);
         }
@@ -339,19 +347,19 @@ impl RustTracer<'_> {
         while rest != 0 {
             let used = next_beam(rays, rest, coherence);
             rest &= !used;
+            let (tracer, bounds, end) = (self, &self.above.bounds, far[first_of(used)]);
+            if coherence == Coherence::Incoherent {
+                let (mut ray, ..) = rays.one(lanes, first_of(used), end, bounds);
+                let pace = Pace::OF_T;
+                let mut visitor =
+                    BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
+                walk::<false, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                continue;
+            }
             let (common, pace) = rays.common(lanes, used, far);
-            let mut beam = Beam::new(lanes, &common, &self.above.bounds);
-            let mut visitor = BlockByInstances {
-                lanes,
-                tracer: self,
-                moved_alone,
-                rays,
-                used,
-                pace,
-                coherence,
-                exempt,
-                far,
-            };
+            let mut beam = Beam::new(lanes, &common, bounds);
+            let mut visitor =
+                BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
             walk::<false, L, _>(&mut beam, &self.above, stack, &mut visitor);
         }
     }
@@ -367,14 +375,14 @@ struct ClosestInstance<'a, L: Lanes> {
     best: &'a mut HitPacket,
 }
 
-impl<L: Lanes> Visitor<L, Beam<L>> for ClosestInstance<'_, L> {
+impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
     #[inline(always)]
-    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, stack: &mut Vec<Open>) {
+    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, .. } = *self;
         let Instance { triangles, model, to_object, .. } = &self.tracer.instances[leaf as usize];
-        let inside = self.rays.transformed(to_object);
+        let inside = self.rays.transformed(to_object, used);
         closest_of(lanes, triangles, *model, &inside, used, coherence, self.best, stack);
-        beam.end_at(self.pace.greatest(&self.best.t, used));
+        probe.end_at(self.pace.greatest(&self.best.t, used));
     }
 }
 
@@ -390,17 +398,17 @@ struct BlockByInstances<'a, L: Lanes> {
     far: &'a mut [f32; LANES],
 }
 
-impl<L: Lanes> Visitor<L, Beam<L>> for BlockByInstances<'_, L> {
+impl<L: Lanes, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
     #[inline(always)]
-    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, stack: &mut Vec<Open>) {
+    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, exempt, .. } = *self;
         let Instance { triangles, model, to_object, moved } = &self.tracer.instances[leaf as usize];
         if self.moved_alone && !moved {
             return;
         }
-        let inside = self.rays.transformed(to_object);
+        let inside = self.rays.transformed(to_object, used);
         let open = used & open_lanes(self.far);
         block(lanes, triangles, *model, &inside, open, coherence, exempt, self.far, stack);
-        beam.end_at(self.pace.greatest(self.far, used));
+        probe.end_at(self.pace.greatest(self.far, used));
     }
 }

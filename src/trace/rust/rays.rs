@@ -1,5 +1,10 @@
 //! Rays as the search takes them: sixteen of a packet, those of them that make a beam, and single ones.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index leads into several arrays, and loops over it become vectors"
+)]
+
 use glam::Affine3A;
 
 use super::beam::{Common, Ray};
@@ -23,14 +28,17 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// The same rays in an object's space.
+    /// The rays `used` in an object's space; the others are nowhere in particular.
     #[inline(always)]
-    pub fn transformed(&self, to_object: &Affine3A) -> Self {
+    pub fn transformed(&self, to_object: &Affine3A, used: u16) -> Self {
         let mut rays = self.clone();
         let matrix = to_object.to_cols_array_2d();
         for axis in 0..3 {
             let [x, y, z, w] = [matrix[0][axis], matrix[1][axis], matrix[2][axis], matrix[3][axis]];
-            for lane in 0..LANES {
+            // a single ray is not to cost what sixteen do
+            let first = first_of(used);
+            let lanes = if used.count_ones() == 1 { first..first + 1 } else { 0..LANES };
+            for lane in lanes {
                 let (o, d) = (&self.origin, &self.direction);
                 rays.origin[axis][lane] = o[0][lane] * x + o[1][lane] * y + o[2][lane] * z + w;
                 rays.direction[axis][lane] = d[0][lane] * x + d[1][lane] * y + d[2][lane] * z;
@@ -280,6 +288,9 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// Distance is t.
+    pub const OF_T: Self = Self { at_0: [0.0; LANES], a_unit: [1.0; LANES] };
+
     /// The greatest distance of the rays `used` at their t.
     #[inline(always)]
     pub fn greatest(&self, t: &[f32; LANES], used: u16) -> f32 {

@@ -26,9 +26,9 @@ impl Box3 {
     /// The smallest box around `points`, exactly.
     pub fn around(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
         points.into_iter().fold(Self::EMPTY, |mut all, point| {
-            for axis in 0..3 {
-                all.low[axis] = all.low[axis].min(point[axis]);
-                all.high[axis] = all.high[axis].max(point[axis]);
+            for (axis, coordinate) in point.into_iter().enumerate() {
+                all.low[axis] = all.low[axis].min(coordinate);
+                all.high[axis] = all.high[axis].max(coordinate);
             }
             all
         })
