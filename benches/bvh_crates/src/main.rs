@@ -9,7 +9,7 @@
 use std::time::{Duration, Instant};
 
 use bvh::aabb::{Aabb, Bounded};
-use bvh::bounding_hierarchy::BHShape;
+use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use nalgebra::{Point3, Vector3};
 use obvhs::BvhBuildParams;
 use obvhs::ray::{Ray, RayHit};
@@ -33,13 +33,13 @@ fn main() {
     let mut rays: Vec<Rays> = vec![primary(&triangles)];
 
     for (name, how) in [
-        ("fast", BvhBuildParams::fast_build()),
-        ("medium", BvhBuildParams::medium_build()),
-        ("slow", BvhBuildParams::slow_build()),
-        ("very slow", BvhBuildParams::very_slow_build()),
+        ("fast", BvhBuildParams::fast_build as fn() -> BvhBuildParams),
+        ("medium", BvhBuildParams::medium_build),
+        ("slow", BvhBuildParams::slow_build),
+        ("very slow", BvhBuildParams::very_slow_build),
     ] {
         let start = Instant::now();
-        let binary = obvhs::bvh2::builder::build_bvh2_from_tris(&of_obvhs, how, &mut Duration::default());
+        let binary = obvhs::bvh2::builder::build_bvh2_from_tris(&of_obvhs, how(), &mut Duration::default());
         let seconds = start.elapsed().as_secs_f64();
         // triangles in the order of the leaves, as its examples do it
         let ordered: Vec<Triangle> = binary.primitive_indices.iter().map(|i| of_obvhs[*i as usize]).collect();
@@ -54,7 +54,7 @@ fn main() {
         }
         measure(&format!("obvhs, binary, {name}"), seconds, &rays, closest);
         let start = Instant::now();
-        let wide = obvhs::cwbvh::builder::build_cwbvh_from_tris(&of_obvhs, how, &mut Duration::default());
+        let wide = obvhs::cwbvh::builder::build_cwbvh_from_tris(&of_obvhs, how(), &mut Duration::default());
         let seconds = start.elapsed().as_secs_f64();
         let ordered: Vec<Triangle> = wide.primitive_indices.iter().map(|i| of_obvhs[*i as usize]).collect();
         measure(&format!("obvhs, CWBVH, {name}"), seconds, &rays, |origin, way| {
