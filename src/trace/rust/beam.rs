@@ -213,7 +213,10 @@ impl<L: Lanes> Beam<L> {
         let [low, high] = common.place;
         let reach = reach(low, high, bounds).max(reach(common.origin[0], common.origin[1], bounds));
         // places are computed, and rounded as coordinates are, however near everything is to them
-        let largest = low.iter().chain(&high).fold(0.0_f32, |most, place| most.max(place.abs()));
+        let mut largest = 0.0_f32;
+        for axis in 0..3 {
+            largest = largest.max(low[axis].abs()).max(high[axis].abs());
+        }
         let slack = (reach + largest) * SLACK;
         let ends = |axis: usize| [low[axis] - slack, high[axis] + slack];
         let rate = if common.backwards { -1.0 } else { 1.0 };

@@ -132,30 +132,30 @@ impl Rays {
         for (lane, near) in near.iter_mut().enumerate() {
             *near = if used >> lane & 1 != 0 { *near } else { f32::INFINITY };
         }
-        let [x, y, z] = axes;
-        let half = |half: usize| {
-            let [dx, dy, dz] = [x, y, z].map(|axis| eight_of(&self.direction[axis], half));
-            let [ox, oy, oz] = [x, y, z].map(|axis| eight_of(&self.origin[axis], half));
-            (dx, dy, dz, ox, oy, oz, eight_of(&near, half))
-        };
-        (axes, [shear(lanes, half(0)), shear(lanes, half(1))])
+        (axes, [self.shear(lanes, axes, &near, 0), self.shear(lanes, axes, &near, 1)])
+    }
+
+    #[inline(always)]
+    fn shear<L: Lanes>(&self, lanes: L, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear<L> {
+        let (o, d) = (&self.origin, &self.direction);
+        let along = lanes.load(&eight_of(&d[z], half));
+        Shear {
+            origin: [
+                lanes.load(&eight_of(&o[x], half)),
+                lanes.load(&eight_of(&o[y], half)),
+                lanes.load(&eight_of(&o[z], half)),
+            ],
+            shear: [
+                lanes.div(lanes.load(&eight_of(&d[x], half)), along),
+                lanes.div(lanes.load(&eight_of(&d[y], half)), along),
+                lanes.div(lanes.splat(1.0), along),
+            ],
+            near: lanes.load(&eight_of(near, half)),
+        }
     }
 }
 
 type Eight = [f32; WIDTH];
-
-#[inline(always)]
-fn shear<L: Lanes>(
-    lanes: L,
-    (dx, dy, dz, ox, oy, oz, near): (Eight, Eight, Eight, Eight, Eight, Eight, Eight),
-) -> Shear<L> {
-    let z = lanes.load(&dz);
-    Shear {
-        origin: [lanes.load(&ox), lanes.load(&oy), lanes.load(&oz)],
-        shear: [lanes.div(lanes.load(&dx), z), lanes.div(lanes.load(&dy), z), lanes.div(lanes.splat(1.0), z)],
-        near: lanes.load(&near),
-    }
-}
 
 /// The first of `lanes`, which are not none.
 #[inline(always)]
@@ -167,7 +167,9 @@ fn first_of(lanes: u16) -> usize {
 #[inline(always)]
 pub fn eight_of(values: &[f32; LANES], half: usize) -> Eight {
     let mut eight = [0.0; WIDTH];
-    eight.copy_from_slice(&values[half * WIDTH..][..WIDTH]);
+    for i in 0..WIDTH {
+        eight[i] = values[half * WIDTH + i];
+    }
     eight
 }
 
@@ -186,15 +188,20 @@ fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
 #[inline(always)]
 fn ends<L: Lanes>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
     let (a, b) = (lanes.load(&eight_of(values, 0)), lanes.load(&eight_of(values, 1)));
-    let least = lanes.store(lanes.min(a, b)).into_iter().fold(f32::INFINITY, lesser);
-    let most = lanes.store(lanes.max(a, b)).into_iter().fold(f32::NEG_INFINITY, greater);
+    let (low, high) = (lanes.store(lanes.min(a, b)), lanes.store(lanes.max(a, b)));
+    let (mut least, mut most) = (low[0], high[0]);
+    for i in 1..WIDTH {
+        (least, most) = (lesser(least, low[i]), greater(most, high[i]));
+    }
     (least, most)
 }
 
+#[inline(always)]
 fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
+#[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }

@@ -133,7 +133,7 @@ pub fn axes_for(along: usize) -> Axes {
 /// The axis along which `direction` goes furthest; the first of equals.
 #[inline(always)]
 pub fn longest_axis(direction: [f32; 3]) -> usize {
-    let [x, y, z] = direction.map(f32::abs);
+    let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
     if x >= y && x >= z {
         0
     } else if y >= z {
