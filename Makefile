@@ -4,7 +4,7 @@ CARGO := scripts/cargo
 SHELL := /bin/bash
 
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
-DEMO ?= compare scenes/city/city.toml --samples 1 --audit --png -o out/city/city.\#\#\#\#.exr --report out/city/report.html
+DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png -o out/city/city.\#\#\#\#.exr --report out/city/report.html
 
 .PHONY: help setup build demo test bench clean
 .DEFAULT_GOAL := help

@@ -54,6 +54,18 @@ impl RayCounts {
     }
 }
 
+/// Seconds that threads spent in the tracer, all of them together, by kind of ray. Beside the phases' seconds,
+/// which are wall-clock time and have them within.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "one number a kind, by name")]
+pub struct TracingSeconds {
+    pub primary: f64,
+    pub verification: f64,
+    pub shadow: f64,
+    /// Reflection and refraction.
+    pub bounced: f64,
+}
+
 /// What `--audit` found. Its own rays are in no other count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct AuditCounts {
@@ -78,6 +90,8 @@ pub struct FrameStats {
     pub samples: SampleCounts,
     /// By kind.
     pub rays: RayCounts,
+    /// In the tracer, by kind.
+    pub tracing: TracingSeconds,
     /// Only where an audit was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
@@ -92,6 +106,8 @@ pub struct Totals {
     pub samples: SampleCounts,
     /// By kind.
     pub rays: RayCounts,
+    /// In the tracer, by kind.
+    pub tracing: TracingSeconds,
     /// Only where an audit was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
@@ -105,6 +121,7 @@ impl Totals {
             sum.seconds += frame.seconds;
             sum.samples += frame.samples;
             sum.rays += frame.rays;
+            sum.tracing += frame.tracing;
             if let Some(audit) = frame.audit {
                 *sum.audit.get_or_insert_default() += audit;
             }
@@ -133,12 +150,17 @@ impl Memory {
 
 /// Most bytes that this process ever held in memory (resident); `None` where the system does not tell.
 pub fn peak_bytes() -> Option<u64> {
-    high_water(&std::fs::read_to_string("/proc/self/status").ok()?)
+    entry(&std::fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// `VmHWM` of Linux's process status, which is in KiB.
-fn high_water(status: &str) -> Option<u64> {
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+/// Bytes that this process holds in memory now (resident); `None` where the system does not tell.
+pub fn held_bytes() -> Option<u64> {
+    entry(&std::fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
+}
+
+/// An entry of Linux's process status that is in KiB.
+fn entry(status: &str, name: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
@@ -234,6 +256,7 @@ macro_rules! sum_fields {
 sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, write);
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction);
+sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
 sum_fields!(AuditCounts: checked, differing, on_edge);
 
 #[cfg(test)]
@@ -302,11 +325,12 @@ mod tests {
             keys
         };
         assert_eq!(keys(""), sorted("shot settings frames totals memory"));
-        assert_eq!(keys("/frames/0"), sorted("frame mode seconds samples rays audit"));
-        assert_eq!(keys("/totals"), sorted("seconds samples rays audit"));
+        assert_eq!(keys("/frames/0"), sorted("frame mode seconds samples rays tracing audit"));
+        assert_eq!(keys("/totals"), sorted("seconds samples rays tracing audit"));
         assert_eq!(keys("/frames/0/seconds"), sorted("total reproject verify trace enhance filter write"));
         assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured"));
         assert_eq!(keys("/totals/rays"), sorted("primary verification shadow reflection refraction"));
+        assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
         assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge"));
         assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));
         assert_eq!(json["settings"]["width"], 4);
@@ -315,7 +339,7 @@ mod tests {
 
     #[test]
     fn reads_the_high_water_mark() {
-        assert_eq!(high_water("VmPeak:\t 9 kB\nVmHWM:\t  12 kB\n"), Some(12 * 1024));
-        assert_eq!(high_water("VmHWM: many"), None);
+        assert_eq!(entry("VmPeak:\t 9 kB\nVmHWM:\t  12 kB\n", "VmHWM:"), Some(12 * 1024));
+        assert_eq!(entry("VmHWM: many", "VmHWM:"), None);
     }
 }

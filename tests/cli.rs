@@ -56,7 +56,7 @@ fn nonsense_is_a_usage_error_and_says_why() {
         (&["render", "a.toml", "--samples", "0"], "samples"),
         (&["render", "a.toml", "--threads", "0"], "threads"),
         (&["render", "a.toml", "--mode", "fast"], "reproject"),
-        (&["render", "a.toml", "--backend", "rust"], "embree"),
+        (&["render", "a.toml", "--backend", "cuda"], "embree"),
         (&["render", "a.toml", "--no-such-option"], "--no-such-option"),
         (&["compare", "a.toml", "--png"], "-o"),
     ] {

@@ -41,7 +41,7 @@ fn statistics_have_the_keys_that_others_rely_on() {
     let json = statistics(&Place::new(), "--audit --frames 1-3");
     assert_keys(&json, "shot settings frames totals memory");
     assert_keys(&json["memory"], "peak_bytes store_bytes bytes_per_sample");
-    assert_keys(&json["totals"], "seconds samples rays audit");
+    assert_keys(&json["totals"], "seconds samples rays tracing audit");
     let frames = json["frames"].as_array().unwrap();
     assert_eq!(frames.iter().map(|frame| frame["frame"].as_i64()).collect::<Vec<_>>(), [1, 2, 3].map(Some));
     assert_eq!(
@@ -52,12 +52,13 @@ fn statistics_have_the_keys_that_others_rely_on() {
         assert_keys(&part["seconds"], SECONDS);
         assert_keys(&part["samples"], SAMPLES);
         assert_keys(&part["rays"], RAYS);
+        assert_keys(&part["tracing"], "primary verification shadow bounced");
         assert_keys(&part["audit"], AUDIT);
     }
-    frames.iter().for_each(|frame| assert_keys(frame, "frame mode seconds samples rays audit"));
+    frames.iter().for_each(|frame| assert_keys(frame, "frame mode seconds samples rays tracing audit"));
     let plain = statistics(&Place::new(), "--frames 1");
-    assert_keys(&plain["frames"][0], "frame mode seconds samples rays");
-    assert_keys(&plain["totals"], "seconds samples rays");
+    assert_keys(&plain["frames"][0], "frame mode seconds samples rays tracing");
+    assert_keys(&plain["totals"], "seconds samples rays tracing");
 }
 
 #[test]
@@ -126,7 +127,7 @@ fn frames_do_not_depend_on_chunks() {
 fn a_run_up_is_told_apart_in_the_statistics() {
     let json = statistics(&Place::new(), "--frames 3");
     assert_eq!(json["frames"].as_array().unwrap().len(), 1);
-    assert_keys(&json["run_up"], "seconds samples rays");
+    assert_keys(&json["run_up"], "seconds samples rays tracing");
     assert_eq!(json["run_up"]["samples"]["base"], 64 * 36 * 4);
     assert_eq!(json["totals"]["samples"], json["frames"][0]["samples"]);
 }

@@ -1,14 +1,15 @@
-//! `afterimage compare`: the same frames, reprojected and traced in full, in one run.
+//! `afterimage compare`: the same frames, reprojected and traced in full, by each tracer, in one run.
 //!
-//! Which of the two comes first alternates from frame to frame, so that whatever else the machine does
-//! strikes both. Comparing Embree with the Rust backend belongs here as well, once there is one: a
-//! second pair beside `reprojected` and `full`.
+//! Which of the two ways comes first alternates from frame to frame, and the tracers take turns with every
+//! frame, so that whatever else the machine does strikes all. Tables, files and the report tell of the first
+//! tracer, as if there were no other; what all of them were measured at follows.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
 
+use super::backend_table;
 use super::failure::Failure;
 use super::render::{audit_verdict, plan, prepare_file, warn_about};
 use super::schedule::{self, Step};
@@ -17,13 +18,15 @@ use super::table;
 use super::target::Target;
 use super::terminal::{Terminal, duration};
 use crate::frame::{Finished, Renderer};
+use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
 use crate::report::comparison::{BothTotals, ComparedFrame, Comparison, Difference, Saving};
 use crate::report::file::{write_json, write_text};
 use crate::report::html::{self, Pictures};
 use crate::report::picture;
 use crate::report::versions::Versions;
 use crate::settings::{Mode, Settings};
-use crate::stats::{Memory, RunSettings, Totals, saved_percent};
+use crate::stats::{RunSettings, held_bytes, saved_percent};
+use crate::trace::BackendKind;
 
 /// Frames that the report shows.
 const PICTURES: usize = 4;
@@ -32,7 +35,10 @@ const PICTURES: usize = 4;
 const EXAMPLES: &str = "\
 Examples:
   afterimage compare city.toml
-      each frame twice: a table of rays and seconds, and what reprojection saved
+      each frame twice with each tracer: tables of rays and seconds, what reprojection saved, and how the
+      tracers compare
+  afterimage compare city.toml --backend embree
+      with Embree alone
   afterimage compare statue.obj --frames 1-24 --audit --report statue.html
       with a page to pass on, and the proof that no sample is wrong
   afterimage compare city.toml -o city.####.exr --png --json city.json
@@ -40,9 +46,10 @@ Examples:
 
 The table: seconds of both without writing files; rays of both in millions, of every kind; the pictures'
 mean difference (linear R, G, B) and the percent of pixels of which any channel differs by more than 0.02.
-Edges differ, because samples lie elsewhere in their cells. Comparing backends will come with the second
-one. Exit code: 0, 1 if something failed or --audit found a difference, 2 if the command line makes no
-sense.";
+Edges differ, because samples lie elsewhere in their cells. The table of tracers: million rays a second of a
+thread while it is in the tracer, by kind; and the pixels that two tracers made differently (at edges, by
+rounding). Exit code: 0, 1 if something failed, --audit found a difference or tracers disagree, 2 if the
+command line makes no sense.";
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -105,10 +112,46 @@ impl CompareArgs {
     }
 }
 
-/// The renderers of the two ways. Each has its own store and its own scene in the tracer.
+/// One tracer's renderers of the two ways. Each has its own store and its own scene in the tracer.
 struct Pair<'s> {
+    kind: BackendKind,
     ours: Renderer<'s>,
     full: Renderer<'s>,
+    /// By how much building the first of them let the process grow.
+    build_bytes: u64,
+}
+
+impl<'s> Pair<'s> {
+    fn new(kind: BackendKind, job: &'s Job) -> Result<Self, Failure> {
+        let full_settings = Settings { mode: Mode::Full, audit: false, ..job.settings.clone() };
+        let held = || held_bytes().unwrap_or(0);
+        let before = held();
+        let ours = Renderer::with(kind, &job.shot.scene, &job.settings).map_err(Failure::of)?;
+        let build_bytes = held().saturating_sub(before);
+        let full = Renderer::with(kind, &job.shot.scene, &full_settings).map_err(Failure::of)?;
+        Ok(Self { kind, ours, full, build_bytes })
+    }
+
+    fn recycle(&mut self, (ours, full): (Finished, Finished)) {
+        self.ours.recycle(ours.film);
+        self.full.recycle(full.film);
+    }
+
+    /// Both ways of one frame.
+    fn render(&mut self, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
+        if ours_first {
+            let ours = render(&mut self.ours, step.frame, step.reuse)?;
+            Ok((ours, render(&mut self.full, step.frame, false)?))
+        } else {
+            let full = render(&mut self.full, step.frame, false)?;
+            Ok((render(&mut self.ours, step.frame, step.reuse)?, full))
+        }
+    }
+}
+
+/// Which tracers are compared, the first one first.
+fn kinds(job: &Job) -> Vec<BackendKind> {
+    job.backend.map_or_else(|| vec![BackendKind::Embree, BackendKind::Rust], |kind| vec![kind])
 }
 
 fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
@@ -122,70 +165,117 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     prepare_file(options.json.as_deref())?;
     prepare_file(options.report.as_deref())?;
 
-    let full_settings = Settings { mode: Mode::Full, audit: false, ..job.settings.clone() };
-    let mut pair = Pair {
-        ours: Renderer::new(&job.shot.scene, &job.settings).map_err(Failure::of)?,
-        full: Renderer::new(&job.shot.scene, &full_settings).map_err(Failure::of)?,
-    };
-    let mut made = Made { frames: Vec::new(), pictures: Vec::new(), to_show: shown(&steps) };
+    let pairs: Result<Vec<Pair>, Failure> = kinds(job).into_iter().map(|kind| Pair::new(kind, job)).collect();
+    let mut pairs = pairs?;
+    let mut made = Made::new(&pairs, shown(&steps));
     terminal.begin(steps.len());
     terminal.result(&header());
     let outcome =
-        steps.iter().try_for_each(|step| compare_step(*step, &mut pair, options, &mut made, terminal));
+        steps.iter().try_for_each(|step| compare_step(*step, &mut pairs, options, &mut made, terminal));
     terminal.end();
 
     // what was measured is reported even if a later frame failed
-    let memory = pair.ours.memory().with_peak();
-    let comparison = comparison(options, made.frames, memory, pair.ours.build_seconds());
+    let (pictures, runs) = (std::mem::take(&mut made.pictures), made.runs(&pairs));
+    let comparison = comparison(options, made.frames.swap_remove(0), runs, &pairs[0]);
     terminal.result(&summary(&comparison));
-    let reports = write_reports(options, &comparison, &made.pictures, terminal);
-    let differing = comparison.totals.reprojected.audit.map(|audit| audit.differing);
-    outcome.and(reports).and_then(|()| audit_verdict(differing))
+    let reports = write_reports(options, &comparison, &pictures, terminal);
+    outcome.and(reports).and_then(|()| verdict(&comparison.backends))
+}
+
+/// Nothing may differ when it is traced again, by any tracer, and tracers must agree.
+fn verdict(runs: &[BackendRun]) -> Result<(), Failure> {
+    runs.iter()
+        .try_for_each(|run| audit_verdict(run.totals.reprojected.audit.map(|audit| audit.differing)))?;
+    match runs.iter().find(|run| !run.agrees()) {
+        None => Ok(()),
+        Some(run) => Err(Failure::Failed(format!(
+            "the pictures of {} and {} differ in more than {MOST_APART} % of the pixels; please report this with \
+             the shot",
+            runs[0].backend, run.backend
+        ))),
+    }
 }
 
 /// What is kept of the frames.
 struct Made {
-    frames: Vec<ComparedFrame>,
+    /// By tracer.
+    frames: Vec<Vec<ComparedFrame>>,
+    /// By tracer: with the first one's pictures, reprojected and in full.
+    agreements: Vec<[Agreement; 2]>,
     pictures: Vec<Pictures>,
     to_show: Vec<i32>,
 }
 
+impl Made {
+    fn new(pairs: &[Pair], to_show: Vec<i32>) -> Self {
+        let agreements = vec![[Agreement::default(); 2]; pairs.len()];
+        Self { frames: vec![Vec::new(); pairs.len()], agreements, pictures: Vec::new(), to_show }
+    }
+
+    /// What each tracer was measured at.
+    fn runs(&self, pairs: &[Pair]) -> Vec<BackendRun> {
+        let runs = pairs.iter().zip(&self.frames).zip(&self.agreements).enumerate();
+        runs.map(|(number, ((pair, frames), agreement))| {
+            let totals = BothTotals::of(frames);
+            BackendRun {
+                backend: pair.kind.name(),
+                build_seconds: pair.ours.build_seconds(),
+                build_bytes: pair.build_bytes,
+                totals,
+                saved: Saving::of(frames),
+                speeds: RaySpeeds::of(&totals.reprojected),
+                full_speeds: RaySpeeds::of(&totals.full),
+                agreement: (number > 0).then_some(*agreement),
+            }
+        })
+        .collect()
+    }
+}
+
 fn compare_step(
     step: Step,
-    pair: &mut Pair<'_>,
+    pairs: &mut [Pair<'_>],
     options: &Options,
     made: &mut Made,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
     if !step.write {
-        let run_up = render(&mut pair.ours, step.frame, step.reuse)?;
-        terminal.frame_done(&run_up.stats, None);
+        for (number, pair) in pairs.iter_mut().enumerate() {
+            let run_up = render(&mut pair.ours, step.frame, step.reuse)?;
+            if number == 0 {
+                terminal.frame_done(&run_up.stats, None);
+            }
+        }
         return Ok(());
     }
-    let ours_first = made.frames.len() % 2 == 0;
-    let (mut ours, full) = if ours_first {
-        let ours = render(&mut pair.ours, step.frame, step.reuse)?;
-        (ours, render(&mut pair.full, step.frame, false)?)
-    } else {
-        let full = render(&mut pair.full, step.frame, false)?;
-        (render(&mut pair.ours, step.frame, step.reuse)?, full)
-    };
+    let ours_first = made.frames[0].len() % 2 == 0;
+    let (mut ours, full) = pairs[0].render(step, ours_first)?;
+    for (number, pair) in pairs.iter_mut().enumerate().skip(1) {
+        let theirs = pair.render(step, ours_first)?;
+        made.agreements[number][0] += Agreement::between(&ours.film, &theirs.0.film);
+        made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
+        made.frames[number].push(compared(&theirs.0, &theirs.1));
+        pair.recycle(theirs);
+    }
     let file = options.target.as_ref().map(|target| target.write(&mut ours)).transpose()?;
     if options.report.is_some() && made.to_show.contains(&step.frame) {
         made.pictures.extend(pictures(&ours, &full));
     }
-    let frame = ComparedFrame {
-        frame: step.frame,
-        difference: Difference::between(&ours.film, &full.film),
-        reprojected: ours.stats,
-        full: full.stats,
-    };
+    let frame = compared(&ours, &full);
     terminal.result(&row(&frame));
     terminal.frame_done(&frame.reprojected, file.as_deref());
-    made.frames.push(frame);
-    pair.ours.recycle(ours.film);
-    pair.full.recycle(full.film);
+    made.frames[0].push(frame);
+    pairs[0].recycle((ours, full));
     Ok(())
+}
+
+fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
+    ComparedFrame {
+        frame: ours.stats.frame,
+        difference: Difference::between(&ours.film, &full.film),
+        reprojected: ours.stats.clone(),
+        full: full.stats.clone(),
+    }
 }
 
 fn render(renderer: &mut Renderer<'_>, frame: i32, reuse: bool) -> Result<Finished, Failure> {
@@ -216,8 +306,8 @@ fn pictures(ours: &Finished, full: &Finished) -> Option<Pictures> {
 fn comparison(
     options: &Options,
     frames: Vec<ComparedFrame>,
-    memory: Memory,
-    build_seconds: f64,
+    backends: Vec<BackendRun>,
+    first: &Pair,
 ) -> Comparison {
     let job = &options.job;
     let versions = Versions::here();
@@ -226,15 +316,16 @@ fn comparison(
         title: job.shot.title.clone(),
         settings: RunSettings {
             picture: job.settings.clone(),
-            backend: job.backend.name(),
+            backend: first.kind.name(),
             threads: options.threads.map_or(versions.threads, NonZeroUsize::get),
         },
         frames,
-        totals: BothTotals { reprojected: Totals::default(), full: Totals::default() },
+        totals: BothTotals::of(&[]),
         saved: Saving::default(),
         saved_inferred: Saving::default(),
-        memory,
-        build_seconds,
+        memory: first.ours.memory().with_peak(),
+        build_seconds: first.ours.build_seconds(),
+        backends,
         command: options.command.clone(),
         versions,
     };
@@ -320,13 +411,14 @@ fn summary(comparison: &Comparison) -> String {
         saving("inferred", &comparison.saved_inferred),
     ]);
     lines.extend(ours.audit.map(table::audit_line));
-    lines.push(table::memory_line(&comparison.memory) + " (peak: both renderers)");
+    lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
     lines.push(format!(
         "{:<9}in no sum above: writing {}, building the scene {}",
         "beside",
         duration(ours.seconds.write),
         duration(comparison.build_seconds)
     ));
+    lines.extend(backend_table::lines(&comparison.backends));
     lines.join("\n")
 }
 

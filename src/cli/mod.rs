@@ -3,6 +3,7 @@
 //! Arguments are parsed as typed (`…Args`), then turned into options that make sense; only those reach
 //! the rest of the program. Results go to stdout, everything else to stderr.
 
+mod backend_table;
 pub mod compare;
 pub mod failure;
 pub mod info;
@@ -38,7 +39,7 @@ struct Cli {
 enum Command {
     /// Render frames of a shot, or of a model on a turntable, into EXR files
     Render(Box<render::RenderArgs>),
-    /// Render frames twice, reprojected and in full, and tell what reprojection saved
+    /// Render frames reprojected and in full, with each tracer, and tell what that saved
     Compare(Box<compare::CompareArgs>),
     /// Tell what is in a shot, a model or an EXR; without a file: versions and processor
     Info(info::InfoArgs),

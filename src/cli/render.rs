@@ -157,7 +157,8 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
         return Ok(());
     }
 
-    let mut renderer = Renderer::new(&job.shot.scene, &job.settings).map_err(Failure::of)?;
+    let mut renderer = Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, &job.settings)
+        .map_err(Failure::of)?;
     let mut record = Record::default();
     terminal.begin(steps.len());
     terminal.result(&table::header());
@@ -198,7 +199,7 @@ fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(),
     let job = &options.job;
     let settings = RunSettings {
         picture: job.settings.clone(),
-        backend: job.backend.name(),
+        backend: job.backend.unwrap_or_default().name(),
         threads: options.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get),
     };
     let stats = RunStats {

@@ -11,6 +11,7 @@ use super::terminal::ProgressKind;
 use crate::scene::frames::Frames;
 use crate::scene::shot::{self, Shot};
 use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
 const MOST_IN_A_FRAME: u64 = 4_000_000_000;
@@ -59,9 +60,9 @@ pub struct ShotArgs {
     #[arg(long)]
     pub strict: bool,
 
-    /// Who answers the rays
-    #[arg(long, value_enum, default_value_t)]
-    pub backend: Backend,
+    /// Who answers the rays [default: embree; `compare` takes all]
+    #[arg(long, value_enum)]
+    pub backend: Option<Backend>,
 
     /// Threads that work [default: one for each core]
     #[arg(long, value_name = "N", value_parser = threads)]
@@ -86,21 +87,19 @@ pub enum FilterArg {
 }
 
 /// Tracers by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Backend {
     /// Intel's Embree
-    #[default]
     Embree,
-    /// Written in Rust, for comparison; not in this build
+    /// Written in Rust alone, for comparison
     Rust,
 }
 
-impl Backend {
-    /// As the statistics name it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Embree => "embree",
-            Self::Rust => "rust",
+impl From<Backend> for BackendKind {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Embree => Self::Embree,
+            Backend::Rust => Self::Rust,
         }
     }
 }
@@ -116,20 +115,23 @@ pub struct Job {
     pub settings: Settings,
     /// Asked for; the chains of a schedule need the runs.
     pub frames: Frames,
-    /// Who answers the rays.
-    pub backend: Backend,
+    /// Who answers the rays, if that was said.
+    pub backend: Option<BackendKind>,
 }
 
 impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
-        if self.backend == Backend::Rust {
-            return Err(Failure::Usage(String::from("this build has only --backend embree")));
-        }
         let shot = open(&self.shot, self.strict)?;
         let settings = self.settled(&shot.settings)?;
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
-        Ok(Job { path: self.shot.clone(), shot, settings, frames, backend: self.backend })
+        Ok(Job {
+            path: self.shot.clone(),
+            shot,
+            settings,
+            frames,
+            backend: self.backend.map(BackendKind::from),
+        })
     }
 
     /// `settings` with what the command line says instead.
@@ -298,9 +300,10 @@ mod tests {
     }
 
     #[test]
-    fn the_other_backend_is_a_usage_error() {
-        let error = typed("a.toml --backend rust").expect("known").load().expect_err("not built");
-        assert!(matches!(error, Failure::Usage(text) if text.contains("only --backend embree")));
+    fn backends_have_names() {
+        assert_eq!(typed("a.toml").expect("fine").backend, None);
+        let rust = typed("a.toml --backend rust").expect("known").backend;
+        assert_eq!(rust.map(|kind| BackendKind::from(kind).name()), Some("rust"));
     }
 
     #[test]

@@ -176,6 +176,7 @@ mod tests {
             samples: SampleCounts { good: 900, overlapped: 50, missed: 50, ..SampleCounts::default() },
             rays: RayCounts { primary: 50, verification: 950, shadow: 1_234_000, ..RayCounts::default() },
             audit: Some(AuditCounts { checked: 1000, differing: 0, on_edge: 1 }),
+            ..FrameStats::default()
         }
     }
 

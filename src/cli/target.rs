@@ -74,7 +74,7 @@ impl Target {
             rate: self.rate,
             world_to_camera: camera.world_to_camera().to_cols_array(),
             world_to_ndc: camera.world_to_ndc(aspect).to_cols_array(),
-            comments: format!("frame {frame}, {}", finished.stats.mode),
+            comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
             shot: self.shot.clone(),
         };
         let path = self.exr(frame);

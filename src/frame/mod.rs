@@ -40,7 +40,8 @@ use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::phong::Palette;
 use crate::stats::{FrameStats, Memory, Seconds};
-use crate::trace::{Backend, TraceError, embree::EmbreeBackend};
+use crate::trace::timed::Timed;
+use crate::trace::{Backend, BackendKind, TraceError};
 
 use contest::Contest;
 use foresee::{Foreseen, foresee};
@@ -58,6 +59,7 @@ pub struct Renderer<'s> {
     settings: Settings,
     grid: Arc<Grid>,
     palette: Palette,
+    kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
@@ -84,21 +86,29 @@ pub struct Finished {
     pub stats: FrameStats,
     /// Where everything was.
     pub pose: Pose,
+    /// Who answered the rays.
+    pub backend: BackendKind,
 }
 
 /// What ends a render.
 pub type RenderError = TraceError;
 
 impl<'s> Renderer<'s> {
-    /// Builds the acceleration structures for `scene`.
+    /// Builds Embree's acceleration structures for `scene`.
     pub fn new(scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
+        Self::with(BackendKind::Embree, scene, settings)
+    }
+
+    /// Builds the acceleration structures of `kind` for `scene`.
+    pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
-        let backend = Box::new(EmbreeBackend::new(scene)?);
+        let backend = kind.build(scene)?;
         Ok(Self {
             scene,
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             palette: Palette::of(scene),
+            kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
@@ -124,6 +134,7 @@ impl<'s> Renderer<'s> {
             None => Plan::of_base_frame(&pose),
         };
         let tracer = self.backend.commit(&pose, &plan.moved)?;
+        let timed = Timed::new(&*tracer);
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
         let displaced = displaced(&pose);
         let mut stage = Stage {
@@ -134,7 +145,7 @@ impl<'s> Renderer<'s> {
             view: &view,
             plan: &plan,
             movers: &movers,
-            tracer: &*tracer,
+            tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,
             foreseen: None,
@@ -164,6 +175,7 @@ impl<'s> Renderer<'s> {
             _ => "reproject",
         };
         seconds.total = start.elapsed().as_secs_f64();
+        let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
         self.spare = match source {
             Source::Contest(old, _) => Some(old),
@@ -171,8 +183,8 @@ impl<'s> Renderer<'s> {
         };
         drop(tracer);
         self.last = Some((store, pose.clone()));
-        let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, audit };
-        Ok(Finished { film, stats, pose })
+        let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
+        Ok(Finished { film, stats, pose, backend: self.kind })
     }
 
     /// Takes back a film that is written: the next frame is made in its memory.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::backends::BackendRun;
 use super::versions::Versions;
 use crate::film::Film;
 use crate::stats::{FrameStats, Memory, RunSettings, Totals, saved_percent};
@@ -93,13 +94,23 @@ impl Saving {
     }
 }
 
-/// Two tracers or two ways on the same frames. Comparing backends will add another pair.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// Two ways on the same frames.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BothTotals {
     /// Made as `render` makes them.
     pub reprojected: Totals,
     /// Traced from nothing.
     pub full: Totals,
+}
+
+impl BothTotals {
+    /// The sums over `frames`.
+    pub fn of(frames: &[ComparedFrame]) -> Self {
+        Self {
+            reprojected: Totals::of(frames.iter().map(|frame| &frame.reprojected)),
+            full: Totals::of(frames.iter().map(|frame| &frame.full)),
+        }
+    }
 }
 
 /// A whole comparison, as `--json` writes it.
@@ -109,7 +120,7 @@ pub struct Comparison {
     pub shot: String,
     /// As the shot calls itself.
     pub title: String,
-    /// Of both.
+    /// Of all; the backend is the first one, whose numbers all that follows up to `backends` are.
     pub settings: RunSettings,
     /// In the order of rendering.
     pub frames: Vec<ComparedFrame>,
@@ -123,6 +134,8 @@ pub struct Comparison {
     pub memory: Memory,
     /// Building the scene for one renderer.
     pub build_seconds: f64,
+    /// Every tracer on the same frames, the first one included.
+    pub backends: Vec<BackendRun>,
     /// The command line that made it.
     pub command: String,
     /// What made it.
@@ -132,10 +145,7 @@ pub struct Comparison {
 impl Comparison {
     /// Adds up what follows from `frames`.
     pub fn sum_up(&mut self) {
-        self.totals = BothTotals {
-            reprojected: Totals::of(self.frames.iter().map(|frame| &frame.reprojected)),
-            full: Totals::of(self.frames.iter().map(|frame| &frame.full)),
-        };
+        self.totals = BothTotals::of(&self.frames);
         self.saved = Saving::of(&self.frames);
         self.saved_inferred = Saving::of(self.frames.iter().filter(|frame| frame.is_inferred()));
     }
@@ -146,7 +156,7 @@ pub(super) mod tests {
     use super::*;
     use crate::film::{Plane, PlaneKind};
     use crate::settings::{Filter, Mode, Settings};
-    use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
+    use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds, TracingSeconds};
 
     pub fn frame(number: i32, reused: u64) -> ComparedFrame {
         let full = FrameStats {
@@ -155,6 +165,7 @@ pub(super) mod tests {
             seconds: Seconds { total: 0.4, trace: 0.3, ..Seconds::default() },
             samples: SampleCounts { base: 100, ..SampleCounts::default() },
             rays: RayCounts { primary: 100, shadow: 100, ..RayCounts::default() },
+            tracing: TracingSeconds::default(),
             audit: None,
         };
         let traced = 100 - reused;
@@ -195,11 +206,12 @@ pub(super) mod tests {
             title: "A city & a blimp".into(),
             settings: RunSettings { picture: settings, backend: "embree", threads: 2 },
             frames,
-            totals: BothTotals { reprojected: Totals::default(), full: Totals::default() },
+            totals: BothTotals::of(&[]),
             saved: Saving::default(),
             saved_inferred: Saving::default(),
             memory: Memory::default(),
             build_seconds: 0.1,
+            backends: Vec::new(),
             command: "afterimage compare 'city <1>.toml'".into(),
             versions: Versions {
                 afterimage: "1",

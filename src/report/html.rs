@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::backends::AGREEMENT;
 use super::chart::{self, Series};
 use super::comparison::{Comparison, THRESHOLD};
 use super::picture::{STATUSES, hex};
@@ -38,6 +39,7 @@ pub fn page(comparison: &Comparison, pictures: &[Pictures]) -> String {
         rays_table(comparison),
         phases_table(comparison),
         frames_table(comparison),
+        backends_table(comparison),
         colophon(comparison),
     ];
     let title = escaped(&comparison.title);
@@ -251,6 +253,53 @@ fn frames_table(comparison: &Comparison) -> String {
         table(
             "<th>frame</th><th>mode</th><th>reused</th><th>seconds</th><th>full</th><th>rays</th><th>full</th>\
              <th>rays saved</th><th>difference</th><th>pixels</th><th>audit</th>",
+            &rows
+        )
+    )
+}
+
+/// What the tracers were measured at; nothing where there is but one.
+fn backends_table(comparison: &Comparison) -> String {
+    if comparison.backends.len() < 2 {
+        return String::new();
+    }
+    let speed = |speed: Option<f64>| speed.map_or_else(|| String::from("–"), |speed| format!("{speed:.2}"));
+    let first = comparison.backends[0].totals.full.seconds.rendering();
+    let mut rows = Vec::new();
+    for run in &comparison.backends {
+        let apart = |mode: usize| {
+            let agreement = run.agreement.map(|both| format!("{:.3} %", both[mode].percent_apart()));
+            agreement.unwrap_or_else(|| String::from("–"))
+        };
+        let ways = [
+            ("reprojected", &run.totals.reprojected, &run.speeds),
+            ("full", &run.totals.full, &run.full_speeds),
+        ];
+        for (mode, (way, totals, speeds)) in ways.into_iter().enumerate() {
+            let seconds = totals.seconds.rendering();
+            rows.push(format!(
+                "<tr><td>{} {way}</td><td>{:.2}</td><td>{:.0}</td><td>{seconds:.3}</td><td>{:.2}</td><td>{}</td><td>{}</td>\
+                 <td>{}</td><td>{}</td><td>{}</td></tr>",
+                run.backend,
+                run.build_seconds,
+                run.build_bytes as f64 / f64::from(1 << 20),
+                if seconds > 0.0 { first / seconds } else { 1.0 },
+                speed(speeds.primary),
+                speed(speeds.verification),
+                speed(speeds.shadow),
+                speed(speeds.bounced),
+                apart(mode),
+            ));
+        }
+    }
+    format!(
+        "<h2>Tracers</h2><p class=\"note\">The same frames by each tracer; everything above is of the first. Seconds to \
+         build the scene once and MiB that this took; seconds of all frames, and how many times as fast that is as \
+         the first tracer in full. Million rays a second of one thread while it is in the tracer. Last the pixels \
+         that differ from the first tracer's by more than {AGREEMENT}: at edges, where rounding decides.</p>{}",
+        table(
+            "<th>tracer</th><th>build</th><th>MiB</th><th>seconds</th><th>times as fast</th><th>primary</th>\
+             <th>verification</th><th>shadow</th><th>reflection, refraction</th><th>pixels apart</th>",
             &rows
         )
     )

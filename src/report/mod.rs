@@ -1,5 +1,6 @@
 //! Reports of runs: JSON and HTML files.
 
+pub mod backends;
 pub mod chart;
 pub mod comparison;
 pub mod file;

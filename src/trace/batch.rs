@@ -74,15 +74,33 @@ impl RayBatch {
         self.len == 0
     }
 
-    /// Adds the ray `origin + t * direction`, `near <= t <= far`. It ends in no sample, and must not be asked
-    /// for [`Purpose::Sight`](super::Purpose::Sight).
+    /// Adds the ray `origin + t * direction`, `near <= t <= far`.
     #[inline(always)]
     pub fn push(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
-        let (at, lane) = (self.len / LANES, self.len % LANES);
-        if at == self.packets.len() {
-            self.packets.push(RayPacket::EMPTY);
-        }
-        let packet = &mut self.packets[at];
+        self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);
+    }
+
+    /// Adds a ray that ends in a sample on `triangle` of `model`, which never blocks it.
+    #[inline(always)]
+    pub fn push_to_sample(
+        &mut self,
+        origin: Vec3,
+        direction: Vec3,
+        near: f32,
+        far: f32,
+        model: u32,
+        triangle: u32,
+    ) {
+        self.make_room();
+        let packet = &mut self.packets[self.len / LANES];
+        packet.own_model[self.len % LANES] = model;
+        packet.own_triangle[self.len % LANES] = triangle;
+        self.put(origin, direction, near, far);
+    }
+
+    #[inline(always)]
+    fn put(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
+        let (packet, lane) = (&mut self.packets[self.len / LANES], self.len % LANES);
         for axis in 0..3 {
             packet.origin[axis][lane] = origin[axis];
             packet.direction[axis][lane] = direction[axis];
@@ -92,7 +110,8 @@ impl RayBatch {
         self.len += 1;
     }
 
-    /// Adds those of eight rays from t = 0 on whose bit is set in `wanted`.
+    /// Adds those of eight rays from t = 0 on whose bit is set in `wanted`. They end in no sample, and must not
+    /// be asked for [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
     pub fn push_lanes(&mut self, origin: Lanes3, direction: Lanes3, far: Lanes, wanted: u8) {
         self.make_room();
@@ -113,7 +132,7 @@ impl RayBatch {
             return;
         }
         for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
-            self.push(origin.lane(i), direction.lane(i), 0.0, far.0[i]);
+            self.put(origin.lane(i), direction.lane(i), 0.0, far.0[i]);
         }
     }
 

@@ -10,10 +10,13 @@
 
 mod batch;
 pub mod embree;
+pub mod rust;
+pub mod timed;
 
 pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, RayPacket};
 
 use crate::motion::Pose;
+use crate::scene::Scene;
 
 /// What may be in a ray's way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +61,34 @@ pub trait Backend: Send {
     /// Moves the models to their place in `pose` (`moved`: those that are not where they were in the
     /// frame before) and opens the scene for rays.
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError>;
+}
+
+/// The tracers that there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BackendKind {
+    /// [`embree::EmbreeBackend`]
+    #[default]
+    Embree,
+    /// [`rust::RustBackend`]
+    Rust,
+}
+
+impl BackendKind {
+    /// As statistics and files name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Embree => "embree",
+            Self::Rust => "rust",
+        }
+    }
+
+    /// Builds the acceleration structures for `scene`.
+    pub fn build(self, scene: &Scene) -> Result<Box<dyn Backend>, TraceError> {
+        Ok(match self {
+            Self::Embree => Box::new(embree::EmbreeBackend::new(scene)?),
+            Self::Rust => Box::new(rust::RustBackend::new(scene)),
+        })
+    }
 }
 
 /// A backend that failed, in its own words.

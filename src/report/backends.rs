@@ -1,0 +1,146 @@
+//! The same frames by several tracers: what each was measured at, and whether the pictures agree.
+
+use serde::Serialize;
+
+use super::comparison::{BothTotals, Saving};
+use crate::film::Film;
+use crate::stats::Totals;
+
+/// How far R, G or B (linear) of a pixel may be apart between two tracers: a share of the value, or of 1 where
+/// that is more. Rounding to half floats, and of hits that are a few roundings apart.
+pub const AGREEMENT: f32 = 5e-3;
+
+/// Percent of pixels that may be further apart than [`AGREEMENT`]: those where a ray grazes an edge, or where
+/// surfaces lie in the same place, and rounding decides what is seen.
+pub const MOST_APART: f64 = 1.0;
+
+/// How many pixels two tracers made alike.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Compared.
+    pub pixels: u64,
+    /// Further apart than [`AGREEMENT`].
+    pub apart: u64,
+}
+
+impl Agreement {
+    /// Of two films of the same size.
+    pub fn between(a: &Film, b: &Film) -> Self {
+        let planes: Vec<_> =
+            ["R", "G", "B"].iter().filter_map(|name| a.values(name).zip(b.values(name))).collect();
+        let pixels = planes.iter().map(|(a, b)| a.len().min(b.len())).min().unwrap_or(0);
+        let alike = |a: f32, b: f32| (a - b).abs() <= AGREEMENT * a.abs().max(1.0);
+        // written so that a value that is no number is apart
+        let apart = |pixel: &usize| !planes.iter().all(|(a, b)| alike(a[*pixel], b[*pixel]));
+        Self { pixels: pixels as u64, apart: (0..pixels).filter(apart).count() as u64 }
+    }
+
+    /// Percent of the pixels that are apart.
+    pub fn percent_apart(&self) -> f64 {
+        if self.pixels == 0 { 0.0 } else { 100.0 * self.apart as f64 / self.pixels as f64 }
+    }
+
+    /// Whether the tracers made the same pictures.
+    pub fn holds(&self) -> bool {
+        self.percent_apart() <= MOST_APART
+    }
+}
+
+impl std::ops::AddAssign for Agreement {
+    fn add_assign(&mut self, other: Self) {
+        self.pixels += other.pixels;
+        self.apart += other.apart;
+    }
+}
+
+/// Millions of rays a second, on one thread, while it is in the tracer; `None` where no ray was cast.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "one number a kind, by name")]
+pub struct RaySpeeds {
+    pub primary: Option<f64>,
+    pub verification: Option<f64>,
+    pub shadow: Option<f64>,
+    /// Reflection and refraction.
+    pub bounced: Option<f64>,
+}
+
+impl RaySpeeds {
+    /// Over all frames of `totals`.
+    pub fn of(totals: &Totals) -> Self {
+        let (rays, seconds) = (&totals.rays, &totals.tracing);
+        let speed =
+            |rays: u64, seconds: f64| (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds / 1e6);
+        Self {
+            primary: speed(rays.primary, seconds.primary),
+            verification: speed(rays.verification, seconds.verification),
+            shadow: speed(rays.shadow, seconds.shadow),
+            bounced: speed(rays.reflection + rays.refraction, seconds.bounced),
+        }
+    }
+}
+
+/// What one tracer was measured at.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BackendRun {
+    /// Its name.
+    pub backend: &'static str,
+    /// Building its scene, once.
+    pub build_seconds: f64,
+    /// By how much the process grew meanwhile; 0 where the system does not tell.
+    pub build_bytes: u64,
+    /// Reprojected and in full.
+    pub totals: BothTotals,
+    /// Over all frames, reprojected against full.
+    pub saved: Saving,
+    /// Of the reprojected frames.
+    pub speeds: RaySpeeds,
+    /// Of the frames in full.
+    pub full_speeds: RaySpeeds,
+    /// With the first tracer's pictures, reprojected and in full, over all frames; none for the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<[Agreement; 2]>,
+}
+
+impl BackendRun {
+    /// Whether its pictures are the first tracer's.
+    pub fn agrees(&self) -> bool {
+        self.agreement.is_none_or(|both| both.iter().all(Agreement::holds))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Plane, PlaneKind};
+    use crate::stats::{RayCounts, TracingSeconds};
+
+    fn film(values: [f32; 4]) -> Film {
+        let plane = |name| Plane { name, kind: PlaneKind::Half, data: values.to_vec(), is_zero: false };
+        Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
+    }
+
+    #[test]
+    fn counts_pixels_that_are_apart() {
+        let agreement =
+            Agreement::between(&film([0.0, 1.0, 200.0, 0.5]), &film([0.001, 1.1, 200.5, f32::NAN]));
+        assert_eq!(agreement, Agreement { pixels: 4, apart: 2 });
+        assert_eq!((agreement.percent_apart(), agreement.holds()), (50.0, false));
+        assert!(Agreement::default().holds());
+    }
+
+    #[test]
+    fn speeds_are_rays_over_seconds_in_the_tracer() {
+        let totals = Totals {
+            rays: RayCounts {
+                primary: 3_000_000,
+                reflection: 1,
+                refraction: 999_999,
+                ..RayCounts::default()
+            },
+            tracing: TracingSeconds { primary: 1.5, bounced: 0.5, ..TracingSeconds::default() },
+            ..Totals::default()
+        };
+        let speeds = RaySpeeds::of(&totals);
+        assert_eq!((speeds.primary, speeds.bounced, speeds.shadow), (Some(2.0), Some(2.0), None));
+    }
+}

@@ -1,0 +1,421 @@
+//! A tracer in Rust behind the [`Tracer`] trait, without `unsafe`: what Embree is compared with.
+//!
+//! Made of the same halves as [`embree`](super::embree): one tree of the triangles of all models that never
+//! move, in world space; and for each other mesh a tree in object space, with a small tree of the instances
+//! above that is built anew in every frame. An instance takes the rays into its own space; directions keep
+//! their length there, so that t means the same in both.
+//!
+//! - [`tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
+//! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
+//! - [`beam`]: rays that go about the same way pass through the tree as one;
+//! - [`rays`]: a packet's rays, and which of them make a beam;
+//! - [`search`]: the two questions, for beams and for single rays;
+//! - [`lanes`]: eight floats at once, with AVX2 where the processor has it.
+//!
+//! Packets that are said to be coherent go as beams, one for each way that their rays go; all others ray by
+//! ray. Of two triangles that a ray meets at the same t the one with the lower numbers is the answer, so that
+//! no answer depends on the order of the search or on the rays beside.
+//!
+//! The crate was chosen by measuring `obvhs` (its binary tree and its CWBVH, at four qualities), `bvh` and
+//! `parry3d` on a kitchen of a million triangles, each with its own traversal and the same single rays
+//! (`benches/bvh_crates`): CWBVH was fastest, 1.6 times `parry3d` and 6 times `bvh` for primary rays, and builds
+//! beyond `medium_build` gained little for their time. None of them takes packets or closes cracks, so only
+//! `obvhs`'s builder is used: on the same scene beams are several times as fast as its CWBVH
+//! (`examples/trace_speed.rs`, which compares this tracer with Embree).
+
+mod beam;
+mod lanes;
+mod rays;
+mod search;
+mod tree;
+mod triangles;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec3};
+
+use super::{
+    Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
+    TraceError, Tracer,
+};
+use crate::motion::{Pose, Transform};
+use crate::scene::{Mesh, Scene};
+use beam::{Beam, Open, Probe, Visitor, walk};
+use lanes::{Lanes, Work, dispatch};
+use rays::{Pace, Rays};
+use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
+use tree::{Box3, Tree};
+use triangles::{OF_INSTANCE, Triangles};
+
+/// Of the largest coordinate of an instance's box: how much the box is widened for the rounding of the
+/// model's matrix.
+const BOX_SLACK: f32 = 4e-6;
+
+/// Fewer rays than this that go one way go one by one.
+const LEAST_BEAM: u32 = 3;
+
+/// Owns all trees.
+pub struct RustBackend {
+    still: Triangles,
+    /// Of the models that move; those of one mesh share them.
+    meshes: Vec<Triangles>,
+    /// The models that move, and which of `meshes` each has.
+    movable: Vec<(u32, usize)>,
+}
+
+impl RustBackend {
+    /// Builds all trees, on rayon's threads.
+    pub fn new(scene: &Scene) -> Self {
+        let (mut still, mut meshes, mut movable) = (Vec::new(), Vec::new(), Vec::new());
+        let mut known = HashMap::new();
+        for (number, model) in scene.models.iter().enumerate() {
+            if model.track.is_constant() {
+                still.push((number as u32, &*model.mesh));
+            } else {
+                let mesh: &Mesh = &model.mesh;
+                let at = *known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| {
+                    meshes.push(Triangles::new(&[(OF_INSTANCE, mesh)]));
+                    meshes.len() - 1
+                });
+                movable.push((number as u32, at));
+            }
+        }
+        Self { still: Triangles::new(&still), meshes, movable }
+    }
+}
+
+impl Backend for RustBackend {
+    fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
+        let instances: Vec<Instance> = (self.movable.iter())
+            .map(|(model, mesh)| Instance {
+                triangles: &self.meshes[*mesh],
+                model: *model,
+                moved: moved[*model as usize],
+                to_object: pose.models[*model as usize].to_object,
+            })
+            .collect();
+        let boxes: Vec<Box3> = (instances.iter())
+            .map(|instance| box_of(&instance.triangles.tree.bounds, &pose.models[instance.model as usize]))
+            .collect();
+        let above = Tree::new(&boxes, 1, |ids| ids[0]);
+        Ok(Box::new(RustTracer { still: &self.still, instances, above }))
+    }
+}
+
+/// A model that moves, in one frame.
+struct Instance<'a> {
+    triangles: &'a Triangles,
+    model: u32,
+    /// Since the frame before.
+    moved: bool,
+    to_object: Affine3A,
+}
+
+/// The box around `bounds` in world space.
+fn box_of(bounds: &Box3, transform: &Transform) -> Box3 {
+    let corners = bounds.corners().map(|corner| transform.point(Vec3::from(corner)).to_array());
+    let mut around = Box3::around(corners);
+    let largest = corners.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
+    around.low = around.low.map(|low| low - largest * BOX_SLACK);
+    around.high = around.high.map(|high| high + largest * BOX_SLACK);
+    around
+}
+
+/// All trees, as they stand in one frame.
+struct RustTracer<'a> {
+    still: &'a Triangles,
+    instances: Vec<Instance<'a>>,
+    /// Above the instances; its leaves are their numbers.
+    above: Tree,
+}
+
+impl Tracer for RustTracer<'_> {
+    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+        hits.packets.resize(rays.packet_count(), HitPacket::NONE);
+        dispatch(FindClosest { tracer: self, rays, coherence, hits: &mut hits.packets });
+    }
+
+    fn blocked(
+        &self,
+        rays: &RayBatch,
+        by: Blockers,
+        purpose: Purpose,
+        coherence: Coherence,
+        blocked: &mut [u16],
+    ) {
+        if by == Blockers::Still || !self.instances.is_empty() {
+            dispatch(FindBlocked { tracer: self, rays, by, purpose, coherence, blocked });
+        }
+    }
+}
+
+fn rays_of(packet: &RayPacket) -> Rays {
+    Rays { origin: packet.origin, direction: packet.direction, near: packet.near }
+}
+
+/// Those of the rays `rest` (at least one) that go next, together: a beam, or a single ray.
+#[inline(always)]
+fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
+    match coherence {
+        Coherence::Coherent => rays.like_first(rest),
+        Coherence::Incoherent => rest & rest.wrapping_neg(),
+    }
+}
+
+struct FindClosest<'a> {
+    tracer: &'a RustTracer<'a>,
+    rays: &'a RayBatch,
+    coherence: Coherence,
+    hits: &'a mut [HitPacket],
+}
+
+impl Work for FindClosest<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let mut stack = Vec::new();
+        for ((packet, used), best) in self.rays.packets().zip(self.hits) {
+            best.t = packet.far;
+            best.model = [NO_HIT; LANES];
+            best.triangle = [NO_HIT; LANES];
+            let rays = rays_of(packet);
+            closest_of(lanes, self.tracer.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
+            if !self.tracer.instances.is_empty() {
+                self.tracer.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
+            }
+        }
+    }
+}
+
+/// Shortens the rays `used` to what they meet first in `triangles`.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
+fn closest_of<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    used: u16,
+    coherence: Coherence,
+    best: &mut HitPacket,
+    stack: &mut Vec<Open>,
+) {
+    let mut rest = used;
+    while rest != 0 {
+        let mut beam = next_beam(rays, rest, coherence);
+        rest &= !beam;
+        if beam.count_ones() >= LEAST_BEAM
+            && closest_of_beam(lanes, triangles, instance, rays, beam, best, stack)
+        {
+            continue;
+        }
+        while beam != 0 {
+            closest_of_ray(lanes, triangles, instance, rays, first_of(beam), best, stack);
+            beam &= beam - 1;
+        }
+    }
+}
+
+struct FindBlocked<'a> {
+    tracer: &'a RustTracer<'a>,
+    rays: &'a RayBatch,
+    by: Blockers,
+    purpose: Purpose,
+    coherence: Coherence,
+    blocked: &'a mut [u16],
+}
+
+impl Work for FindBlocked<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let mut stack = Vec::new();
+        for ((packet, used), blocked) in self.rays.packets().zip(self.blocked) {
+            let open = used & !*blocked;
+            let own = (self.purpose == Purpose::Sight).then_some((&packet.own_model, &packet.own_triangle));
+            let exempt = Exempt { clear: self.purpose == Purpose::Shadow, own };
+            let (rays, mut far) = (rays_of(packet), packet.far);
+            let (coherence, stack) = (self.coherence, &mut stack);
+            if self.by == Blockers::Still {
+                block(lanes, self.tracer.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
+            } else {
+                let moved_alone = self.by == Blockers::Moved;
+                self.tracer.block_by_instances(
+                    lanes,
+                    moved_alone,
+                    &rays,
+                    open,
+                    coherence,
+                    exempt,
+                    &mut far,
+                    stack,
+                );
+            }
+            *blocked |= open & !open_lanes(&far);
+        }
+    }
+}
+
+/// Ends those of the rays `used` that `triangles` block.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
+fn block<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    used: u16,
+    coherence: Coherence,
+    exempt: Exempt<'_>,
+    far: &mut [f32; LANES],
+    stack: &mut Vec<Open>,
+) {
+    let mut rest = used;
+    while rest != 0 {
+        let mut beam = next_beam(rays, rest, coherence);
+        rest &= !beam;
+        if beam.count_ones() >= LEAST_BEAM
+            && block_beam(lanes, triangles, instance, rays, beam, exempt, far, stack)
+        {
+            continue;
+        }
+        beam &= open_lanes(far);
+        while beam != 0 {
+            block_ray(lanes, triangles, instance, rays, first_of(beam), exempt, far, stack);
+            beam &= beam - 1;
+        }
+    }
+}
+
+/// The first of `lanes`, which are not none.
+#[inline(always)]
+fn first_of(lanes: u16) -> usize {
+    lanes.trailing_zeros() as usize % LANES
+}
+
+/// The rays that are not blocked.
+#[inline(always)]
+fn open_lanes(far: &[f32; LANES]) -> u16 {
+    let mut open = 0;
+    for (lane, far) in far.iter().enumerate() {
+        open |= u16::from(*far != f32::NEG_INFINITY) << lane;
+    }
+    open
+}
+
+impl RustTracer<'_> {
+    /// Shortens the rays `used` to what they meet first among the instances.
+    #[inline(always)]
+    fn closest_instance<L: Lanes>(
+        &self,
+        lanes: L,
+        rays: &Rays,
+        used: u16,
+        coherence: Coherence,
+        best: &mut HitPacket,
+        stack: &mut Vec<Open>,
+    ) {
+        let mut rest = used;
+        while rest != 0 {
+            let used = next_beam(rays, rest, coherence);
+            rest &= !used;
+            let bounds = &self.above.bounds;
+            if coherence == Coherence::Incoherent {
+                let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], bounds);
+                let pace = Pace::OF_T;
+                let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
+                walk::<true, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                continue;
+            }
+            let (common, pace) = rays.common(lanes, used, &best.t);
+            let mut beam = Beam::new(lanes, &common, bounds);
+            let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
+            walk::<true, L, _>(&mut beam, &self.above, stack, &mut visitor);
+        }
+    }
+
+    /// Ends those of the rays `used` that an instance blocks.
+    #[inline(always)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a thing by itself, and what they make is only called"
+    )]
+    fn block_by_instances<L: Lanes>(
+        &self,
+        lanes: L,
+        moved_alone: bool,
+        rays: &Rays,
+        used: u16,
+        coherence: Coherence,
+        exempt: Exempt<'_>,
+        far: &mut [f32; LANES],
+        stack: &mut Vec<Open>,
+    ) {
+        let mut rest = used;
+        while rest != 0 {
+            let used = next_beam(rays, rest, coherence);
+            rest &= !used;
+            let (tracer, bounds, end) = (self, &self.above.bounds, far[first_of(used)]);
+            if coherence == Coherence::Incoherent {
+                let (mut ray, ..) = rays.one(lanes, first_of(used), end, bounds);
+                let pace = Pace::OF_T;
+                let mut visitor =
+                    BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
+                walk::<false, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                continue;
+            }
+            let (common, pace) = rays.common(lanes, used, far);
+            let mut beam = Beam::new(lanes, &common, bounds);
+            let mut visitor =
+                BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
+            walk::<false, L, _>(&mut beam, &self.above, stack, &mut visitor);
+        }
+    }
+}
+
+struct ClosestInstance<'a, L: Lanes> {
+    lanes: L,
+    tracer: &'a RustTracer<'a>,
+    rays: &'a Rays,
+    used: u16,
+    pace: Pace,
+    coherence: Coherence,
+    best: &'a mut HitPacket,
+}
+
+impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
+        let Self { lanes, used, coherence, .. } = *self;
+        let Instance { triangles, model, to_object, .. } = &self.tracer.instances[leaf as usize];
+        let inside = self.rays.transformed(to_object, used);
+        closest_of(lanes, triangles, *model, &inside, used, coherence, self.best, stack);
+        probe.end_at(self.pace.greatest(&self.best.t, used));
+    }
+}
+
+struct BlockByInstances<'a, L: Lanes> {
+    lanes: L,
+    tracer: &'a RustTracer<'a>,
+    moved_alone: bool,
+    rays: &'a Rays,
+    used: u16,
+    pace: Pace,
+    coherence: Coherence,
+    exempt: Exempt<'a>,
+    far: &'a mut [f32; LANES],
+}
+
+impl<L: Lanes, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
+        let Self { lanes, used, coherence, exempt, .. } = *self;
+        let Instance { triangles, model, to_object, moved } = &self.tracer.instances[leaf as usize];
+        if self.moved_alone && !moved {
+            return;
+        }
+        let inside = self.rays.transformed(to_object, used);
+        let open = used & open_lanes(self.far);
+        block(lanes, triangles, *model, &inside, open, coherence, exempt, self.far, stack);
+        probe.end_at(self.pace.greatest(self.far, used));
+    }
+}

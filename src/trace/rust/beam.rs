@@ -1,0 +1,385 @@
+//! Beams of rays, single rays, and their way through a tree: one test of eight boxes for all rays of a beam.
+//!
+//! A [`Beam`] is what the rays of a packet have in common. They all go furthest along the same axis, and in the
+//! same direction there, so distances are measured along that axis: where they are at distance 0 and how they
+//! slope across are then intervals, and narrow ones if 0 is where the rays come closest together (the eye, or
+//! a light). A box that the beam misses is missed by all of its rays, so
+//! that only triangles are tested ray by ray. (Embree's coherent packets do likewise.)
+//!
+//! Boxes may be met for nothing, but never missed: origins give way by what shearing the rays for triangles
+//! may displace them ([`SLACK`]), and distances by what rounding does to them ([`ROUNDING`]).
+
+use super::lanes::{Lanes, WIDTH};
+use super::tree::{Box3, Child, Node, Planes, Tree};
+use super::triangles::axes_for;
+
+/// Of the largest distance, along an axis, from a ray's origin to anything in the tree: how far rounding may
+/// displace a ray sideways, when a triangle is sheared for it or a slope is computed. Seven roundings.
+const SLACK: f32 = 4e-7;
+
+/// Of the same distance: how much later than a probe a box may begin, for rounding at both ends; and some more,
+/// so that of two triangles in the same place neither hides the other's box.
+const ROUNDING: f32 = 2e-6;
+
+/// A direction's component counts as at least this: its reciprocal is finite then, and no product with it
+/// is anything but a number.
+const LEAST_COMPONENT: f32 = 1e-18;
+
+/// How much steeper the steepest ray of a beam may be than the least steep one for its sides to be met like
+/// those of a single ray. Of the others, above all of those that go either way, only their slope is used.
+const SLAB_RATIO: f32 = 4.0;
+
+/// 1 over a component of a direction.
+#[inline(always)]
+fn reciprocal(component: f32) -> f32 {
+    if component.abs() < LEAST_COMPONENT {
+        LEAST_COMPONENT.copysign(component).recip()
+    } else {
+        component.recip()
+    }
+}
+
+/// What finds its way through a tree.
+pub trait Probe<L: Lanes> {
+    /// Which of eight boxes it may meet, bit by bit, and from where on.
+    fn meet(&self, planes: &Planes) -> (u32, L::F);
+    /// Where it ends, with room for rounding.
+    fn end(&self) -> f32;
+    /// Lets it end at `far`.
+    fn end_at(&mut self, far: f32);
+    /// The lanes that it is made of.
+    fn lanes(&self) -> L;
+}
+
+/// The planes of a box that are met first and last along `axis`.
+#[inline(always)]
+fn planes_of(axis: usize, backwards: bool) -> [usize; 2] {
+    if backwards { [axis + 3, axis] } else { [axis, axis + 3] }
+}
+
+/// How far the tree reaches from points between `low` and `high`, along any axis.
+#[inline(always)]
+fn reach(low: [f32; 3], high: [f32; 3], bounds: &Box3) -> f32 {
+    let mut reach = 0.0_f32;
+    for axis in 0..3 {
+        reach = reach.max(bounds.high[axis] - low[axis]).max(high[axis] - bounds.low[axis]);
+    }
+    reach
+}
+
+/// Planes across one axis, as a single ray or the steep rays of a beam meet them.
+#[derive(Clone, Copy)]
+struct Slab<L: Lanes> {
+    /// Which planes come first and last.
+    planes: [usize; 2],
+    /// Where the rays start, for the first and for the last plane.
+    from: [L::F; 2],
+    /// Distance for each unit across: least and greatest.
+    rate: [L::F; 2],
+}
+
+impl<L: Lanes> Slab<L> {
+    /// For rays that start between `low` and `high`, and whose rates all have the same sign.
+    #[inline(always)]
+    fn new(lanes: L, axis: usize, [low, high]: [f32; 2], rate: [f32; 2]) -> Self {
+        let backwards = rate[0] < 0.0;
+        let from = if backwards { [low, high] } else { [high, low] };
+        Self {
+            planes: planes_of(axis, backwards),
+            from: [lanes.splat(from[0]), lanes.splat(from[1])],
+            rate: [lanes.splat(rate[0]), lanes.splat(rate[1])],
+        }
+    }
+
+    /// Distances to the planes, up to the rates.
+    #[inline(always)]
+    fn ways(&self, lanes: L, planes: &Planes) -> [L::F; 2] {
+        let [first, last] = self.planes;
+        [
+            lanes.sub(lanes.load(&planes[first]), self.from[0]),
+            lanes.sub(lanes.load(&planes[last]), self.from[1]),
+        ]
+    }
+}
+
+/// A single ray; distances are its t.
+pub struct Ray<L: Lanes> {
+    lanes: L,
+    slabs: [Slab<L>; 3],
+    near: L::F,
+    far: L::F,
+    end: f32,
+}
+
+impl<L: Lanes> Ray<L> {
+    /// For a tree within `bounds`.
+    #[inline(always)]
+    pub fn new(
+        lanes: L,
+        origin: [f32; 3],
+        direction: [f32; 3],
+        [near, far]: [f32; 2],
+        bounds: &Box3,
+    ) -> Self {
+        let slack = reach(origin, origin, bounds) * SLACK;
+        let mut slabs = [Slab::new(lanes, 0, [0.0; 2], [1.0; 2]); 3];
+        for axis in 0..3 {
+            let ends = [origin[axis] - slack, origin[axis] + slack];
+            slabs[axis] = Slab::new(lanes, axis, ends, [reciprocal(direction[axis]); 2]);
+        }
+        let mut ray = Self { lanes, slabs, near: lanes.splat(near), far: lanes.splat(far), end: far };
+        ray.end_at(far);
+        ray
+    }
+}
+
+impl<L: Lanes> Probe<L> for Ray<L> {
+    #[inline(always)]
+    fn meet(&self, planes: &Planes) -> (u32, L::F) {
+        let lanes = self.lanes;
+        let (mut near, mut far) = (self.near, self.far);
+        for slab in &self.slabs {
+            let [first, last] = slab.ways(lanes, planes);
+            near = lanes.max(lanes.mul(first, slab.rate[0]), near);
+            far = lanes.min(lanes.mul(last, slab.rate[0]), far);
+        }
+        (lanes.bits(lanes.at_most(near, lanes.mul(far, lanes.splat(1.0 + ROUNDING)))), near)
+    }
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+
+    #[inline(always)]
+    fn end_at(&mut self, far: f32) {
+        self.end = far * (1.0 + ROUNDING);
+        self.far = self.lanes.splat(far);
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> L {
+        self.lanes
+    }
+}
+
+/// What the rays of a beam have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Common {
+    /// The axis along which they all go furthest.
+    pub along: usize,
+    /// Whether they go against it.
+    pub backwards: bool,
+    /// Where they are at distance 0: least and greatest. Along `along` that is one place.
+    pub place: [[f32; 3]; 2],
+    /// Where they start: least and greatest.
+    pub origin: [[f32; 3]; 2],
+    /// How far they go along each axis for a unit along `along`: least and greatest.
+    pub slope: [[f32; 3]; 2],
+    /// Distance along `along` from which on they go.
+    pub near: f32,
+    /// And up to which.
+    pub far: f32,
+}
+
+/// Planes across an axis, as rays of little or changing slope meet them.
+#[derive(Clone, Copy)]
+struct Side<L: Lanes> {
+    axis: usize,
+    low: L::F,
+    high: L::F,
+    slope: [L::F; 2],
+}
+
+/// Rays that go together; distances are measured along one axis.
+pub struct Beam<L: Lanes> {
+    lanes: L,
+    along: Slab<L>,
+    /// Across, where it goes with slabs (the one or the other is used).
+    slabs: [Slab<L>; 2],
+    sides: [Side<L>; 2],
+    is_slab: [bool; 2],
+    near: L::F,
+    far: L::F,
+    /// For rounding.
+    room: f32,
+    end: f32,
+}
+
+impl<L: Lanes> Beam<L> {
+    /// For a tree within `bounds`.
+    #[inline(always)]
+    pub fn new(lanes: L, common: &Common, bounds: &Box3) -> Self {
+        let [low, high] = common.place;
+        let reach = reach(low, high, bounds).max(reach(common.origin[0], common.origin[1], bounds));
+        // places are computed, and rounded as coordinates are, however near everything is to them
+        let mut largest = 0.0_f32;
+        for axis in 0..3 {
+            largest = largest.max(low[axis].abs()).max(high[axis].abs());
+        }
+        let slack = (reach + largest) * SLACK;
+        let ends = |axis: usize| [low[axis] - slack, high[axis] + slack];
+        let rate = if common.backwards { -1.0 } else { 1.0 };
+        let along = Slab::new(lanes, common.along, ends(common.along), [rate; 2]);
+        let zero = lanes.splat(0.0);
+        let mut beam = Self {
+            lanes,
+            along,
+            slabs: [along; 2],
+            sides: [Side { axis: 0, low: zero, high: zero, slope: [zero; 2] }; 2],
+            is_slab: [false; 2],
+            near: lanes.splat(common.near),
+            far: lanes.splat(common.far),
+            room: reach * ROUNDING,
+            end: common.far + reach * ROUNDING,
+        };
+        let [x, y, _] = axes_for(common.along);
+        for (i, axis) in [x, y].into_iter().enumerate() {
+            let (least, most) = (common.slope[0][axis], common.slope[1][axis]);
+            let [low, high] = ends(axis);
+            let (flat, steep) = (least.abs().min(most.abs()), least.abs().max(most.abs()));
+            beam.is_slab[i] = least * most > 0.0 && steep <= SLAB_RATIO * flat;
+            if beam.is_slab[i] {
+                beam.slabs[i] = Slab::new(lanes, axis, [low, high], [most.recip(), least.recip()]);
+            }
+            let slope = [lanes.splat(least), lanes.splat(most)];
+            beam.sides[i] = Side { axis, low: lanes.splat(low), high: lanes.splat(high), slope };
+        }
+        beam
+    }
+}
+
+impl<L: Lanes> Probe<L> for Beam<L> {
+    #[inline(always)]
+    fn meet(&self, planes: &Planes) -> (u32, L::F) {
+        let lanes = self.lanes;
+        let [first, last] = self.along.ways(lanes, planes);
+        let mut near = lanes.max(lanes.mul(first, self.along.rate[0]), self.near);
+        let mut far = lanes.min(lanes.mul(last, self.along.rate[0]), self.far);
+        let mut met = u32::MAX;
+        for i in 0..2 {
+            if self.is_slab[i] {
+                let slab = &self.slabs[i];
+                let [first, last] = slab.ways(lanes, planes);
+                let [least, most] = slab.rate;
+                near = lanes.max(lanes.min(lanes.mul(first, least), lanes.mul(first, most)), near);
+                far = lanes.min(lanes.max(lanes.mul(last, least), lanes.mul(last, most)), far);
+            } else {
+                // between near and far the beam does not leave what its outermost slopes reach
+                let side = &self.sides[i];
+                let low = lanes.sub(lanes.load(&planes[side.axis]), side.high);
+                let high = lanes.sub(lanes.load(&planes[side.axis + 3]), side.low);
+                let [least, most] = side.slope;
+                let (a, b) = (lanes.mul(least, near), lanes.mul(least, far));
+                let (c, d) = (lanes.mul(most, near), lanes.mul(most, far));
+                let lowest = lanes.min(lanes.min(a, b), lanes.min(c, d));
+                let highest = lanes.max(lanes.max(a, b), lanes.max(c, d));
+                let both = lanes.and(lanes.at_most(low, highest), lanes.at_most(lowest, high));
+                met &= lanes.bits(both);
+            }
+        }
+        let far = lanes.add(far, lanes.splat(self.room));
+        (met & lanes.bits(lanes.at_most(near, far)), near)
+    }
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+
+    #[inline(always)]
+    fn end_at(&mut self, far: f32) {
+        self.end = far + self.room;
+        self.far = self.lanes.splat(far);
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> L {
+        self.lanes
+    }
+}
+
+/// Goes through `tree` and leads `visitor` to each leaf that `probe` may meet. `NEAREST_FIRST` where it is likely
+/// to end there.
+#[inline(always)]
+pub fn walk<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
+    probe: &mut P,
+    tree: &Tree,
+    stack: &mut Vec<Open>,
+    visitor: &mut impl Visitor<L, P>,
+) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    // what lies below belongs to the tree that this one is an instance in
+    let floor = stack.len();
+    let mut now = Open { near: f32::NEG_INFINITY, child: Child::ROOT };
+    loop {
+        if now.near <= probe.end() {
+            match now.child.open() {
+                Ok(leaf) => visitor.visit(probe, leaf, stack),
+                Err(node) => {
+                    if let Some(next) = enter::<NEAREST_FIRST, L, P>(probe, &tree.nodes[node], stack) {
+                        now = next;
+                        continue;
+                    }
+                }
+            }
+        }
+        if stack.len() == floor {
+            return;
+        }
+        let Some(next) = stack.pop() else { return };
+        now = next;
+    }
+}
+
+/// The child to go on with; the others that `probe` may meet are put on the stack.
+#[inline(always)]
+fn enter<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
+    probe: &P,
+    node: &Node,
+    stack: &mut Vec<Open>,
+) -> Option<Open> {
+    let (mut met, near) = probe.meet(&node.planes);
+    if met == 0 {
+        return None;
+    }
+    let near = probe.lanes().store(near);
+    let open = |met: u32| {
+        let slot = met.trailing_zeros() as usize % WIDTH;
+        Open { near: near[slot], child: node.children[slot] }
+    };
+    let mut next = open(met);
+    met &= met - 1;
+    let bottom = stack.len();
+    while met != 0 {
+        let mut other = open(met);
+        met &= met - 1;
+        if NEAREST_FIRST && other.near < next.near {
+            std::mem::swap(&mut next, &mut other);
+        }
+        let mut at = stack.len();
+        stack.push(other);
+        while NEAREST_FIRST && at > bottom && stack[at - 1].near < other.near {
+            stack[at] = stack[at - 1];
+            at -= 1;
+        }
+        stack[at] = other;
+    }
+    Some(next)
+}
+
+/// What happens at leaves. (Not a closure, because that need not be inlined: see [`lanes`](super::lanes).)
+pub trait Visitor<L: Lanes, P: Probe<L>> {
+    /// At leaf number `leaf`; may end the probe earlier. Must be `#[inline(always)]`.
+    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>);
+}
+
+/// A part of a tree that is still to be looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Open {
+    /// Where the beam may reach it.
+    near: f32,
+    child: Child,
+}

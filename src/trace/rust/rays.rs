@@ -1,0 +1,322 @@
+//! Rays as the search takes them: sixteen of a packet, those of them that make a beam, and single ones.
+
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index leads into several arrays, and loops over it become vectors"
+)]
+
+use glam::Affine3A;
+
+use super::beam::{Common, Ray};
+use super::lanes::{Lanes, WIDTH};
+use super::tree::Box3;
+use super::triangles::{Axes, Shear, axes_for, longest_axis};
+use crate::trace::LANES;
+
+/// Eights in a packet.
+pub const HALVES: usize = LANES / WIDTH;
+
+/// Sixteen rays in the space of the triangles that they are tested against.
+#[derive(Clone)]
+pub struct Rays {
+    /// By axis.
+    pub origin: [[f32; LANES]; 3],
+    /// By axis.
+    pub direction: [[f32; LANES]; 3],
+    /// Least t.
+    pub near: [f32; LANES],
+}
+
+impl Rays {
+    /// The rays `used` in an object's space; the others are nowhere in particular.
+    #[inline(always)]
+    pub fn transformed(&self, to_object: &Affine3A, used: u16) -> Self {
+        let mut rays = self.clone();
+        let matrix = to_object.to_cols_array_2d();
+        for axis in 0..3 {
+            let [x, y, z, w] = [matrix[0][axis], matrix[1][axis], matrix[2][axis], matrix[3][axis]];
+            // a single ray is not to cost what sixteen do
+            let first = first_of(used);
+            let lanes = if used.count_ones() == 1 { first..first + 1 } else { 0..LANES };
+            for lane in lanes {
+                let (o, d) = (&self.origin, &self.direction);
+                rays.origin[axis][lane] = o[0][lane] * x + o[1][lane] * y + o[2][lane] * z + w;
+                rays.direction[axis][lane] = d[0][lane] * x + d[1][lane] * y + d[2][lane] * z;
+            }
+        }
+        rays
+    }
+
+    /// Which way a ray goes: its longest axis, and whether against it. Rays of one kind make a beam.
+    #[inline(always)]
+    fn kind(&self, lane: usize) -> usize {
+        let [x, y, z] = self.direction_of(lane);
+        let [a, b, c] = [x.abs(), y.abs(), z.abs()];
+        if a >= b && a >= c {
+            usize::from(x < 0.0)
+        } else if b >= c {
+            2 + usize::from(y < 0.0)
+        } else {
+            4 + usize::from(z < 0.0)
+        }
+    }
+
+    /// Of `lanes` (at least one) those that go the same way as the first.
+    #[inline(always)]
+    pub fn like_first(&self, lanes: u16) -> u16 {
+        let kind = self.kind(first_of(lanes));
+        let mut same = 0;
+        for lane in 0..LANES {
+            same |= u16::from(self.kind(lane) == kind) << lane;
+        }
+        same & lanes
+    }
+
+    #[inline(always)]
+    fn direction_of(&self, lane: usize) -> [f32; 3] {
+        [self.direction[0][lane], self.direction[1][lane], self.direction[2][lane]]
+    }
+
+    /// Ray number `lane`, up to `far`, for a tree within `bounds`; and how triangles are sheared for it.
+    #[inline(always)]
+    pub fn one<L: Lanes>(&self, lanes: L, lane: usize, far: f32, bounds: &Box3) -> (Ray<L>, Axes, Shear<L>) {
+        let origin = [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]];
+        let direction = self.direction_of(lane);
+        let axes = axes_for(longest_axis(direction));
+        let [x, y, z] = axes;
+        let shear = Shear {
+            origin: [lanes.splat(origin[x]), lanes.splat(origin[y]), lanes.splat(origin[z])],
+            shear: [
+                lanes.splat(direction[x] / direction[z]),
+                lanes.splat(direction[y] / direction[z]),
+                lanes.splat(1.0 / direction[z]),
+            ],
+            near: lanes.splat(self.near[lane]),
+        };
+        (Ray::new(lanes, origin, direction, [self.near[lane], far], bounds), axes, shear)
+    }
+
+    /// What the rays `used`, of one kind and at least one, have in common, up to `far`; and how each ray's t
+    /// becomes a distance along their axis.
+    #[inline(always)]
+    pub fn common<L: Lanes>(&self, lanes: L, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
+        let kind = self.kind(first_of(used));
+        let (along, backwards) = (kind / 2, kind % 2 == 1);
+        let sign = if backwards { -1.0 } else { 1.0 };
+        let (leader, lines) = (first_of(used), Lines::new(self, used, along, sign));
+        let places = lines.closest_together(lanes, far[leader], leader);
+        let pace = lines.pace(&places);
+        let mut common = Common {
+            along,
+            backwards,
+            place: [[0.0; 3]; 2],
+            origin: [[0.0; 3]; 2],
+            slope: [[0.0; 3]; 2],
+            near: pace.least(&self.near, used),
+            far: pace.greatest(far, used),
+        };
+        for axis in 0..3 {
+            (common.place[0][axis], common.place[1][axis]) = ends(lanes, &places[axis]);
+            (common.origin[0][axis], common.origin[1][axis]) = ends(lanes, &lines.origin[axis]);
+            (common.slope[0][axis], common.slope[1][axis]) = ends(lanes, &lines.slope[axis]);
+        }
+        (common, pace)
+    }
+
+    /// How triangles are sheared for the rays `used`, of one kind and at least one; no triangle is met by the
+    /// others.
+    #[inline(always)]
+    pub fn shears<L: Lanes>(&self, lanes: L, used: u16) -> (Axes, [Shear<L>; HALVES]) {
+        let axes = axes_for(longest_axis(self.direction_of(first_of(used))));
+        let mut near = self.near;
+        for (lane, near) in near.iter_mut().enumerate() {
+            *near = if used >> lane & 1 != 0 { *near } else { f32::INFINITY };
+        }
+        (axes, [self.shear(lanes, axes, &near, 0), self.shear(lanes, axes, &near, 1)])
+    }
+
+    #[inline(always)]
+    fn shear<L: Lanes>(&self, lanes: L, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear<L> {
+        let (o, d) = (&self.origin, &self.direction);
+        let along = lanes.load(&eight_of(&d[z], half));
+        Shear {
+            origin: [
+                lanes.load(&eight_of(&o[x], half)),
+                lanes.load(&eight_of(&o[y], half)),
+                lanes.load(&eight_of(&o[z], half)),
+            ],
+            shear: [
+                lanes.div(lanes.load(&eight_of(&d[x], half)), along),
+                lanes.div(lanes.load(&eight_of(&d[y], half)), along),
+                lanes.div(lanes.splat(1.0), along),
+            ],
+            near: lanes.load(&eight_of(near, half)),
+        }
+    }
+}
+
+type Eight = [f32; WIDTH];
+
+/// The first of `lanes`, which are not none.
+#[inline(always)]
+fn first_of(lanes: u16) -> usize {
+    lanes.trailing_zeros() as usize % LANES
+}
+
+/// One half of sixteen.
+#[inline(always)]
+pub fn eight_of(values: &[f32; LANES], half: usize) -> Eight {
+    let mut eight = [0.0; WIDTH];
+    for i in 0..WIDTH {
+        eight[i] = values[half * WIDTH + i];
+    }
+    eight
+}
+
+/// `values`, with that of the first of the lanes `used` in place of those that are not in use.
+#[inline(always)]
+fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
+    let mut values = *values;
+    let instead = values[first_of(used)];
+    for (lane, value) in values.iter_mut().enumerate() {
+        *value = if used >> lane & 1 != 0 { *value } else { instead };
+    }
+    values
+}
+
+/// The least and the greatest.
+#[inline(always)]
+fn ends<L: Lanes>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
+    let (a, b) = (lanes.load(&eight_of(values, 0)), lanes.load(&eight_of(values, 1)));
+    let (low, high) = (lanes.store(lanes.min(a, b)), lanes.store(lanes.max(a, b)));
+    let (mut least, mut most) = (low[0], high[0]);
+    for i in 1..WIDTH {
+        (least, most) = (lesser(least, low[i]), greater(most, high[i]));
+    }
+    (least, most)
+}
+
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// The lines that rays are on, as functions of a distance along one axis. Rays that are not in use are on the
+/// line of one that is.
+struct Lines {
+    along: usize,
+    /// 1, or -1 where they go against the axis.
+    sign: f32,
+    origin: [[f32; LANES]; 3],
+    /// Along each axis for a unit of distance.
+    slope: [[f32; LANES]; 3],
+    /// Distance for a unit of t.
+    a_unit: [f32; LANES],
+}
+
+impl Lines {
+    #[inline(always)]
+    fn new(rays: &Rays, used: u16, along: usize, sign: f32) -> Self {
+        let mut a_unit = only(&rays.direction[along], used);
+        for unit in &mut a_unit {
+            *unit = unit.abs();
+        }
+        let (mut origin, mut slope) = (rays.origin, rays.direction);
+        for axis in 0..3 {
+            origin[axis] = only(&origin[axis], used);
+            slope[axis] = only(&slope[axis], used);
+            for (slope, unit) in slope[axis].iter_mut().zip(&a_unit) {
+                *slope /= unit;
+            }
+        }
+        Self { along, sign, origin, slope, a_unit }
+    }
+
+    /// Where the rays are, at one height along the axis: where they start or where they end, whichever has them
+    /// closer together. `far` is where the ray `leader` ends.
+    #[inline(always)]
+    fn closest_together<L: Lanes>(&self, lanes: L, far: f32, leader: usize) -> [[f32; LANES]; 3] {
+        let start = self.origin[self.along][leader];
+        let end = start + self.sign * far * self.a_unit[leader];
+        let starts = self.places_at(start);
+        if !end.is_finite() {
+            return starts;
+        }
+        let others = self.places_at(end);
+        if self.spread(lanes, &others) < self.spread(lanes, &starts) { others } else { starts }
+    }
+
+    /// Where the rays are at `height` along the axis.
+    #[inline(always)]
+    fn places_at(&self, height: f32) -> [[f32; LANES]; 3] {
+        let mut places = self.origin;
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let way = (height - self.origin[self.along][lane]) * self.sign;
+                places[axis][lane] += self.slope[axis][lane] * way;
+            }
+        }
+        places[self.along] = [height; LANES];
+        places
+    }
+
+    /// How far places at one height are apart.
+    #[inline(always)]
+    fn spread<L: Lanes>(&self, lanes: L, places: &[[f32; LANES]; 3]) -> f32 {
+        let mut sum = 0.0;
+        for places in places {
+            let (least, most) = ends(lanes, places);
+            sum += most - least;
+        }
+        sum
+    }
+
+    /// Distances from `places`.
+    #[inline(always)]
+    fn pace(&self, places: &[[f32; LANES]; 3]) -> Pace {
+        let mut pace = Pace { at_0: [0.0; LANES], a_unit: self.a_unit };
+        for lane in 0..LANES {
+            pace.at_0[lane] = (self.origin[self.along][lane] - places[self.along][lane]) * self.sign;
+        }
+        pace
+    }
+}
+
+/// How t becomes a distance along a beam's axis, ray by ray.
+#[derive(Clone, Copy)]
+pub struct Pace {
+    at_0: [f32; LANES],
+    a_unit: [f32; LANES],
+}
+
+impl Pace {
+    /// Distance is t.
+    pub const OF_T: Self = Self { at_0: [0.0; LANES], a_unit: [1.0; LANES] };
+
+    /// The greatest distance of the rays `used` at their t.
+    #[inline(always)]
+    pub fn greatest(&self, t: &[f32; LANES], used: u16) -> f32 {
+        let mut most = f32::NEG_INFINITY;
+        for lane in 0..LANES {
+            let distance = self.at_0[lane] + t[lane] * self.a_unit[lane];
+            most = greater(most, if used >> lane & 1 != 0 { distance } else { most });
+        }
+        most
+    }
+
+    /// The least.
+    #[inline(always)]
+    fn least(&self, t: &[f32; LANES], used: u16) -> f32 {
+        let mut least = f32::INFINITY;
+        for lane in 0..LANES {
+            let distance = self.at_0[lane] + t[lane] * self.a_unit[lane];
+            least = lesser(least, if used >> lane & 1 != 0 { distance } else { least });
+        }
+        least
+    }
+}

@@ -1,0 +1,311 @@
+//! The two questions, each for the rays of a beam together and for a single ray: what happens at the leaves.
+
+use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
+use super::lanes::{Lanes, WIDTH};
+use super::rays::{HALVES, Pace, Rays, eight_of};
+use super::triangles::{Axes, Block, OF_INSTANCE, Shear, Triangles};
+use crate::trace::{HitPacket, LANES, NO_HIT};
+
+/// Triangles that a beam may be tested against before its rays go on one by one: so many mean that the beam is
+/// wide for what is there, and most of them are met by few of its rays.
+const MOST_TRIANGLES: u32 = 64;
+
+/// A triangle's model and its number.
+type Name = (u32, u32);
+
+// whichever of a triangle's own model and its instance's is one, is the lesser
+const _: () = assert!(OF_INSTANCE == u32::MAX && NO_HIT == u32::MAX);
+
+#[inline(always)]
+fn name_of(block: &Block, at: usize, instance: u32) -> Name {
+    (block.model[at].min(instance), block.triangle[at])
+}
+
+/// The lowest of `bits`, taken away; they are not all zero.
+#[inline(always)]
+fn take(bits: &mut u32) -> usize {
+    let at = bits.trailing_zeros() as usize % WIDTH;
+    *bits &= *bits - 1;
+    at
+}
+
+/// The corners of one triangle in all lanes.
+#[inline(always)]
+fn corners_of<L: Lanes>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::F; 3]; 3] {
+    [
+        block.corner_of(lanes, 0, at, axes),
+        block.corner_of(lanes, 1, at, axes),
+        block.corner_of(lanes, 2, at, axes),
+    ]
+}
+
+/// The corners of eight triangles.
+#[inline(always)]
+fn all_corners<L: Lanes>(lanes: L, block: &Block, axes: Axes) -> [[L::F; 3]; 3] {
+    [block.corner(lanes, 0, axes), block.corner(lanes, 1, axes), block.corner(lanes, 2, axes)]
+}
+
+/// Shortens the rays `used` of `best`, all of one kind, to what they meet first in `triangles`. What has no model
+/// there belongs to `instance`. Says whether it came to an end; otherwise the rays are to go on one by one.
+#[inline(always)]
+pub fn closest_of_beam<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    used: u16,
+    best: &mut HitPacket,
+    stack: &mut Vec<Open>,
+) -> bool {
+    let (common, pace) = rays.common(lanes, used, &best.t);
+    let (axes, shears) = rays.shears(lanes, used);
+    let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
+    let blocks = &triangles.blocks;
+    let mut visitor = ClosestOfBeam { lanes, blocks, instance, axes, shears, used, pace, tested: 0, best };
+    walk::<true, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    visitor.tested <= MOST_TRIANGLES
+}
+
+struct ClosestOfBeam<'a, L: Lanes> {
+    lanes: L,
+    blocks: &'a [Block],
+    instance: u32,
+    axes: Axes,
+    shears: [Shear<L>; HALVES],
+    used: u16,
+    pace: Pace,
+    /// Triangles so far.
+    tested: u32,
+    best: &'a mut HitPacket,
+}
+
+impl<L: Lanes> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
+        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let (mut met, _) = beam.meet(&block.planes(lanes));
+        self.tested += met.count_ones();
+        let mut closer = false;
+        while met != 0 {
+            let at = take(&mut met);
+            let corners = corners_of(lanes, block, at, self.axes);
+            for half in 0..HALVES {
+                let far = lanes.load(&eight_of(&self.best.t, half));
+                let Some(meeting) = self.shears[half].meet(lanes, corners, far) else { continue };
+                let (t, u, v) = (lanes.store(meeting.t), lanes.store(meeting.u), lanes.store(meeting.v));
+                let name = name_of(block, at, self.instance);
+                let mut hits = lanes.bits(meeting.mask);
+                while hits != 0 {
+                    let i = take(&mut hits);
+                    closer |= put(self.best, half * WIDTH + i, [t[i], u[i], v[i]], name);
+                }
+            }
+        }
+        if self.tested > MOST_TRIANGLES {
+            beam.end_at(f32::NEG_INFINITY);
+        } else if closer {
+            beam.end_at(self.pace.greatest(&self.best.t, self.used));
+        }
+    }
+}
+
+/// As [`closest_of_beam`], for ray number `lane` alone.
+#[inline(always)]
+pub fn closest_of_ray<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    lane: usize,
+    best: &mut HitPacket,
+    stack: &mut Vec<Open>,
+) {
+    let (mut ray, axes, shear) = rays.one(lanes, lane, best.t[lane], &triangles.tree.bounds);
+    let mut visitor = ClosestOfRay { lanes, blocks: &triangles.blocks, instance, axes, shear, lane, best };
+    walk::<true, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+}
+
+struct ClosestOfRay<'a, L: Lanes> {
+    lanes: L,
+    blocks: &'a [Block],
+    instance: u32,
+    axes: Axes,
+    shear: Shear<L>,
+    lane: usize,
+    best: &'a mut HitPacket,
+}
+
+impl<L: Lanes> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
+        let (lanes, lane, block) = (self.lanes, self.lane, &self.blocks[leaf as usize]);
+        let far = lanes.splat(self.best.t[lane]);
+        let Some(meeting) = self.shear.meet(lanes, all_corners(lanes, block, self.axes), far) else { return };
+        let (t, u, v) = (lanes.store(meeting.t), lanes.store(meeting.u), lanes.store(meeting.v));
+        let mut hits = lanes.bits(meeting.mask);
+        while hits != 0 {
+            let i = take(&mut hits);
+            put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.instance));
+        }
+        ray.end_at(self.best.t[lane]);
+    }
+}
+
+/// Takes a hit if it is closer than what ray number `lane` has, and says whether it was. Of hits that are as
+/// close the lowest name wins: the answer does not depend on the way through the tree.
+#[inline(always)]
+fn put(best: &mut HitPacket, lane: usize, [t, u, v]: [f32; 3], name: Name) -> bool {
+    let old = (best.model[lane], best.triangle[lane]);
+    let closer = t < best.t[lane] || (t == best.t[lane] && name < old);
+    if closer {
+        (best.t[lane], best.u[lane], best.v[lane]) = (t, u, v);
+        (best.model[lane], best.triangle[lane]) = name;
+    }
+    closer
+}
+
+/// What never blocks a ray.
+#[derive(Clone, Copy)]
+pub struct Exempt<'a> {
+    /// Whether triangles that cast no shadow do not.
+    pub clear: bool,
+    /// By ray the model and the triangle that it ends on, if any.
+    pub own: Option<(&'a [u32; LANES], &'a [u32; LANES])>,
+}
+
+impl Exempt<'_> {
+    /// Of the triangles of `block` those that may block anything.
+    #[inline(always)]
+    fn candidates(&self, block: &Block) -> u32 {
+        if self.clear { block.casts_shadow } else { u32::MAX }
+    }
+
+    #[inline(always)]
+    fn is_own(&self, lane: usize, name: Name) -> bool {
+        match self.own {
+            Some((model, triangle)) => (model[lane], triangle[lane]) == name,
+            None => false,
+        }
+    }
+}
+
+/// Ends those of the rays `used`, all of one kind, that `triangles` block: `far` becomes minus infinity. What
+/// has no model there belongs to `instance`. Says whether it came to an end, like [`closest_of_beam`].
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
+pub fn block_beam<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    used: u16,
+    exempt: Exempt<'_>,
+    far: &mut [f32; LANES],
+    stack: &mut Vec<Open>,
+) -> bool {
+    let (common, pace) = rays.common(lanes, used, far);
+    let (axes, shears) = rays.shears(lanes, used);
+    let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
+    let blocks = &triangles.blocks;
+    let mut visitor = BlockBeam { lanes, blocks, instance, axes, shears, used, pace, tested: 0, exempt, far };
+    walk::<false, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    visitor.tested <= MOST_TRIANGLES
+}
+
+struct BlockBeam<'a, L: Lanes> {
+    lanes: L,
+    blocks: &'a [Block],
+    instance: u32,
+    axes: Axes,
+    shears: [Shear<L>; HALVES],
+    used: u16,
+    pace: Pace,
+    /// Triangles so far.
+    tested: u32,
+    exempt: Exempt<'a>,
+    far: &'a mut [f32; LANES],
+}
+
+impl<L: Lanes> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
+        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let (met, _) = beam.meet(&block.planes(lanes));
+        let mut met = met & self.exempt.candidates(block);
+        self.tested += met.count_ones();
+        let mut any = false;
+        while met != 0 {
+            let at = take(&mut met);
+            let corners = corners_of(lanes, block, at, self.axes);
+            for half in 0..HALVES {
+                let far = lanes.load(&eight_of(self.far, half));
+                let Some(meeting) = self.shears[half].meet(lanes, corners, far) else { continue };
+                let mut hits = lanes.bits(meeting.mask);
+                while hits != 0 {
+                    let lane = half * WIDTH + take(&mut hits);
+                    if !self.exempt.is_own(lane, name_of(block, at, self.instance)) {
+                        self.far[lane] = f32::NEG_INFINITY;
+                        any = true;
+                    }
+                }
+            }
+        }
+        if self.tested > MOST_TRIANGLES {
+            beam.end_at(f32::NEG_INFINITY);
+        } else if any {
+            beam.end_at(self.pace.greatest(self.far, self.used));
+        }
+    }
+}
+
+/// As [`block_beam`], for ray number `lane` alone.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
+pub fn block_ray<L: Lanes>(
+    lanes: L,
+    triangles: &Triangles,
+    instance: u32,
+    rays: &Rays,
+    lane: usize,
+    exempt: Exempt<'_>,
+    far: &mut [f32; LANES],
+    stack: &mut Vec<Open>,
+) {
+    let (mut ray, axes, shear) = rays.one(lanes, lane, far[lane], &triangles.tree.bounds);
+    let (blocks, end) = (&triangles.blocks, lanes.splat(far[lane]));
+    let mut visitor = BlockRay { lanes, blocks, instance, axes, shear, lane, end, exempt, blocked: false };
+    walk::<false, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+    if visitor.blocked {
+        far[lane] = f32::NEG_INFINITY;
+    }
+}
+
+struct BlockRay<'a, L: Lanes> {
+    lanes: L,
+    blocks: &'a [Block],
+    instance: u32,
+    axes: Axes,
+    shear: Shear<L>,
+    lane: usize,
+    end: L::F,
+    exempt: Exempt<'a>,
+    blocked: bool,
+}
+
+impl<L: Lanes> Visitor<L, Ray<L>> for BlockRay<'_, L> {
+    #[inline(always)]
+    fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
+        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let corners = all_corners(lanes, block, self.axes);
+        let Some(meeting) = self.shear.meet(lanes, corners, self.end) else { return };
+        let mut hits = lanes.bits(meeting.mask) & self.exempt.candidates(block);
+        while hits != 0 {
+            let name = name_of(block, take(&mut hits), self.instance);
+            if !self.exempt.is_own(self.lane, name) {
+                self.blocked = true;
+                ray.end_at(f32::NEG_INFINITY);
+                return;
+            }
+        }
+    }
+}

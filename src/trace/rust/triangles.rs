@@ -1,0 +1,226 @@
+//! Triangles in blocks of eight, and the test of eight rays with a triangle, or of a ray with eight triangles.
+//!
+//! The test is that of S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): space
+//! is sheared so that the ray becomes an axis, and the signs of three areas in the plane decide. A corner
+//! is sheared to the same floats in each triangle that has it, and the area at an edge that two triangles share
+//! has the same size and opposite signs in them, so that no ray passes between them. An area of zero counts
+//! as either sign: a ray through an edge meets both triangles.
+
+use super::lanes::{Lanes, WIDTH};
+use super::tree::{Box3, Planes, Tree};
+use crate::scene::Mesh;
+
+/// `model` of a triangle whose model its instance knows.
+pub const OF_INSTANCE: u32 = u32::MAX;
+
+/// Up to eight triangles.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct Block {
+    /// By corner, axis and triangle. Those of missing triangles are no numbers: nothing meets them.
+    pub corners: [[[f32; WIDTH]; 3]; 3],
+    /// Index into [`Scene::models`](crate::scene::Scene::models), or [`OF_INSTANCE`].
+    pub model: [u32; WIDTH],
+    /// Index into [`Mesh::triangles`].
+    pub triangle: [u32; WIDTH],
+    /// Bit i: triangle i casts shadows.
+    pub casts_shadow: u32,
+}
+
+/// A tree of triangles.
+pub struct Triangles {
+    /// Its leaves are blocks.
+    pub tree: Tree,
+    /// By leaf.
+    pub blocks: Vec<Block>,
+}
+
+impl Triangles {
+    /// Of `meshes`, each with what its triangles shall say of their model. Their positions are taken as they
+    /// are.
+    pub fn new(meshes: &[(u32, &Mesh)]) -> Self {
+        let sources: Vec<(u32, u32)> = (meshes.iter().enumerate())
+            .flat_map(|(i, (_, mesh))| (0..mesh.triangles.len() as u32).map(move |t| (i as u32, t)))
+            .collect();
+        let corners = |(mesh, triangle): (u32, u32)| {
+            let mesh = meshes[mesh as usize].1;
+            mesh.triangles[triangle as usize].map(|corner| mesh.positions.as_slice()[corner as usize])
+        };
+        let boxes: Vec<Box3> = sources.iter().map(|source| Box3::around(corners(*source))).collect();
+        let mut blocks = Vec::with_capacity(sources.len() / 4);
+        let tree = Tree::new(&boxes, WIDTH as u32, |ids| {
+            let mut block = Block::EMPTY;
+            for (lane, id) in ids.iter().enumerate() {
+                let source = sources[*id as usize];
+                let (model, mesh) = meshes[source.0 as usize];
+                block.put(lane, corners(source), model, source.1, (source.1 as usize) < mesh.shadow_casting);
+            }
+            blocks.push(block);
+            blocks.len() as u32 - 1
+        });
+        Self { tree, blocks }
+    }
+}
+
+impl Block {
+    const EMPTY: Self = Self {
+        corners: [[[f32::NAN; WIDTH]; 3]; 3],
+        model: [OF_INSTANCE; WIDTH],
+        triangle: [0; WIDTH],
+        casts_shadow: 0,
+    };
+
+    fn put(&mut self, lane: usize, corners: [[f32; 3]; 3], model: u32, triangle: u32, casts_shadow: bool) {
+        for (corner, place) in corners.iter().enumerate() {
+            for (axis, coordinate) in place.iter().enumerate() {
+                self.corners[corner][axis][lane] = *coordinate;
+            }
+        }
+        (self.model[lane], self.triangle[lane]) = (model, triangle);
+        self.casts_shadow |= u32::from(casts_shadow) << lane;
+    }
+
+    /// The boxes around the triangles.
+    #[inline(always)]
+    pub fn planes<L: Lanes>(&self, lanes: L) -> Planes {
+        let [a, b, c] = &self.corners;
+        let mut planes = [[0.0; WIDTH]; 6];
+        for axis in 0..3 {
+            let (a, b, c) = (lanes.load(&a[axis]), lanes.load(&b[axis]), lanes.load(&c[axis]));
+            planes[axis] = lanes.store(lanes.min(a, lanes.min(b, c)));
+            planes[axis + 3] = lanes.store(lanes.max(a, lanes.max(b, c)));
+        }
+        planes
+    }
+
+    /// Corner number `corner` of each triangle, axes in the order of a ray.
+    #[inline(always)]
+    pub fn corner<L: Lanes>(&self, lanes: L, corner: usize, [x, y, z]: Axes) -> [L::F; 3] {
+        let corner = &self.corners[corner];
+        [lanes.load(&corner[x]), lanes.load(&corner[y]), lanes.load(&corner[z])]
+    }
+
+    /// Corner number `corner` of one triangle in all lanes, axes in the order of a ray.
+    #[inline(always)]
+    pub fn corner_of<L: Lanes>(&self, lanes: L, corner: usize, at: usize, [x, y, z]: Axes) -> [L::F; 3] {
+        let corner = &self.corners[corner];
+        [lanes.splat(corner[x][at]), lanes.splat(corner[y][at]), lanes.splat(corner[z][at])]
+    }
+}
+
+/// Eight rays, or one ray eight times: where it starts and how space is sheared for it.
+///
+/// Axes in the order that [`Axes`] gives.
+#[derive(Clone, Copy)]
+pub struct Shear<L: Lanes> {
+    /// Of the rays.
+    pub origin: [L::F; 3],
+    /// x / z, y / z and 1 / z of the directions.
+    pub shear: [L::F; 3],
+    /// Least t; infinite for lanes that are not in use.
+    pub near: L::F,
+}
+
+/// The axes as a ray sees them: two across, and last the one along which it goes furthest.
+pub type Axes = [usize; 3];
+
+/// The axes for rays that go furthest along axis `along`.
+#[inline(always)]
+pub fn axes_for(along: usize) -> Axes {
+    [(along + 1) % 3, (along + 2) % 3, along]
+}
+
+/// The axis along which `direction` goes furthest; the first of equals.
+#[inline(always)]
+pub fn longest_axis(direction: [f32; 3]) -> usize {
+    let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Where rays and triangles meet.
+#[derive(Clone, Copy)]
+pub struct Meeting<L: Lanes> {
+    /// Which lanes meet; elsewhere the rest means nothing.
+    pub mask: L::M,
+    /// Along the rays.
+    pub t: L::F,
+    /// Weight of the second corner.
+    pub u: L::F,
+    /// Of the third.
+    pub v: L::F,
+}
+
+impl<L: Lanes> Shear<L> {
+    /// Tests for t from beyond `near` up to `far`. `corners` have their axes in the order of the rays.
+    #[inline(always)]
+    pub fn meet(&self, lanes: L, corners: [[L::F; 3]; 3], far: L::F) -> Option<Meeting<L>> {
+        let [ax, ay, az] = self.sheared(lanes, corners[0]);
+        let [bx, by, bz] = self.sheared(lanes, corners[1]);
+        let [cx, cy, cz] = self.sheared(lanes, corners[2]);
+        let of_a = area(lanes, [cx, cy], [bx, by]);
+        let of_b = area(lanes, [ax, ay], [cx, cy]);
+        let of_c = area(lanes, [bx, by], [ax, ay]);
+        let zero = lanes.splat(0.0);
+        let least = lanes.min(of_a, lanes.min(of_b, of_c));
+        let most = lanes.max(of_a, lanes.max(of_b, of_c));
+        // not all zero: a triangle seen edge on is not met
+        let forwards = lanes.and(lanes.at_most(zero, least), lanes.less(zero, most));
+        let reversed = lanes.and(lanes.at_most(most, zero), lanes.less(least, zero));
+        let within = lanes.or(forwards, reversed);
+        if lanes.bits(within) == 0 {
+            return None;
+        }
+        let whole = lanes.add(of_a, lanes.add(of_b, of_c));
+        // the plane tells the distance best, above all near the ray's origin, where a ray must not meet the
+        // surface that it leaves; a sliver has no good plane, but its corners tell between what it lies
+        let depth = self.depth_of_plane(lanes, corners);
+        let nearest = lanes.min(az, lanes.min(bz, cz));
+        let depth = lanes.max(lanes.min(depth, lanes.max(az, lanes.max(bz, cz))), nearest);
+        let t = lanes.mul(depth, self.shear[2]);
+        let mask = lanes.and(within, lanes.and(lanes.less(self.near, t), lanes.at_most(t, far)));
+        if lanes.bits(mask) == 0 {
+            return None;
+        }
+        Some(Meeting { mask, t, u: lanes.div(of_b, whole), v: lanes.div(of_c, whole) })
+    }
+    /// Where the rays meet the plane of the corners, along their axis.
+    #[inline(always)]
+    fn depth_of_plane(&self, lanes: L, [a, b, c]: [[L::F; 3]; 3]) -> L::F {
+        let e = [lanes.sub(b[0], a[0]), lanes.sub(b[1], a[1]), lanes.sub(b[2], a[2])];
+        let f = [lanes.sub(c[0], a[0]), lanes.sub(c[1], a[1]), lanes.sub(c[2], a[2])];
+        let x = lanes.sub_product(e[2], f[1], lanes.mul(e[1], f[2]));
+        let y = lanes.sub_product(e[0], f[2], lanes.mul(e[2], f[0]));
+        let z = lanes.sub_product(e[1], f[0], lanes.mul(e[0], f[1]));
+        let o = self.origin;
+        let way = [lanes.sub(a[0], o[0]), lanes.sub(a[1], o[1]), lanes.sub(a[2], o[2])];
+        let height = lanes.add_product(x, way[0], lanes.add_product(y, way[1], lanes.mul(z, way[2])));
+        let fall = lanes.add_product(x, self.shear[0], lanes.add_product(y, self.shear[1], z));
+        lanes.div(height, fall)
+    }
+
+    /// A corner where the rays are an axis.
+    #[inline(always)]
+    fn sheared(&self, lanes: L, corner: [L::F; 3]) -> [L::F; 3] {
+        let z = lanes.sub(corner[2], self.origin[2]);
+        [
+            lanes.sub_product(self.shear[0], z, lanes.sub(corner[0], self.origin[0])),
+            lanes.sub_product(self.shear[1], z, lanes.sub(corner[1], self.origin[1])),
+            z,
+        ]
+    }
+}
+
+/// Twice the area between the origin, `p` and `q`.
+///
+/// Rounded twice on purpose: rounding is monotone, so the sign is never wrong, and an edge has the same area,
+/// negated, in both of its triangles.
+#[inline(always)]
+fn area<L: Lanes>(lanes: L, p: [L::F; 2], q: [L::F; 2]) -> L::F {
+    lanes.sub(lanes.mul(p[0], q[1]), lanes.mul(p[1], q[0]))
+}

@@ -1,0 +1,70 @@
+//! A clock around a tracer: how long rays take, by kind.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use super::{Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
+use crate::stats::TracingSeconds;
+
+/// Asks another tracer and adds up the time. The kind of a ray is what the frame loop asks with: a coherent
+/// search for the closest hit is one for primary rays.
+///
+/// The clock is read twice a batch, which is nothing beside up to a thousand rays.
+pub struct Timed<'a> {
+    tracer: &'a dyn Tracer,
+    primary: AtomicU64,
+    verification: AtomicU64,
+    shadow: AtomicU64,
+    bounced: AtomicU64,
+}
+
+impl<'a> Timed<'a> {
+    /// Nothing was asked yet.
+    pub fn new(tracer: &'a dyn Tracer) -> Self {
+        let [primary, verification, shadow, bounced] = [const { AtomicU64::new(0) }; 4];
+        Self { tracer, primary, verification, shadow, bounced }
+    }
+
+    /// Until now, on all threads together.
+    pub fn seconds(&self) -> TracingSeconds {
+        let of = |nanoseconds: &AtomicU64| nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9;
+        TracingSeconds {
+            primary: of(&self.primary),
+            verification: of(&self.verification),
+            shadow: of(&self.shadow),
+            bounced: of(&self.bounced),
+        }
+    }
+}
+
+fn clocked(nanoseconds: &AtomicU64, work: impl FnOnce()) {
+    let start = Instant::now();
+    work();
+    let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+    nanoseconds.fetch_add(spent, Ordering::Relaxed);
+}
+
+impl Tracer for Timed<'_> {
+    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+        let kind = match coherence {
+            Coherence::Coherent => &self.primary,
+            Coherence::Incoherent => &self.bounced,
+        };
+        clocked(kind, || self.tracer.closest(rays, coherence, hits));
+    }
+
+    fn blocked(
+        &self,
+        rays: &RayBatch,
+        by: Blockers,
+        purpose: Purpose,
+        coherence: Coherence,
+        blocked: &mut [u16],
+    ) {
+        let kind = match purpose {
+            Purpose::Sight => &self.verification,
+            Purpose::Shadow => &self.shadow,
+        };
+        clocked(kind, || self.tracer.blocked(rays, by, purpose, coherence, blocked));
+    }
+}
