@@ -29,8 +29,9 @@ test: setup ## run all tests
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
 
-bench: setup ## measure: each phase, each kind of shot
-	$(CARGO) bench --locked
+# Options after --: make bench SHOTS="--quick"; `cargo bench --bench shots -- --help` lists them.
+bench: setup ## measure shots: bare Embree, full frames, reprojected frames
+	$(CARGO) bench --locked --bench shots -- $(SHOTS)
 
 clean: ## remove what was built and rendered; what `setup` fetched stays
 	rm -rf target out
