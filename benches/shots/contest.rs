@@ -86,17 +86,10 @@ impl Arena<'_> {
     }
 
     fn run(&mut self, contestant: Contestant, frames: Range<i32>) -> Failable<Vec<Cost>> {
-        let counted = frames.start + 1..frames.end;
         match contestant {
-            Contestant::Raw => counted.map(|frame| self.trace(frame)).collect(),
-            Contestant::Full => {
-                self.render(frames.start, false)?;
-                counted.map(|frame| self.render(frame, false)).collect()
-            }
-            Contestant::Reprojected => {
-                self.render(frames.start, false)?;
-                counted.map(|frame| self.render(frame, true)).collect()
-            }
+            Contestant::Raw => frames.skip(1).map(|frame| self.trace(frame)).collect(),
+            Contestant::Full => render_all(&mut self.renderer, frames, false),
+            Contestant::Reprojected => render_all(&mut self.renderer, frames, true),
         }
     }
 
@@ -104,14 +97,30 @@ impl Arena<'_> {
         let cost = self.bare.trace(self.scene, self.settings, frame)?;
         Ok(Cost { seconds: cost.seconds, rays: cost.rays as f64, kept: 0.0 })
     }
+}
 
-    fn render(&mut self, frame: i32, reuse: bool) -> Failable<Cost> {
-        render(&mut self.renderer, frame, reuse)
+/// Renders the first of `frames` in full, and the others in full or inferred, which are counted.
+fn render_all(renderer: &mut Renderer, mut frames: Range<i32>, reuse: bool) -> Failable<Vec<Cost>> {
+    if let Some(first) = frames.next() {
+        render(renderer, first, false)?;
     }
+    frames.map(|frame| render(renderer, frame, reuse)).collect()
+}
+
+/// As [`Arena::measure`], for the renderer alone.
+pub fn full_and_reprojected(renderer: &mut Renderer, frames: Range<i32>, rounds: u32) -> Failable<[Cost; 2]> {
+    let mut best = [Vec::new(), Vec::new()];
+    for round in 0..rounds {
+        for turn in [0, 1] {
+            let number = (turn + round as usize) % 2;
+            keep_faster(&mut best[number], render_all(renderer, frames.clone(), number == 1)?);
+        }
+    }
+    Ok(best.map(|frames| mean(&frames)))
 }
 
 /// Renders a frame, and gives its film back.
-pub fn render(renderer: &mut Renderer, frame: i32, reuse: bool) -> Failable<Cost> {
+fn render(renderer: &mut Renderer, frame: i32, reuse: bool) -> Failable<Cost> {
     let start = Instant::now();
     let finished = renderer.render(frame, reuse)?;
     let seconds = start.elapsed().as_secs_f64();

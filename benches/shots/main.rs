@@ -5,6 +5,7 @@
 
 mod bare;
 mod contest;
+mod growth;
 mod kinds;
 mod places;
 mod sphere;
@@ -15,7 +16,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 
 use kinds::Kind;
 use places::SceneName;
@@ -24,6 +25,10 @@ use places::SceneName;
 #[derive(Debug, Parser)]
 #[command(name = "shots", bin_name = "cargo bench --bench shots --")]
 pub struct Arguments {
+    /// What is measured
+    #[arg(value_enum, default_value = "shots")]
+    subject: Subject,
+
     /// Scenes [default: all]
     #[arg(long, value_enum, value_delimiter = ',')]
     scenes: Vec<SceneName>,
@@ -32,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_enum, value_delimiter = ',')]
     kinds: Vec<Kind>,
 
-    /// Numbers of lights, up to 32 [default: 1, and 8 and 32 for some kinds]
+    /// Numbers of lights, up to 32 [default: 1, and others for some kinds]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=32))]
     lights: Vec<u8>,
 
@@ -63,6 +68,15 @@ pub struct Arguments {
     /// What cargo says to every benchmark
     #[arg(long, hide = true)]
     bench: bool,
+}
+
+/// What there is to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Subject {
+    /// Every kind of shot
+    Shots,
+    /// How cost grows with triangles, pixels, lights and threads; takes the size, frames and rounds
+    Growth,
 }
 
 impl Arguments {
@@ -110,5 +124,8 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(folder())?;
-    suite::run(arguments)
+    match arguments.subject {
+        Subject::Shots => suite::run(arguments),
+        Subject::Growth => growth::run(arguments),
+    }
 }

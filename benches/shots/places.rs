@@ -105,17 +105,18 @@ fn kitchen(obj: PathBuf) -> Place {
     }
 }
 
+/// Along the rows that are full: there is neither floor nor wall.
 fn warehouse(obj: PathBuf) -> Place {
     Place {
         name: "warehouse",
         obj,
-        eye: DVec3::new(500.0, 420.0, 500.0),
-        target: DVec3::new(1500.0, 60.0, 1500.0),
-        dolly: [DVec3::new(640.0, 390.0, 600.0), DVec3::new(1640.0, 60.0, 1600.0)],
-        light: DVec3::new(1800.0, 900.0, 1500.0),
-        light_spread: DVec3::new(1500.0, 200.0, 1500.0),
-        power: 1.5e6,
-        cut_turns: true,
+        eye: DVec3::new(-150.0, 170.0, 420.0),
+        target: DVec3::new(1000.0, 100.0, 380.0),
+        dolly: [DVec3::new(20.0, 150.0, 400.0), DVec3::new(1000.0, 80.0, 300.0)],
+        light: DVec3::new(900.0, 700.0, 500.0),
+        light_spread: DVec3::new(900.0, 150.0, 400.0),
+        power: 4e5,
+        cut_turns: false,
     }
 }
 

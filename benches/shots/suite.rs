@@ -91,7 +91,8 @@ fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
         (setup, kinds.iter().filter(wanted).copied().collect())
     };
     if by_default {
-        return SETUPS.into_iter().map(chosen).collect();
+        let count = if arguments.quick { 2 } else { SETUPS.len() };
+        return SETUPS.into_iter().take(count).map(chosen).collect();
     }
     let lights = if arguments.lights.is_empty() { &[1] } else { arguments.lights.as_slice() };
     let samples = if arguments.samples.is_empty() { &[1] } else { arguments.samples.as_slice() };
