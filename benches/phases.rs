@@ -141,6 +141,7 @@ fn reprojected_frame(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
+    renderer.render(0, false).expect("a small scene fits into memory");
     let mut frame = 0;
     bencher.counter(samples(&settings)).bench_local(|| {
         frame += 1;

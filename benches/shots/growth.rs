@@ -142,7 +142,7 @@ fn measure(
     let build_seconds = renderer.build_seconds();
     let [full, reprojected] = full_and_reprojected(&mut renderer, frames(arguments), arguments.rounds())?;
     println!(
-        "| {at:>9} | {:>7} | {build_seconds:7.3} | {:7.4} | {:7.4} | {:11.2} |",
+        "| {at:>9} | {:>7} | {build_seconds:7.3} | {:7.4} | {:8.4} | {:11.2} |",
         read_seconds.map_or(String::new(), |seconds| format!("{seconds:.3}")),
         full.seconds,
         reprojected.seconds,

@@ -44,8 +44,8 @@ impl Row {
     /// A line below [`header`].
     pub fn text(&self) -> String {
         let costs = Contestant::ALL.map(|who| self.costs[who.name()]);
-        let seconds: String = costs.iter().map(|cost| format!(" {:7.4} |", cost.seconds)).collect();
-        let rays: String = costs.iter().map(|cost| format!(" {:7.2} |", cost.rays / 1e6)).collect();
+        let seconds: String = costs.iter().map(|cost| format!(" {:8.4} |", cost.seconds)).collect();
+        let rays: String = costs.iter().map(|cost| format!(" {:8.2} |", cost.rays / 1e6)).collect();
         let kept = 100.0 * self.costs[Contestant::Reprojected.name()].kept;
         format!(
             "| {:<9} | {:<6} | {:>6} | {:>7} |{seconds} {:8.2} | {:11.2} |{rays} {kept:4.0} | {:8.1} |",
@@ -63,8 +63,8 @@ impl Row {
 /// Seconds a frame by contestant, ratios, millions of rays a frame by contestant, percent of the samples kept.
 pub fn header() -> String {
     let names = Contestant::ALL.map(Contestant::name);
-    let seconds: String = names.iter().map(|name| format!(" {:>7} |", format!("{name} s"))).collect();
-    let rays: String = names.iter().map(|name| format!(" {:>7} |", format!("{name} M"))).collect();
+    let seconds: String = names.iter().map(|name| format!(" {:>8} |", format!("{name} s"))).collect();
+    let rays: String = names.iter().map(|name| format!(" {:>8} |", format!("{name} M"))).collect();
     let rule = |line: &str| -> String { line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect() };
     let line = format!(
         "| scene     | shot   | lights | samples |{seconds} full/raw | full/reproj |{rays} kept | B/sample |"
