@@ -29,8 +29,10 @@ test: setup ## run all tests
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
 
-bench: setup ## measure: each phase, each kind of shot
-	$(CARGO) bench --locked
+# `make bench SHOTS=--quick` takes a minute; `cargo bench --bench shots -- --help` lists all options.
+bench: setup ## measure: each kind of shot, each phase
+	$(CARGO) bench --locked --bench shots -- $(SHOTS)
+	$(CARGO) bench --locked --bench phases
 
 clean: ## remove what was built and rendered; what `setup` fetched stays
 	rm -rf target out

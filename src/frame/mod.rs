@@ -128,7 +128,8 @@ impl<'s> Renderer<'s> {
         let start = Instant::now();
         let pose = Pose::of(self.scene, frame);
         let view = View::new(&self.grid, pose.camera);
-        let last = self.last.take().filter(|_| reuse);
+        let last = self.last.take();
+        let (last, unwanted) = if reuse { (last, None) } else { (None, last.map(|(store, _)| store)) };
         let plan = match &last {
             Some((_, before)) => Plan::between(before, &pose),
             None => Plan::of_base_frame(&pose),
@@ -159,7 +160,7 @@ impl<'s> Renderer<'s> {
         }
         stage.foreseen = Some(&foreseen);
 
-        let spare = unused.or(self.spare.take());
+        let spare = unused.or(unwanted).or(self.spare.take());
         let (mut store, source, spare) =
             begin(last, spare, &stage, &self.grid, &mut self.contest, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };

@@ -1,0 +1,180 @@
+//! `cargo bench --bench phases`: what is hot, each by itself, with a small generated scene.
+
+#[path = "shots/sphere.rs"]
+mod sphere;
+
+use std::path::Path;
+
+use afterimage::film::Film;
+use afterimage::frame::Renderer;
+use afterimage::frame::grid::Grid;
+use afterimage::frame::view::View;
+use afterimage::lanes::{LANES, Lanes, Lanes3};
+use afterimage::motion::Pose;
+use afterimage::output::{FrameMeta, write_exr};
+use afterimage::samples::CELLS;
+use afterimage::scene::{self, Scene, obj};
+use afterimage::settings::Settings;
+use afterimage::trace::embree::EmbreeBackend;
+use afterimage::trace::{Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch};
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use tempfile::TempDir;
+
+const TRIANGLES: u64 = 50_000;
+
+/// The camera travels, a light rests, nothing else moves.
+const SHOT: &str = r#"
+[render]
+size = [640, 360]
+samples = 1
+[camera]
+[[camera.key]]
+frame = 1
+eye = [0.3, 0.8, 2.0]
+target = [0, 0, 0]
+[[camera.key]]
+frame = 1001
+eye = [-7.7, 0.8, 2.0]
+target = [0, 0, 0]
+[[model]]
+obj = "sphere.obj"
+[[light]]
+type = "point"
+position = [2, 3, 2.5]
+power = 14
+"#;
+
+fn main() {
+    divan::main();
+}
+
+/// The scene's files: gone when this is dropped.
+fn files() -> TempDir {
+    let folder = tempfile::tempdir().expect("the folder for temporary files takes one more");
+    sphere::write(&folder.path().join("sphere.obj"), TRIANGLES).expect("the disk has room for an OBJ");
+    std::fs::write(folder.path().join("shot.toml"), SHOT).expect("the disk has room for a shot file");
+    folder
+}
+
+fn shot(folder: &Path) -> (Scene, Settings) {
+    let shot = scene::load(&folder.join("shot.toml"), false).expect("the shot above is whole");
+    (shot.scene, shot.settings)
+}
+
+/// Primary rays, in the renderer's order.
+fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
+    let view = View::new(&Grid::new(settings).into(), Pose::of(scene, 1).camera);
+    let (eye, far) = (Lanes3::splat(view.camera.eye), Lanes::splat(f32::INFINITY));
+    let mut rays = RayBatch::default();
+    for tile in 0..view.grid.tiles() {
+        let corner = view.grid.tile_corner(tile).map(|at| Lanes::splat(at as f32 + 0.5));
+        for first in (0..CELLS).step_by(LANES) {
+            let x = corner[0] + Lanes::load(&view.grid.place_x, first);
+            let y = corner[1] + Lanes::load(&view.grid.place_y, first);
+            rays.push_lanes(eye, view.directions(x, y), far, u8::MAX);
+        }
+    }
+    rays
+}
+
+#[divan::bench]
+fn read_obj(bencher: Bencher) {
+    let folder = files();
+    let path = folder.path().join("sphere.obj");
+    bencher
+        .counter(ItemsCount::new(TRIANGLES))
+        .bench_local(|| obj::read(&path).expect("a generated OBJ is whole"));
+}
+
+#[divan::bench]
+fn build(bencher: Bencher) {
+    let folder = files();
+    let (scene, _) = shot(folder.path());
+    bencher
+        .counter(ItemsCount::new(TRIANGLES))
+        .bench_local(|| EmbreeBackend::new(&scene).expect("a small scene fits into memory"));
+}
+
+/// One thread.
+#[divan::bench]
+fn trace_closest(bencher: Bencher) {
+    let folder = files();
+    let (scene, settings) = shot(folder.path());
+    let mut backend = EmbreeBackend::new(&scene).expect("a small scene fits into memory");
+    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
+    bencher
+        .counter(ItemsCount::new(rays.len()))
+        .bench_local(|| tracer.closest(&rays, Coherence::Coherent, &mut hits));
+}
+
+/// One thread.
+#[divan::bench]
+fn trace_blocked(bencher: Bencher) {
+    let folder = files();
+    let (scene, settings) = shot(folder.path());
+    let mut backend = EmbreeBackend::new(&scene).expect("a small scene fits into memory");
+    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let rays = rays(&scene, &settings);
+    bencher
+        .counter(ItemsCount::new(rays.len()))
+        .with_inputs(|| vec![0; rays.packet_count()])
+        .bench_local_refs(|blocked| {
+            tracer.blocked(&rays, Blockers::Still, Purpose::Shadow, Coherence::Coherent, blocked)
+        });
+}
+
+#[divan::bench]
+fn base_frame(bencher: Bencher) {
+    let folder = files();
+    let (scene, settings) = shot(folder.path());
+    let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
+    bencher.counter(samples(&settings)).bench_local(|| {
+        let finished = renderer.render(1, false).expect("a commit that succeeded once");
+        renderer.recycle(finished.film);
+    });
+}
+
+#[divan::bench]
+fn reprojected_frame(bencher: Bencher) {
+    let folder = files();
+    let (scene, settings) = shot(folder.path());
+    let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
+    renderer.render(0, false).expect("a small scene fits into memory");
+    let mut frame = 0;
+    bencher.counter(samples(&settings)).bench_local(|| {
+        frame += 1;
+        let finished = renderer.render(frame, true).expect("a commit that succeeded once");
+        renderer.recycle(finished.film);
+    });
+}
+
+#[divan::bench]
+fn write_file(bencher: Bencher) {
+    let folder = files();
+    let (film, meta) = frame(folder.path());
+    let path = folder.path().join("frame.0001.exr");
+    bencher
+        .counter(ItemsCount::new(film.width * film.height))
+        .bench_local(|| write_exr(&path, &film, &meta).expect("the disk has room for a frame"));
+}
+
+fn samples(settings: &Settings) -> ItemsCount {
+    ItemsCount::new(settings.width * settings.height * settings.samples.pow(2))
+}
+
+fn frame(folder: &Path) -> (Film, FrameMeta) {
+    let (scene, settings) = shot(folder);
+    let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
+    let finished = renderer.render(1, false).expect("a small scene fits into memory");
+    let meta = FrameMeta {
+        frame: 1,
+        rate: (24, 1),
+        world_to_camera: finished.pose.camera.world_to_camera().to_cols_array(),
+        world_to_ndc: finished.pose.camera.world_to_ndc(16.0 / 9.0).to_cols_array(),
+        comments: "a benchmark".into(),
+        shot: "sphere".into(),
+    };
+    (finished.film, meta)
+}

@@ -1,0 +1,280 @@
+//! The limit: the rays of a frame that is traced in full, through bare loops of Embree's packet queries.
+//!
+//! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
+//! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
+//! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile. Packets are
+//! prepared beforehand; only the calls that trace them are timed. There are no rays for mirrors and glass.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterimage::frame::grid::{Grid, holds};
+use afterimage::frame::view::View;
+use afterimage::lanes::{LANES as HALF, Lanes, Lanes3, Mask};
+use afterimage::motion::{LightPose, Pose};
+use afterimage::samples::CELLS;
+use afterimage::scene::{Mesh, Scene};
+use afterimage::settings::Settings;
+use afterimage::shade::light::arrival;
+use afterimage::shade::phong::faces;
+use afterimage::shade::surface::{Corners, off_surfaces};
+use afterimage::trace::{LANES, RayBatch, RayPacket};
+use embree::{
+    BuildQuality, Coherence, Committed, Device, Geometry, GeometryId, INVALID, Ray16, RayHit16,
+    Scene as EmbreeScene, Valid16,
+};
+use rayon::prelude::*;
+
+/// What tracing cost, and nothing else.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TraceCost {
+    /// Wall-clock.
+    pub seconds: f64,
+    /// Primary and shadow rays.
+    pub rays: u64,
+}
+
+/// Where a geometry's triangles are in the scene's lists: model, and first triangle in its mesh.
+type Part = (u32, u32);
+
+/// Triangles that cast shadows, and all triangles.
+const SHADOW: u32 = 1;
+const SIGHT: u32 = 3;
+
+/// Embree's scenes of a shot.
+pub struct Bare {
+    still: EmbreeScene,
+    movable: EmbreeScene,
+    /// By instance: the model that it shows.
+    instances: Vec<u32>,
+    parts: Parts,
+}
+
+/// What the geometries of both scenes are.
+#[derive(Default)]
+struct Parts {
+    still: Vec<Part>,
+    /// By instance.
+    movable: Vec<Vec<Part>>,
+}
+
+impl Bare {
+    /// Builds them.
+    pub fn new(scene: &Scene) -> Result<Self, embree::Error> {
+        let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
+        let mut bare = Self {
+            still: EmbreeScene::new(&device, BuildQuality::High, true)?,
+            movable: EmbreeScene::new(&device, BuildQuality::Low, true)?,
+            instances: Vec::new(),
+            parts: Parts::default(),
+        };
+        for (model, number) in scene.models.iter().zip(0..) {
+            if model.track.is_constant() {
+                bare.parts.still.extend(attach(&device, &mut bare.still, number, &model.mesh)?);
+                continue;
+            }
+            let mut own = EmbreeScene::new(&device, BuildQuality::High, true)?;
+            bare.parts.movable.push(attach(&device, &mut own, number, &model.mesh)?);
+            let identity = afterimage::motion::Transform::IDENTITY.columns();
+            bare.movable.attach_instance(&own.freeze()?, identity, SIGHT)?;
+            bare.instances.push(number);
+        }
+        bare.still.commit()?;
+        Ok(bare)
+    }
+
+    /// Traces frame number `frame` of `scene`, which may have other lights than the one it was built for.
+    pub fn trace(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        frame: i32,
+    ) -> Result<TraceCost, embree::Error> {
+        let pose = Pose::of(scene, frame);
+        for (instance, model) in self.instances.iter().enumerate() {
+            let columns = pose.models[*model as usize].columns();
+            self.movable.set_instance_transform(GeometryId(instance as u32), columns)?;
+        }
+        let scenes = Scenes {
+            still: self.still.commit()?,
+            movable: (!self.instances.is_empty()).then_some(self.movable.commit()?),
+        };
+        let view = View::new(&Arc::new(Grid::new(settings)), pose.camera);
+        let mut cost = TraceCost::default();
+        let mut primary = primary_rays(&view);
+        cost.time(|| primary.par_iter_mut().for_each(|tile| scenes.intersect(tile)));
+        cost.rays += count(&primary);
+        let surfaces: Vec<Vec<Eight>> =
+            primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
+        drop(primary);
+        for light in &pose.lights {
+            let mut shadow: Vec<_> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
+            cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
+            cost.rays += count(&shadow);
+        }
+        Ok(cost)
+    }
+}
+
+impl Parts {
+    /// What the rays of a tile have met.
+    fn surfaces(&self, scene: &Scene, pose: &Pose, tile: &[(Valid16, RayHit16)]) -> Vec<Eight> {
+        let halves = tile.iter().flat_map(|(valid, packet)| [(valid, packet, 0), (valid, packet, HALF)]);
+        halves.map(|(valid, packet, from)| self.eight(scene, pose, valid, packet, from)).collect()
+    }
+
+    fn eight(&self, scene: &Scene, pose: &Pose, valid: &Valid16, packet: &RayHit16, from: usize) -> Eight {
+        let (ray, hit) = (&packet.ray, &packet.hit);
+        let mut corners = Corners::NONE;
+        let mut models = [None; HALF];
+        for (lane, model) in models.iter_mut().enumerate() {
+            let (at, geometry) = (from + lane, hit.geom_id[from + lane] as usize);
+            if !valid.is_on(at) || hit.geom_id[at] == INVALID {
+                continue;
+            }
+            let (number, first) = match hit.inst_id[at] {
+                INVALID => self.still[geometry],
+                instance => self.movable[instance as usize][geometry],
+            };
+            corners.set(lane, &scene.models[number as usize].mesh, first + hit.prim_id[at]);
+            *model = Some(number as usize);
+        }
+        let weights = [Lanes::load(&hit.u, from), Lanes::load(&hit.v, from)];
+        let (mut point, mut normal, mut facet) =
+            (corners.point(weights), corners.normal(weights), corners.facet());
+        for (lane, model) in models.iter().enumerate() {
+            let Some(place) = model.map(|model| &pose.models[model]).filter(|place| !place.is_identity)
+            else {
+                continue;
+            };
+            point.set_lane(lane, place.point(point.lane(lane)));
+            normal.set_lane(lane, place.normal(normal.lane(lane)));
+            facet.set_lane(lane, place.facet(facet.lane(lane)));
+        }
+        let direction = Lanes3::load([&ray.dir_x, &ray.dir_y, &ray.dir_z], from);
+        let behind = facet.dot(direction).gt(Lanes::ZERO);
+        Eight {
+            point,
+            normal: behind.select3(-normal, normal),
+            facet: behind.select3(-facet, facet),
+            is_surface: Mask::of(|lane| models[lane].is_some()).bits(),
+        }
+    }
+}
+
+/// The geometries of `mesh`, and what their triangles are.
+fn attach(
+    device: &Device,
+    scene: &mut EmbreeScene,
+    model: u32,
+    mesh: &Mesh,
+) -> Result<Vec<Part>, embree::Error> {
+    let split = mesh.shadow_casting;
+    let mut parts = Vec::new();
+    for (range, mask) in [(0..split, SIGHT), (split..mesh.triangles.len(), SIGHT & !SHADOW)] {
+        if range.is_empty() {
+            continue;
+        }
+        parts.push((model, range.start as u32));
+        let triangles: Arc<[[u32; 3]]> = match range.len() == mesh.triangles.len() {
+            true => Arc::clone(&mesh.triangles),
+            false => Arc::from(&mesh.triangles[range]),
+        };
+        scene.attach(&Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?)?;
+    }
+    Ok(parts)
+}
+
+/// Eight surfaces, world space, on the side of the eye.
+struct Eight {
+    point: Lanes3,
+    normal: Lanes3,
+    facet: Lanes3,
+    /// A bit each.
+    is_surface: u8,
+}
+
+/// Both scenes, open for rays.
+struct Scenes<'a> {
+    still: Committed<'a>,
+    movable: Option<Committed<'a>>,
+}
+
+impl Scenes<'_> {
+    fn intersect(&self, packets: &mut [(Valid16, RayHit16)]) {
+        for (valid, packet) in packets {
+            self.still.intersect16(valid, packet, Coherence::Coherent);
+            if let Some(movable) = &self.movable {
+                movable.intersect16(valid, packet, Coherence::Coherent);
+            }
+        }
+    }
+
+    fn occlude(&self, packets: &mut [(Valid16, Ray16)]) {
+        for (valid, ray) in packets {
+            self.still.occluded16(valid, ray, Coherence::Coherent);
+            let Some(movable) = &self.movable else { continue };
+            let open = Valid16::from_fn(|lane| valid.is_on(lane) && !ray.is_occluded(lane));
+            if open.any() {
+                movable.occluded16(&open, ray, Coherence::Coherent);
+            }
+        }
+    }
+}
+
+impl TraceCost {
+    fn time(&mut self, work: impl FnOnce()) {
+        let start = Instant::now();
+        work();
+        self.seconds += start.elapsed().as_secs_f64();
+    }
+}
+
+fn count<T: Sync>(tiles: &[Vec<(Valid16, T)>]) -> u64 {
+    let lanes = |valid: &Valid16| (0..LANES).filter(|lane| valid.is_on(*lane)).count() as u64;
+    tiles.par_iter().flat_map_iter(|tile| tile.iter().map(|(valid, _)| lanes(valid))).sum()
+}
+
+/// A ray through the centre of each cell, tile by tile.
+fn primary_rays(view: &View) -> Vec<Vec<(Valid16, RayHit16)>> {
+    let tiles = (0..view.grid.tiles()).into_par_iter();
+    let tile = |number| {
+        let mut rays = RayBatch::default();
+        push_tile(view, number, &mut rays);
+        rays.packets().map(|(packet, lanes)| prepared(packet, lanes, SIGHT, RayHit16::new)).collect()
+    };
+    tiles.map(tile).collect()
+}
+
+fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
+    let grid = &view.grid;
+    let corner = grid.tile_corner(number).map(|at| Lanes::splat(at as f32 + 0.5));
+    let extent = grid.extent(number);
+    let (eye, far) = (Lanes3::splat(view.camera.eye), Lanes::splat(f32::INFINITY));
+    for first in (0..CELLS).step_by(HALF) {
+        let x = corner[0] + Lanes::load(&grid.place_x, first);
+        let y = corner[1] + Lanes::load(&grid.place_y, first);
+        let wanted = Mask::of(|lane| holds(extent, first + lane)).bits();
+        rays.push_lanes(eye, view.directions(x, y), far, wanted);
+    }
+}
+
+/// The rays from a tile's surfaces to a light that they face.
+fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
+    let mut rays = RayBatch::default();
+    for eight in tile {
+        let arrival = arrival(light, eight.point);
+        let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
+        let origin = off_surfaces(eight.point, eight.facet);
+        rays.push_lanes(origin, arrival.to_light, Lanes::splat(arrival.far), wanted);
+    }
+    rays.packets().map(|(packet, lanes)| prepared(packet, lanes, SHADOW, |ray| ray)).collect()
+}
+
+/// A packet as Embree takes it.
+fn prepared<T>(packet: &RayPacket, lanes: u16, mask: u32, make: fn(Ray16) -> T) -> (Valid16, T) {
+    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (packet.origin, packet.direction);
+    let (tnear, tfar, mask) = (packet.near, packet.far, [mask; LANES]);
+    let ray = Ray16 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, tfar, mask, ..Ray16::default() };
+    (Valid16::from_bits(lanes), make(ray))
+}

@@ -1,0 +1,131 @@
+//! `cargo bench --bench shots`: what tracing, full frames and reprojected frames cost, by kind of shot.
+//!
+//! All that is compared is measured in one run, side by side, because machines are noisy: ratios between
+//! numbers of two runs mean little. docs/performance.md has the tables.
+
+mod bare;
+mod contest;
+mod growth;
+mod kinds;
+mod places;
+mod sphere;
+mod suite;
+mod table;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+
+use kinds::Kind;
+use places::SceneName;
+
+/// Measures shots: bare Embree, full frames and reprojected frames, side by side
+#[derive(Debug, Parser)]
+#[command(name = "shots", bin_name = "cargo bench --bench shots --")]
+pub struct Arguments {
+    /// What is measured
+    #[arg(value_enum, default_value = "shots")]
+    subject: Subject,
+
+    /// Scenes [default: all]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    scenes: Vec<SceneName>,
+
+    /// Kinds of shots [default: all with one light and one sample, some with more]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    kinds: Vec<Kind>,
+
+    /// Numbers of lights, up to 32 [default: 1, and others for some kinds]
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=32))]
+    lights: Vec<u8>,
+
+    /// Samples along a pixel's edge [default: 1, and 2 for some kinds]
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16))]
+    samples: Vec<u32>,
+
+    /// Pixels [default: 1280x720; with --quick 640x360]
+    #[arg(long, value_parser = size, value_name = "WxH")]
+    size: Option<[u32; 2]>,
+
+    /// Frames of a shot, the base frame among them [default: 6; with --quick 3]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=999))]
+    frames: Option<u32>,
+
+    /// How often everything is measured; the fastest counts [default: 2; with --quick 1]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: Option<u32>,
+
+    /// Of the generated sphere [default: 10 million; with --quick 500 000]
+    #[arg(long)]
+    triangles: Option<u64>,
+
+    /// Small enough for a minute: to see that all works, not to quote
+    #[arg(long)]
+    quick: bool,
+
+    /// What cargo says to every benchmark
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// What there is to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Subject {
+    /// Every kind of shot
+    Shots,
+    /// How cost grows with triangles, pixels, lights and threads; takes the size, frames and rounds
+    Growth,
+}
+
+impl Arguments {
+    fn size(&self) -> [u32; 2] {
+        self.size.unwrap_or(if self.quick { [640, 360] } else { [1280, 720] })
+    }
+
+    fn frames(&self) -> u32 {
+        self.frames.unwrap_or(if self.quick { 3 } else { 6 })
+    }
+
+    fn rounds(&self) -> u32 {
+        self.rounds.unwrap_or(if self.quick { 1 } else { 2 })
+    }
+
+    fn triangles(&self) -> u64 {
+        self.triangles.unwrap_or(if self.quick { 500_000 } else { 10_000_000 })
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text.split_once('x').ok_or("write width and height as 1280x720")?;
+    let side = |text: &str| match text.parse() {
+        Ok(side @ 1..=65_535) => Ok(side),
+        _ => Err(format!("`{text}` is no number of pixels")),
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+/// Where generated models and results go.
+pub fn folder() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    target.join("bench")
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder())?;
+    match arguments.subject {
+        Subject::Shots => suite::run(arguments),
+        Subject::Growth => growth::run(arguments),
+    }
+}

@@ -1,0 +1,112 @@
+//! Which shots are measured, scene by scene.
+
+use std::error::Error;
+use std::path::Path;
+
+use afterimage::frame::Renderer;
+use afterimage::motion::TransformTrack;
+use afterimage::scene::{self, Scene};
+use afterimage::settings::Settings;
+use clap::ValueEnum;
+
+use super::bare::Bare;
+use super::contest::Arena;
+use super::kinds::{Kind, MOST_LIGHTS, shot_file};
+use super::places::{Place, SceneName, generated};
+use super::table::{Circumstances, Row, header, write_json};
+use super::{Arguments, folder};
+
+/// Triangles of what moves alone.
+const OBJECT_TRIANGLES: u64 = 5_000;
+
+/// Lights, and samples along a pixel's edge.
+type Setup = (usize, u32);
+
+/// Measured unless the command line says otherwise: every kind with the first of these...
+const SETUPS: [Setup; 4] = [(1, 1), (8, 1), (MOST_LIGHTS, 1), (1, 2)];
+
+/// ... and these kinds with the others: one that reprojection serves best, and one that it serves badly.
+const KINDS_OF_ALL_SETUPS: [Kind; 2] = [Kind::Object, Kind::Dolly];
+
+/// Measures what `arguments` ask for; prints rows as they come.
+pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    let circumstances = Circumstances::now(arguments.size(), arguments.frames(), arguments.rounds());
+    println!("{}\n\n{}", circumstances.text(), header());
+    let mut rows = Vec::new();
+    let mut missing = Vec::new();
+    let scenes = if arguments.scenes.is_empty() { SceneName::value_variants() } else { &arguments.scenes };
+    for name in scenes {
+        match name.place(arguments.triangles(), &folder()) {
+            Ok(place) => measure_scene(arguments, &place, &mut rows)?,
+            Err(error) => missing.push(error.to_string()),
+        }
+    }
+    missing.iter().for_each(|why| println!("skipped: {why}"));
+    let path = folder().join("shots.json");
+    write_json(&path, &circumstances, &rows)?;
+    println!("\nalso in {}", path.display());
+    Ok(())
+}
+
+fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> Result<(), Box<dyn Error>> {
+    let (mut scene, settings) = load(place, arguments)?;
+    let lights = std::mem::take(&mut scene.lights);
+    let track = std::mem::replace(&mut scene.models[0].track, TransformTrack::identity());
+    for moves_all in [false, true] {
+        let setups = setups(arguments, moves_all);
+        if setups.iter().all(|(_, kinds)| kinds.is_empty()) {
+            continue;
+        }
+        if moves_all {
+            scene.models[0].track = track.clone();
+        }
+        let mut bare = Bare::new(&scene)?;
+        for (setup, kinds) in setups.iter().filter(|(_, kinds)| !kinds.is_empty()) {
+            scene.lights = lights[..setup.0].to_vec();
+            let settings = Settings { samples: setup.1, ..settings.clone() };
+            let renderer = Renderer::new(&scene, &settings)?;
+            let mut arena = Arena { scene: &scene, settings: &settings, bare: &mut bare, renderer };
+            for kind in kinds {
+                let first = kind.first_frame();
+                let frames = first..first + arguments.frames() as i32;
+                let outcome = arena.measure(frames, arguments.rounds())?;
+                let row = Row::new(place.name, kind.name(), setup.0, setup.1, &outcome);
+                println!("{}", row.text());
+                rows.push(row);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Which kinds are measured with which setup; those that move all models apart, as they need another build.
+fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
+    let by_default = arguments.lights.is_empty() && arguments.samples.is_empty();
+    let kinds = if arguments.kinds.is_empty() { Kind::value_variants() } else { &arguments.kinds };
+    let chosen = |setup: Setup| {
+        let wanted = |kind: &&Kind| {
+            let extra = arguments.kinds.is_empty() && by_default && setup != SETUPS[0];
+            kind.moves_all() == moves_all && (!extra || KINDS_OF_ALL_SETUPS.contains(kind))
+        };
+        (setup, kinds.iter().filter(wanted).copied().collect())
+    };
+    if by_default {
+        let count = if arguments.quick { 2 } else { SETUPS.len() };
+        return SETUPS.into_iter().take(count).map(chosen).collect();
+    }
+    let lights = if arguments.lights.is_empty() { &[1] } else { arguments.lights.as_slice() };
+    let samples = if arguments.samples.is_empty() { &[1] } else { arguments.samples.as_slice() };
+    let all = lights.iter().flat_map(|lights| samples.iter().map(|n| (usize::from(*lights), *n)));
+    all.map(chosen).collect()
+}
+
+/// The scene with all lights, and settings for one sample a pixel.
+pub fn load(place: &Place, arguments: &Arguments) -> Result<(Scene, Settings), Box<dyn Error>> {
+    let object = generated(OBJECT_TRIANGLES, &folder())?;
+    let text = shot_file(place, &object.to_string_lossy(), arguments.frames());
+    let path = folder().join(format!("{}.toml", place.name));
+    std::fs::write(&path, text)?;
+    let shot = scene::load(Path::new(&path), false)?;
+    let [width, height] = arguments.size();
+    Ok((shot.scene, Settings { width, height, samples: 1, ..shot.settings }))
+}

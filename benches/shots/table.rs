@@ -1,0 +1,128 @@
+//! What was measured, as a table and as JSON.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::contest::{Contestant, Cost, Outcome};
+
+/// One shot.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    pub scene: &'static str,
+    pub shot: String,
+    pub lights: usize,
+    /// Of a pixel.
+    pub samples: u32,
+    /// By the contestant's name.
+    pub costs: BTreeMap<&'static str, Cost>,
+    pub full_over_raw: f64,
+    /// How many times as fast a reprojected frame is.
+    pub full_over_reprojected: f64,
+    pub bytes_per_sample: f64,
+}
+
+impl Row {
+    /// `samples`: along a pixel's edge.
+    pub fn new(scene: &'static str, shot: String, lights: usize, samples: u32, outcome: &Outcome) -> Self {
+        let of = |contestant: Contestant| outcome.costs[contestant as usize];
+        let full = of(Contestant::Full).seconds;
+        Self {
+            scene,
+            shot,
+            lights,
+            samples: samples * samples,
+            costs: Contestant::ALL.into_iter().map(|who| (who.name(), of(who))).collect(),
+            full_over_raw: full / of(Contestant::Raw).seconds,
+            full_over_reprojected: full / of(Contestant::Reprojected).seconds,
+            bytes_per_sample: outcome.bytes_per_sample,
+        }
+    }
+
+    /// A line below [`header`].
+    pub fn text(&self) -> String {
+        let costs = Contestant::ALL.map(|who| self.costs[who.name()]);
+        let seconds: String = costs.iter().map(|cost| format!(" {:8.4} |", cost.seconds)).collect();
+        let rays: String = costs.iter().map(|cost| format!(" {:8.2} |", cost.rays / 1e6)).collect();
+        let kept = 100.0 * self.costs[Contestant::Reprojected.name()].kept;
+        format!(
+            "| {:<9} | {:<6} | {:>6} | {:>7} |{seconds} {:8.2} | {:11.2} |{rays} {kept:4.0} | {:8.1} |",
+            self.scene,
+            self.shot,
+            self.lights,
+            self.samples,
+            self.full_over_raw,
+            self.full_over_reprojected,
+            self.bytes_per_sample,
+        )
+    }
+}
+
+/// Seconds a frame by contestant, ratios, millions of rays a frame by contestant, percent of the samples kept.
+pub fn header() -> String {
+    let names = Contestant::ALL.map(Contestant::name);
+    let seconds: String = names.iter().map(|name| format!(" {:>8} |", format!("{name} s"))).collect();
+    let rays: String = names.iter().map(|name| format!(" {:>8} |", format!("{name} M"))).collect();
+    let rule = |line: &str| -> String { line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect() };
+    let line = format!(
+        "| scene     | shot   | lights | samples |{seconds} full/raw | full/reproj |{rays} kept | B/sample |"
+    );
+    format!("{line}\n{}", rule(&line))
+}
+
+/// Where, how and how busily it was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct Circumstances {
+    pub processor: String,
+    pub threads: usize,
+    /// The system's load average over a minute before the start: what else was running.
+    pub load_before: f64,
+    pub size: [u32; 2],
+    pub frames: u32,
+    pub rounds: u32,
+}
+
+impl Circumstances {
+    /// As they are now.
+    pub fn now(size: [u32; 2], frames: u32, rounds: u32) -> Self {
+        let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+        let load_before = load.split(' ').next().and_then(|load| load.parse().ok()).unwrap_or(0.0);
+        let threads = rayon::current_num_threads();
+        Self { processor: processor(), threads, load_before, size, frames, rounds }
+    }
+
+    /// For the line above a table.
+    pub fn text(&self) -> String {
+        let Self { processor, threads, load_before, size: [width, height], frames, rounds } = self;
+        format!(
+            "{processor}, {threads} threads; load before the start: {load_before}\n\
+             {width}x{height}; each number is the mean of {} frames, each of which counts as in the fastest \
+             of {rounds} rounds",
+            frames - 1
+        )
+    }
+}
+
+/// As the system names it.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
+    name.unwrap_or("a processor").to_owned()
+}
+
+/// Writes `rows` to `path`.
+pub fn write_json<T: Serialize>(
+    path: &Path,
+    circumstances: &Circumstances,
+    rows: &[T],
+) -> Result<(), Box<dyn Error>> {
+    #[derive(Serialize)]
+    struct File<'a, T> {
+        circumstances: &'a Circumstances,
+        rows: &'a [T],
+    }
+    std::fs::write(path, serde_json::to_string_pretty(&File { circumstances, rows })?)?;
+    Ok(())
+}
