@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::plan::CameraChange;
 use super::reproject::{scatter_lanes, seen_from_behind};
-use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
+use super::stage::{CellRays, Stage, bit, set_bits};
 use super::verify::segments;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, SampleStore, Tile};
@@ -15,14 +15,14 @@ use crate::stats::RayCounts;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
 /// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
-/// From the seconds by phase and the rays that `afterimage compare` prints for a kitchen and for statues,
-/// rounded; they decide whether a frame pays at all.
+/// In favour of reprojection: the border is for frames of which little is seen again, and where both ways cost
+/// about the same, as in a dolly past matt things under one light, the samples that are kept serve later frames.
 mod cost {
-    /// Projecting an old sample, bringing it to its cell, and telling its status.
-    pub const REPROJECT: f32 = 0.6;
+    /// Projecting an old sample, and bringing it to its cell.
+    pub const REPROJECT: f32 = 0.3;
     /// The ray that shows that it is still seen.
-    pub const VERIFY: f32 = 0.55;
-    /// The shadow ray to a light, which a surface that is traced needs.
+    pub const VERIFY: f32 = 0.3;
+    /// The shadow ray to a light, which a sample that is traced needs.
     pub const SHADOW: f32 = 0.4;
 }
 
@@ -52,9 +52,7 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
     let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
-    // of the surfaces as many are hidden as of all samples
-    let surfaces = sum.surfaces as f32 / sum.inside.max(1) as f32;
-    let gained = share(sum.seen) * (1.0 + surfaces * cost::SHADOW * stage.pose.lights.len() as f32);
+    let gained = share(sum.seen) * (1.0 + cost::SHADOW * stage.pose.lights.len() as f32);
     Foreseen { pays: gained > spent, asked }
 }
 
@@ -78,9 +76,6 @@ fn first_asked(number: usize) -> usize {
 #[derive(Debug, Clone, Copy, Default)]
 struct Asked {
     asked: u64,
-    /// Fell into the picture, and of those the surfaces.
-    inside: u64,
-    surfaces: u64,
     verified: u64,
     seen: u64,
 }
@@ -89,8 +84,6 @@ impl Asked {
     fn plus(self, other: Self) -> Self {
         Self {
             asked: self.asked + other.asked,
-            inside: self.inside + other.inside,
-            surfaces: self.surfaces + other.surfaces,
             verified: self.verified + other.verified,
             seen: self.seen + other.seen,
         }
@@ -108,8 +101,7 @@ fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> 
         scatter_lanes(stage, tile, first, |lane, _, _| inside |= 1 << lane);
         inside &= !seen_from_behind(stage, tile, first);
         sum.asked += LANES as u64;
-        sum.inside += u64::from(inside.count_ones());
-        sum.surfaces += u64::from((inside & surface_bits(&tile.model[first..first + LANES])).count_ones());
+        sum.seen += u64::from(inside.count_ones());
         if casts {
             segments(stage, tile, first, inside, &mut rays);
             *asked = inside;
@@ -120,6 +112,6 @@ fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> 
         stage.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
     }
     sum.verified = rays.len() as u64;
-    sum.seen = sum.inside - (0..rays.len()).filter(|ray| bit(&blocked, *ray)).count() as u64;
+    sum.seen -= (0..rays.len()).filter(|ray| bit(&blocked, *ray)).count() as u64;
     sum
 }
