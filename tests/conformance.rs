@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 use toy::{floor, keys, matt, mesh, moving, octahedron, still};
 
 const KINDS: [BackendKind; 2] = [BackendKind::Embree, BackendKind::Rust];
-const WAYS: [Coherence; 2] = [Coherence::Coherent, Coherence::Incoherent];
+const WAYS: [Coherence; 3] = [Coherence::Coherent, Coherence::Bounced, Coherence::Incoherent];
 
 fn scene_of(models: Vec<Model>) -> Scene {
     let camera = toy::camera(Track::constant(DVec3::Z), Track::constant(DVec3::ZERO));

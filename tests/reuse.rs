@@ -90,6 +90,8 @@ fn a_still_world_costs_no_rays_but_the_eyes() {
     let rays = frames[3].stats.rays;
     assert_eq!((rays.primary, rays.verification), (0, 0));
     assert!(rays.reflection > 0 && rays.refraction > 0, "these are made anew");
+    let tracing = frames[3].stats.tracing;
+    assert!(tracing.bounced > 0.0 && tracing.primary == 0.0, "timed as what they are: {tracing:?}");
     for plane in &frames[0].film.planes {
         if !plane.name.starts_with("status") && !plane.name.starts_with("rays") {
             assert_eq!(Some(plane), frames[5].film.plane(plane.name), "{}", plane.name);

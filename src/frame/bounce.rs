@@ -1,7 +1,5 @@
 //! Rays beyond the first surface: what mirrors and glass show. They depend on the eye and are traced anew
-//! in every frame, breadth first: all rays of a tile that have bounced equally often go together. They are
-//! traced as bundles, like the rays that they come from: neighbours leave mirrors and panes in about the same
-//! way (that took a quarter off this phase in a kitchen and in a city of glass).
+//! in every frame, breadth first: all rays of a tile that have bounced equally often go together.
 
 use glam::Vec3;
 
@@ -105,7 +103,7 @@ fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
         bench.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut bench.counts, &mut bench.cell_rays);
     }
-    stage.tracer.closest(&bench.rays, Coherence::Coherent, &mut bench.hits);
+    stage.tracer.closest(&bench.rays, Coherence::Bounced, &mut bench.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
@@ -201,7 +199,7 @@ fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
         bench.counts.shadow += queue.count();
         is_lit.clear();
         is_lit.resize(met.len().div_ceil(LANES), 0);
-        queue.answer(ShadowCheck::StillThenMovable, Coherence::Coherent, stage.tracer, |owner, tag| {
+        queue.answer(ShadowCheck::StillThenMovable, Coherence::Bounced, stage.tracer, |owner, tag| {
             is_lit[owner as usize / LANES] |= u8::from(tag.is_lit()) << (owner as usize % LANES);
         });
         for (eight, lit) in met.chunks_mut(LANES).zip(is_lit.iter()).filter(|(_, lit)| **lit != 0) {

