@@ -185,9 +185,11 @@ fn shadow_rays(pose: &Pose, ends: &[End]) -> Vec<RayBatch> {
     for (point, back, ..) in ends {
         let start = *point + *back * 1e-4;
         let (to_light, far) = match light {
-            Some(LightShape::Point { position } | LightShape::Spot { position, .. }) => {
-                (position - start, 1.0)
-            }
+            Some(
+                LightShape::Point { position }
+                | LightShape::Spot { position, .. }
+                | LightShape::Rectangle { center: position, .. },
+            ) => (position - start, 1.0),
             Some(LightShape::Directional { to_light }) => (to_light, f32::INFINITY),
             None => (Vec3::Y, f32::INFINITY),
         };

@@ -62,6 +62,54 @@ fn a_point_light_falls_with_square_and_cosine() {
     }
 }
 
+/// A square panel with edges of 1, 2 above the origin, that shines down.
+fn panel() -> LightKind {
+    let (position, target) = (DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO);
+    LightKind::Rectangle {
+        position: Track::constant(position),
+        target: Track::constant(target),
+        size: [1.0, 1.0],
+    }
+}
+
+#[test]
+fn a_panel_lights_the_floor_as_the_integral_over_it_does() {
+    let mut scene =
+        from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![toy::matt(1.0)]);
+    scene.lights = vec![toy::light("panel", panel(), 8.0)];
+    let frame = one(&scene);
+    let integral = |x: u32, y: u32| {
+        let p = Vec3::new(pixel(&frame, "P.X", x, y), 0.0, pixel(&frame, "P.Z", x, y));
+        let steps = (0..50).map(|i| (i as f32 + 0.5) / 50.0 - 0.5);
+        let places = steps.clone().flat_map(|x| steps.clone().map(move |z| Vec3::new(x, 2.0, z)));
+        // both cosines are the panel's height over the distance
+        let light = |place: Vec3| 8.0 * 4.0 / (place - p).length_squared().powi(2);
+        places.map(light).sum::<f32>() / 2500.0
+    };
+    for x in [0, 20, 48, 80] {
+        // sixteen points stand for the panel, others for each sample
+        let ratios = (26..46).map(|y| color(&frame, x, y).x / integral(x, y));
+        let ratio = ratios.sum::<f32>() / 20.0;
+        assert!((ratio - 1.0).abs() < 0.01, "{x}: {ratio}");
+    }
+    assert_eq!(frame.stats.rays.shadow, 16 * 96 * 72);
+}
+
+#[test]
+fn half_a_panel_gives_half_the_light() {
+    // a roof whose edge runs across the middle of the panel, seen from the floor under that edge
+    let models = vec![
+        toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO),
+        toy::still("roof", toy::floor(2.0, 0), Vec3::new(2.0, 1.0, 0.0)),
+    ];
+    let mut scene = from_above(models, vec![toy::matt(1.0)]);
+    scene.lights = vec![toy::light("panel", panel(), 8.0)];
+    let shaded = color(&one(&scene), 47, 36).x;
+    scene.models.truncate(1);
+    let open = color(&one(&scene), 47, 36).x;
+    assert!((0.5..0.56).contains(&(shaded / open)), "{shaded} {open}");
+}
+
 #[test]
 fn a_shadow_is_where_the_blocker_stands_and_as_dark_as_the_ambient_light() {
     let models = vec![

@@ -163,6 +163,14 @@ fn extremes_render() {
             light("type = \"spot\"\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\ncone = 0.001\nsoft = 0"),
             "a needle of light",
         ),
+        (
+            light("type = \"rectangle\"\nposition = [0.2, 0.2, 0]\ntarget = [0.2, 0.2, -1]"),
+            "a panel in the surface",
+        ),
+        (
+            light("type = \"rectangle\"\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\nsize = [1e9, 1e-9]"),
+            "a panel like a thread",
+        ),
         (format!("{SHOT}[background]\ncolor = [1e30, 1e30, 1e30]\n"), "a bright sky"),
     ] {
         let place = place(&shot, format!("{OBJ}v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nf 4 5 6\nf 1 3 2\n").as_bytes());

@@ -199,9 +199,47 @@ fn a_turning_spot() {
     audited(&scene);
 }
 
+/// A panel above the world.
+fn panel(position: Track<DVec3>) -> Light {
+    let kind = LightKind::Rectangle { position, target: rests(DVec3::ZERO), size: [2.0, 1.0] };
+    toy::light("panel", kind, 20.0)
+}
+
+#[test]
+fn a_panel_over_a_still_world_casts_no_ray_twice() {
+    let mut scene = world();
+    scene.models.truncate(2);
+    scene.lights = vec![panel(rests(DVec3::new(1.0, 5.0, 2.0)))];
+    let scene = with_camera(scene, goes(EYE, EYE + DVec3::X), rests(TARGET));
+    let (frames, share) = audited(&scene);
+    assert!(share > 0.7, "{share}");
+    let (base, inferred) = (&frames[0].stats, &frames[3].stats);
+    assert!(base.rays.shadow > 10 * base.rays.primary, "{base:?}");
+    let traced = inferred.samples.missed + inferred.samples.obscured;
+    assert!(inferred.rays.shadow <= 16 * traced, "only new samples ask: {inferred:?}");
+}
+
+#[test]
+fn a_panel_over_a_flyer_is_asked_again_where_the_flyer_passes() {
+    let mut scene = with_flyer(world());
+    scene.models.retain(|model| ["floor", "matt", "flyer"].contains(&model.name.as_str()));
+    scene.lights = vec![panel(rests(DVec3::new(1.0, 5.0, 2.0)))];
+    let (frames, _) = audited(&scene);
+    let (base, inferred) = (frames[0].stats.rays, frames[3].stats.rays);
+    assert!(inferred.shadow > 0 && inferred.shadow * 3 < base.shadow, "{inferred:?}");
+}
+
+#[test]
+fn a_moving_panel() {
+    let mut scene = with_flyer(world());
+    scene.lights.push(panel(goes(DVec3::new(1.0, 5.0, 2.0), DVec3::new(-1.0, 5.0, 2.0))));
+    audited(&scene);
+}
+
 #[test]
 fn tags_save_rays_and_change_no_pixel() {
-    let scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    let mut scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
     let settings = toy::settings(2);
     let run = |forget: bool| {
         let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");

@@ -177,6 +177,14 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:10:8: a point light has no `cone`",
         ),
         (
+            format!("{light}type = \"rectangle\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nsize = [1, 0]\n"),
+            "s.toml:11:8: `size` must be two lengths",
+        ),
+        (
+            format!("{light}type = \"spot\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nsize = [1, 1]\n"),
+            "s.toml:11:8: a spot light has no `size`",
+        ),
+        (
             format!("{light}type = \"directional\"\ndirection = [0, 0, 0.0]\n"),
             "s.toml:9:13: `direction` must not be zero",
         ),

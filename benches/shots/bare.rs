@@ -2,8 +2,9 @@
 //!
 //! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
 //! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
-//! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile. Packets are
-//! prepared beforehand; only the calls that trace them are timed. There are no rays for mirrors and glass.
+//! cells, then for each light (each point of it) the shadow rays of the surfaces that face it, packed tile by
+//! tile. Packets are prepared beforehand; only the calls that trace them are timed. There are no rays for
+//! mirrors and glass.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -15,7 +16,7 @@ use afterimage::motion::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::shade::light::arrival;
+use afterimage::shade::light::{Aim, arrival};
 use afterimage::shade::phong::faces;
 use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::{LANES, RayBatch, RayPacket};
@@ -108,9 +109,12 @@ impl Bare {
             primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
         drop(primary);
         for light in &pose.lights {
-            let mut shadow: Vec<_> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
-            cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
-            cost.rays += count(&shadow);
+            for point in 0..light.shape.points() {
+                let mut shadow: Vec<_> =
+                    surfaces.par_iter().map(|tile| shadow_rays(tile, light, point)).collect();
+                cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
+                cost.rays += count(&shadow);
+            }
         }
         Ok(cost)
     }
@@ -259,11 +263,11 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     }
 }
 
-/// The rays from a tile's surfaces to a light that they face.
-fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
+/// The rays from a tile's surfaces to a point of a light that they face.
+fn shadow_rays(tile: &[Eight], light: &LightPose, point: usize) -> Vec<(Valid16, Ray16)> {
     let mut rays = RayBatch::default();
     for eight in tile {
-        let arrival = arrival(light, eight.point);
+        let arrival = arrival(light, point, &Aim::at(light, eight.point), eight.point);
         let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
         let origin = off_surfaces(eight.point, eight.facet);
         rays.push_lanes(origin, arrival.to_light, Lanes::splat(arrival.far), wanted);

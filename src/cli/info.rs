@@ -94,6 +94,7 @@ fn described(shot: &Shot) -> String {
             LightKind::Point { .. } => "point",
             LightKind::Directional { .. } => "directional",
             LightKind::Spot { .. } => "spot",
+            LightKind::Rectangle { .. } => "rectangle",
         };
         line(&mut text, "", format!("{}: {kind}", light.name));
     }

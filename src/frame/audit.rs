@@ -24,7 +24,7 @@ use super::stage::{Stage, set_bits, surface_bits};
 use super::verify::SEGMENT_END;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
-use crate::shade::light::arrival;
+use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, albedo, barycentric, uv_at};
 use crate::stats::AuditCounts;
@@ -105,8 +105,9 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
             check_light(stage, tile, first, &placed, surfaces, &mut raise);
         }
     }
-    for light in 0..stage.pose.lights.len() {
-        check_shadows(stage, tile, light, &mut raise);
+    for (light, pose) in stage.pose.lights.iter().enumerate() {
+        let points = 0..pose.shape.points();
+        points.for_each(|point| check_shadows(stage, tile, Source { light, point }, &mut raise));
     }
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
     AuditCounts {
@@ -238,9 +239,16 @@ fn check_light(
     }
 }
 
-/// Whether the tags of one light say what fresh shadow rays say.
-fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMut(usize, Verdict)) {
-    let tags = &tile.tags[light * CELLS..][..CELLS];
+/// A point of a light, by number.
+#[derive(Clone, Copy)]
+struct Source {
+    light: usize,
+    point: usize,
+}
+
+/// Whether the tags for one point of a light say what fresh shadow rays say.
+fn check_shadows(stage: &Stage, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
+    let is_lit = |cell: usize| tile.tags.get(stage.slots[source.light], source.point, cell).is_lit();
     let mut queue = ShadowQueue::default();
     for first in (0..CELLS).step_by(LANES) {
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
@@ -248,19 +256,20 @@ fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMu
             continue;
         }
         let placed = Placed::of(stage, tile, first);
-        let faces = ask(stage, light, &placed, surfaces, first as u32, &mut queue);
+        let places = tile.points(first);
+        let faces = ask(stage, source, &placed, places, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
-            raise(first + lane, Verdict::of(!tags[first + lane].is_lit()));
+            raise(first + lane, Verdict::of(!is_lit(first + lane)));
         }
     }
     let mut doubtful = Vec::new();
     answer(stage, &mut queue, |cell, tag| {
-        if tag.is_lit() != tags[cell as usize].is_lit() {
+        if tag.is_lit() != is_lit(cell as usize) {
             doubtful.push(cell as usize);
         }
     });
     for cell in doubtful {
-        let lit = tags[cell].is_lit();
+        let (lit, places) = (is_lit(cell), Lanes3::splat(tile.point(cell)));
         let (placed, lane) = (Placed::of(stage, tile, cell / LANES * LANES), cell % LANES);
         let reach = reach(stage, &tile.sample(cell));
         // the same surface eight times, displaced in eight directions
@@ -271,16 +280,26 @@ fn check_shadows(stage: &Stage, tile: &Tile, light: usize, raise: &mut impl FnMu
             beside.point.set_lane(lane, point + aside * reach);
         }
         queue.clear();
-        ask(stage, light, &beside, u8::MAX, 0, &mut queue);
+        ask(stage, source, &beside, places, u8::MAX, 0, &mut queue);
         let mut grazes = false;
         answer(stage, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));
     }
 }
 
-/// Queues shadow rays to `light` from those of eight samples whose bit is set; says which of them face it.
-fn ask(stage: &Stage, light: usize, placed: &Placed, wanted: u8, owner: u32, queue: &mut ShadowQueue) -> u8 {
-    let arrival = arrival(&stage.pose.lights[light], placed.point);
+/// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
+/// `places`: where they are on their models.
+fn ask(
+    stage: &Stage,
+    source: Source,
+    placed: &Placed,
+    places: Lanes3,
+    wanted: u8,
+    owner: u32,
+    queue: &mut ShadowQueue,
+) -> u8 {
+    let light = &stage.pose.lights[source.light];
+    let arrival = arrival(light, source.point, &Aim::at(light, places), placed.point);
     let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
     queue.push(placed.point, placed.facet, &arrival, wanted & faces, owner);
     faces

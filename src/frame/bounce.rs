@@ -8,7 +8,8 @@ use super::light::ShadowQueue;
 use super::plan::ShadowCheck;
 use super::stage::{CellRays, Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::shade::light::arrival;
+use crate::motion::LightPose;
+use crate::shade::light::{Aim, arrival};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::{Corners, albedo, uv_at};
 use crate::shade::{Surface, phong};
@@ -55,6 +56,8 @@ pub struct Bounces {
     now: Vec<Bounce>,
     next: Vec<Bounce>,
     met: Vec<Met>,
+    /// The same, side by side.
+    eights: Vec<MetLanes>,
     queue: ShadowQueue,
     /// Of `met`, a bit each: whether the light at hand reaches it.
     is_lit: Vec<u8>,
@@ -146,6 +149,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
 }
 
 /// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
+#[derive(Debug)]
 struct MetLanes {
     point: Lanes3,
     normal: Lanes3,
@@ -179,39 +183,47 @@ impl MetLanes {
 
 /// Lights what was met, highlights included.
 fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
-    let Bounces { met, queue, is_lit, .. } = bounces;
-    for met in met.chunks_mut(LANES) {
-        let lanes = MetLanes::of(met);
-        let light = stage.palette.emitted_and_ambient(&lanes.materials, lanes.albedo);
+    bounces.eights.clear();
+    bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
+    for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
+        let light = stage.palette.emitted_and_ambient(&eight.materials, eight.albedo);
         met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
     }
     for light in &stage.pose.lights {
-        queue.clear();
-        for (number, eight) in met.chunks(LANES).enumerate() {
-            let lanes = MetLanes::of(eight);
-            let arrival = arrival(light, lanes.point);
-            let asked = phong::faces(lanes.normal, lanes.facet, &arrival).bits() & lanes.used;
-            queue.push(lanes.point, lanes.facet, &arrival, asked, (number * LANES) as u32);
-            for lane in set_bits(asked) {
-                bench.cell_rays.shadow[eight[lane].bounce.cell as usize] += 1;
-            }
+        for point in 0..light.shape.points() {
+            shine(stage, light, point, bounces, bench);
         }
-        bench.counts.shadow += queue.count();
-        is_lit.clear();
-        is_lit.resize(met.len().div_ceil(LANES), 0);
-        queue.answer(ShadowCheck::StillThenMovable, Coherence::Bounced, stage.tracer, |owner, tag| {
-            is_lit[owner as usize / LANES] |= u8::from(tag.is_lit()) << (owner as usize % LANES);
-        });
-        for (eight, lit) in met.chunks_mut(LANES).zip(is_lit.iter()).filter(|(_, lit)| **lit != 0) {
-            let lanes = MetLanes::of(eight);
-            let arrival = arrival(light, lanes.point);
-            let gloss = stage.palette.gloss(&lanes.materials);
-            let mut sum = phong::diffuse(lanes.albedo, lanes.normal, &arrival);
-            if gloss.is_any {
-                sum = sum + phong::specular(&gloss, lanes.normal, lanes.view, &arrival);
-            }
-            set_bits(*lit).for_each(|lane| eight[lane].light += sum.lane(lane));
+    }
+}
+
+/// Adds the light of one point of `light` to what was met.
+fn shine(stage: &Stage, light: &LightPose, point: usize, bounces: &mut Bounces, bench: &mut Workbench) {
+    let Bounces { met, eights, queue, is_lit, .. } = bounces;
+    let arrival = |eight: &MetLanes| arrival(light, point, &Aim::at(light, eight.point), eight.point);
+    queue.clear();
+    for (number, (met, eight)) in met.chunks(LANES).zip(eights.iter()).enumerate() {
+        let arrival = arrival(eight);
+        let asked = phong::faces(eight.normal, eight.facet, &arrival).bits() & eight.used;
+        queue.push(eight.point, eight.facet, &arrival, asked, (number * LANES) as u32);
+        for lane in set_bits(asked) {
+            bench.cell_rays.shadow[met[lane].bounce.cell as usize] += 1;
         }
+    }
+    bench.counts.shadow += queue.count();
+    is_lit.clear();
+    is_lit.resize(eights.len(), 0);
+    queue.answer(ShadowCheck::StillThenMovable, Coherence::Bounced, stage.tracer, |owner, tag| {
+        is_lit[owner as usize / LANES] |= u8::from(tag.is_lit()) << (owner as usize % LANES);
+    });
+    let lit_eights = met.chunks_mut(LANES).zip(eights.iter()).zip(is_lit.iter());
+    for ((met, eight), lit) in lit_eights.filter(|(_, lit)| **lit != 0) {
+        let arrival = arrival(eight);
+        let gloss = stage.palette.gloss(&eight.materials);
+        let mut sum = phong::diffuse(eight.albedo, eight.normal, &arrival);
+        if gloss.is_any {
+            sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
+        }
+        set_bits(*lit).for_each(|lane| met[lane].light += sum.lane(lane));
     }
 }
 

@@ -2,12 +2,11 @@
 //! "Enhancement Phase"): highlights, reflections, refractions.
 
 use super::bounce;
-use super::light::lit_mask;
 use super::placed::Placed;
 use super::stage::{Stage, Workbench, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, load_color, load_colors};
-use crate::shade::light::arrival;
+use crate::shade::light::{Aim, arrival};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
@@ -161,12 +160,15 @@ fn highlights(
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::of(|lane| models[lane] < EMPTY);
     let mut sum = Lanes3::ZERO;
-    for (light, tags) in stage.pose.lights.iter().zip(tile.tags.chunks_exact(CELLS)) {
-        let lit = lit_mask(&tags[first..first + LANES]) & is_surface;
-        if lit.any() {
-            let arrival = arrival(light, placed.point);
-            let highlight = phong::specular(gloss, placed.normal, -incoming, &arrival);
-            sum = sum + lit.select3(highlight, Lanes3::ZERO);
+    for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
+        let aim = Aim::at(light, tile.points(first));
+        for point in 0..light.shape.points() {
+            let lit = tile.tags.lit(*slot, point, first) & is_surface;
+            if lit.any() {
+                let arrival = arrival(light, point, &aim, placed.point);
+                let highlight = phong::specular(gloss, placed.normal, -incoming, &arrival);
+                sum = sum + lit.select3(highlight, Lanes3::ZERO);
+            }
         }
     }
     sum

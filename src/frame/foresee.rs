@@ -52,7 +52,8 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
     let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
-    let gained = share(sum.seen) * (1.0 + cost::SHADOW * stage.pose.lights.len() as f32);
+    let shadow_rays: usize = stage.pose.lights.iter().map(|light| light.shape.points()).sum();
+    let gained = share(sum.seen) * (1.0 + cost::SHADOW * shadow_rays as f32);
     Foreseen { pays: gained > spent, asked }
 }
 

@@ -5,10 +5,10 @@ use super::movers::{Bounds, Sweep};
 use super::placed::Placed;
 use super::plan::{LightChange, ShadowCheck};
 use super::stage::{Stage, Workbench, bit, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::pose::LightShape;
-use crate::samples::{CELLS, EMPTY, Status, Tag, Tile, load_colors, store_colors};
-use crate::shade::light::{Arrival, arrival};
+use crate::samples::{CELLS, Status, Tag, Tile, load_colors, store_colors};
+use crate::shade::light::{Aim, Arrival, arrival};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
@@ -117,7 +117,8 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let surfaces = if may_hold { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
     for light in 0..stage.pose.lights.len() {
         if !all_tags_hold(stage, light, tile, &surfaces) {
-            ask_light(stage, light, tile, &mut lighting, bench);
+            let points = 0..stage.pose.lights[light].shape.points();
+            points.for_each(|point| ask_light(stage, light, point, tile, &mut lighting, bench));
         }
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
@@ -138,16 +139,17 @@ fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: &Bounds) ->
     if surfaces.is_empty() || stage.plan.lights[light] == LightChange::Moved {
         return false;
     }
-    let tags = &tile.tags[light * CELLS..][..CELLS];
-    let is_doubtful = |tag: Tag| matches!(tag, Tag::Unknown | Tag::ByMovable);
-    let doubtful = tags
-        .iter()
-        .zip(&tile.model)
-        .any(|(tag, model)| *model < EMPTY && (is_doubtful(*tag) || stage.moved(*model)));
+    let is_doubtful = |cell: usize| tile.tags.is_doubtful(stage.slots[light], cell);
+    let in_doubt =
+        |cell: usize| tile.is_surface(cell) && (is_doubtful(cell) || stage.moved(tile.model[cell]));
+    let doubtful = (0..CELLS).any(in_doubt);
     let ways = || match stage.pose.lights[light].shape {
         LightShape::Directional { to_light } => Sweep::along(surfaces, to_light),
         LightShape::Point { position } | LightShape::Spot { position, .. } => {
-            Sweep::between(position, surfaces)
+            Sweep::between(&Bounds::at(position), surfaces)
+        }
+        LightShape::Rectangle { center, across, up, .. } => {
+            Sweep::between(&Bounds::of_rectangle(center, across, up), surfaces)
         }
     };
     !doubtful && !stage.movers.may_meet_sweep(&ways())
@@ -170,9 +172,16 @@ fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     bits & surface_bits(models)
 }
 
-/// Brings the tags of one light up to date.
-fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighting, bench: &mut Workbench) {
-    let pose = &stage.pose.lights[light];
+/// Brings the tags of one point of a light up to date.
+fn ask_light(
+    stage: &Stage,
+    light: usize,
+    point: usize,
+    tile: &mut Tile,
+    lighting: &mut Lighting,
+    bench: &mut Workbench,
+) {
+    let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
     let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
     if checks.iter().all(|checks| checks.all_keep) {
         return;
@@ -180,7 +189,7 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
     lighting.queues.iter_mut().for_each(ShadowQueue::clear);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let tags = &mut tile.tags[light * CELLS + first..][..LANES];
+        let tags = tile.tags.eight(slot, point, first);
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
         let mut asked = [0; CHECKS.len()];
         for lane in 0..LANES {
@@ -193,13 +202,12 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
             continue;
         }
         let placed = bench.placed.get(stage, tile, first);
-        let tags = &mut tile.tags[light * CELLS + first..][..LANES];
-        let arrival = arrival(pose, placed.point);
+        let arrival = arrival(pose, point, &Aim::at(pose, tile.points(first)), placed.point);
         asked[0] &= may_meet_mover(stage, &placed, &arrival, asked[0]);
         let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
             lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::Averted)) << lane;
-            tags[lane] = Tag::Averted;
+            tile.tags.set(slot, point, first + lane, Tag::Averted);
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
             queue.push(placed.point, placed.facet, &arrival, asked & faces, first as u32);
@@ -208,13 +216,14 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
             }
         }
     }
-    let tags = &mut tile.tags[light * CELLS..][..CELLS];
+    let tags = &mut tile.tags;
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.count();
         queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
             let cell = cell as usize;
-            lighting.stale[cell / LANES] |= u8::from(tags[cell].changes_light_to(now)) << (cell % LANES);
-            tags[cell] = now;
+            let changes = tags.get(slot, point, cell).changes_light_to(now);
+            lighting.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
+            tags.set(slot, point, cell, now);
         });
     }
 }
@@ -251,18 +260,16 @@ fn may_meet_mover(stage: &Stage, placed: &Placed, arrival: &Arrival, asked: u8) 
 pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Lanes3 {
     let albedo = load_colors(&tile.albedo, first);
     let mut sum = stage.palette.emitted_and_ambient(&tile.material[first..first + LANES], albedo);
-    for (light, tags) in stage.pose.lights.iter().zip(tile.tags.chunks_exact(CELLS)) {
-        let lit = lit_mask(&tags[first..first + LANES]);
-        if lit.any() {
-            let diffuse = phong::diffuse(albedo, placed.normal, &arrival(light, placed.point));
-            sum = sum + lit.select3(diffuse, Lanes3::ZERO);
+    for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
+        let aim = Aim::at(light, tile.points(first));
+        for point in 0..light.shape.points() {
+            let lit = tile.tags.lit(*slot, point, first);
+            if lit.any() {
+                let arrival = arrival(light, point, &aim, placed.point);
+                let diffuse = phong::diffuse(albedo, placed.normal, &arrival);
+                sum = sum + lit.select3(diffuse, Lanes3::ZERO);
+            }
         }
     }
     sum
-}
-
-/// Which of eight tags let the light through.
-#[inline(always)]
-pub fn lit_mask(tags: &[Tag]) -> Mask {
-    Mask::of(|lane| tags[lane].is_lit())
 }

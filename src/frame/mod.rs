@@ -35,7 +35,7 @@ use std::time::Instant;
 
 use crate::film::Film;
 use crate::motion::Pose;
-use crate::samples::{CELLS, SampleStore};
+use crate::samples::{CELLS, SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::phong::Palette;
@@ -59,6 +59,8 @@ pub struct Renderer<'s> {
     settings: Settings,
     grid: Arc<Grid>,
     palette: Palette,
+    /// Of the store's tags.
+    layout: TagLayout,
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
@@ -108,6 +110,7 @@ impl<'s> Renderer<'s> {
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             palette: Palette::of(scene),
+            layout: TagLayout::of(scene.lights.iter().map(|light| light.kind.is_area())),
             kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
@@ -143,6 +146,7 @@ impl<'s> Renderer<'s> {
             palette: &self.palette,
             pose: &pose,
             displaced: &displaced,
+            slots: &self.layout.slots,
             view: &view,
             plan: &plan,
             movers: &movers,
@@ -162,7 +166,7 @@ impl<'s> Renderer<'s> {
 
         let spare = unused.or(unwanted).or(self.spare.take());
         let (mut store, source, spare) =
-            begin(last, spare, &stage, &self.grid, &mut self.contest, &mut self.lifted);
+            begin(last, spare, &stage, &self.layout, &mut self.contest, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
@@ -202,7 +206,7 @@ impl<'s> Renderer<'s> {
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
         if let Some((store, _)) = &mut self.last {
-            store.tiles.iter_mut().for_each(|tile| tile.tags.fill(crate::samples::Tag::Unknown));
+            store.tiles.iter_mut().for_each(|tile| tile.tags.forget_all());
         }
     }
 
@@ -253,15 +257,16 @@ fn begin<'c>(
     last: Option<Last>,
     spare: Option<SampleStore>,
     stage: &Stage,
-    grid: &Grid,
+    layout: &TagLayout,
     contest: &'c mut Contest,
     lifted: &'c mut Lifted,
 ) -> (SampleStore, Source<'c>, Option<SampleStore>) {
-    let empty = || SampleStore::empty(grid.tiles(), stage.pose.lights.len());
+    let grid = &stage.view.grid;
+    let empty = || SampleStore::empty(grid.tiles(), layout);
     match last {
         Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
             contest.open(grid.tiles() * CELLS);
-            stay::lift(&mut store, stage, lifted);
+            stay::lift(&mut store, stage, layout, lifted);
             stay::scatter(lifted, stage, contest);
             (store, Source::Stay(lifted, contest), spare)
         }

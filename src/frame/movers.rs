@@ -26,6 +26,17 @@ impl Bounds {
     /// Around nothing.
     pub const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
+    /// Around one point.
+    pub fn at(point: Vec3) -> Self {
+        Self { low: point, high: point }
+    }
+
+    /// Around a rectangle.
+    pub fn of_rectangle(center: Vec3, across: Vec3, up: Vec3) -> Self {
+        let reach = (across.abs() + up.abs()) * 0.5;
+        Self { low: center - reach, high: center + reach }
+    }
+
     /// Around all vertices of `mesh`, object space.
     pub fn of(mesh: &Mesh) -> Self {
         mesh.positions.as_slice().iter().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
@@ -130,10 +141,10 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// All segments from `source` to points in `targets`.
-    pub fn between(source: Vec3, targets: &Bounds) -> Self {
-        let slope = Bounds { low: targets.low - source, high: targets.high - source };
-        Self { start: Bounds { low: source, high: source }, slope, end: 1.0 }
+    /// All segments from points in `sources` to points in `targets`.
+    pub fn between(sources: &Bounds, targets: &Bounds) -> Self {
+        let slope = Bounds { low: targets.low - sources.low, high: targets.high - sources.high };
+        Self { start: *sources, slope, end: 1.0 }
     }
 
     /// All rays from points in `sources` along `direction`.
@@ -143,7 +154,7 @@ impl Sweep {
 
     /// All rays from `source` along directions in `directions`.
     pub fn fan(source: Vec3, directions: &Bounds) -> Self {
-        Self { start: Bounds { low: source, high: source }, slope: *directions, end: f32::INFINITY }
+        Self { start: Bounds::at(source), slope: *directions, end: f32::INFINITY }
     }
 
     /// Whether the growing box meets `other` at some t: on each axis its low side must be below the other's
@@ -214,7 +225,7 @@ mod tests {
                     movers.may_meet(source, target - source, 1.0)
                 })
             });
-            let by_sweep = movers.may_meet_sweep(&Sweep::between(source, &targets));
+            let by_sweep = movers.may_meet_sweep(&Sweep::between(&Bounds::at(source), &targets));
             assert!(by_sweep || !by_segment, "{source} {targets:?}");
             met += i32::from(by_segment);
             missed += i32::from(!by_sweep);

@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::view::View;
 use crate::lanes::{LANES, Lanes3, Mask};
 use crate::motion::{Pose, Transform};
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::shade::phong::Palette;
 use crate::stats::RayCounts;
@@ -28,6 +28,8 @@ pub struct Stage<'a> {
     pub displaced: &'a [bool],
     /// How it is seen.
     pub view: &'a View,
+    /// Where the tags for each light are.
+    pub slots: &'a [TagSlot],
     /// What changed.
     pub plan: &'a Plan,
     /// Where the models that moved are.

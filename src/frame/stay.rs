@@ -12,7 +12,7 @@ use super::contest::Contest;
 use super::reproject::{scatter_lanes, seen_from_behind};
 use super::stage::{Stage, set_bits};
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, SampleStore, Status, Tile};
+use crate::samples::{CELLS, EMPTY, SampleStore, Status, TagLayout, Tile};
 
 /// Samples that have been taken out of a store. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
@@ -40,7 +40,7 @@ impl Lifted {
 }
 
 /// Takes the samples of models that moved out of `store`; their cells are missed.
-pub fn lift(store: &mut SampleStore, stage: &Stage, lifted: &mut Lifted) {
+pub fn lift(store: &mut SampleStore, stage: &Stage, layout: &TagLayout, lifted: &mut Lifted) {
     let tiles_x = stage.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
     lifted.in_row = tiles_x * CELLS;
@@ -51,13 +51,12 @@ pub fn lift(store: &mut SampleStore, stage: &Stage, lifted: &mut Lifted) {
         lifted.rows.iter_mut().for_each(|row| row.len = 0);
         return;
     }
-    let lights = stage.pose.lights.len();
     store.tiles.par_chunks_mut(tiles_x).zip(&mut lifted.rows).for_each(|(tiles, row)| {
         row.len = 0;
         for tile in tiles {
             for first in (0..CELLS).step_by(LANES) {
                 for lane in set_bits(stage.moved_bits(&tile.model[first..first + LANES])) {
-                    row.take(tile, first + lane, lights);
+                    row.take(tile, first + lane, layout);
                 }
             }
         }
@@ -66,10 +65,10 @@ pub fn lift(store: &mut SampleStore, stage: &Stage, lifted: &mut Lifted) {
 }
 
 impl Row {
-    fn take(&mut self, tile: &mut Tile, cell: usize, lights: usize) {
+    fn take(&mut self, tile: &mut Tile, cell: usize, layout: &TagLayout) {
         let (at, place) = (self.len / CELLS, self.len % CELLS);
         if at == self.tiles.len() {
-            self.tiles.push(Tile::empty(lights));
+            self.tiles.push(Tile::empty(layout));
         }
         self.tiles[at].take_over(place, tile, cell);
         self.tiles[at].age[place] = tile.age[cell];

@@ -2,7 +2,7 @@
 
 use super::stage::{Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
-use crate::samples::{BACKGROUND, CELLS, Octahedral, Status, Tag, Tile, store_color};
+use crate::samples::{BACKGROUND, Octahedral, Status, Tile, store_color};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayPacket};
@@ -31,7 +31,7 @@ pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut W
             keep(stage, rays, hits, half * LANES, owners, tile);
         }
     }
-    forget_tags(tile, &bench.owners);
+    tile.tags.forget(&bench.owners);
 }
 
 /// Whether a cell with this status has been traced in this frame, or is to be.
@@ -53,14 +53,6 @@ fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
         }
         let wanted = u8::MAX >> (LANES - owners.len());
         bench.rays.push_lanes(eye, stage.view.directions(x, y), far, wanted);
-    }
-}
-
-fn forget_tags(tile: &mut Tile, cells: &[u32]) {
-    for tags in tile.tags.chunks_exact_mut(CELLS) {
-        for cell in cells {
-            tags[*cell as usize] = Tag::Unknown;
-        }
     }
 }
 

@@ -67,7 +67,7 @@ fn may_be_hidden(stage: &Stage, tile: &Tile) -> bool {
     let eye = stage.view.camera.eye;
     let [surfaces, sky] = [false, true].map(|background| Bounds::of_samples(stage, tile, background));
     let hides = |bounds: &Bounds, sweep: Sweep| !bounds.is_empty() && stage.movers.may_meet_sweep(&sweep);
-    hides(&surfaces, Sweep::between(eye, &surfaces)) || hides(&sky, Sweep::fan(eye, &sky))
+    hides(&surfaces, Sweep::between(&Bounds::at(eye), &surfaces)) || hides(&sky, Sweep::fan(eye, &sky))
 }
 
 /// Of eight cells, those whose sample was there in the frame before.

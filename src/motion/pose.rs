@@ -111,7 +111,7 @@ fn rotated(angles: DVec3) -> DMat3 {
 pub struct LightPose {
     /// What decides who is lit.
     pub shape: LightShape,
-    /// Irradiance of a directional light; intensity of the others. Linear RGB.
+    /// Irradiance of a directional light; intensity of the others (of a rectangle along its axis). Linear RGB.
     pub strength: Vec3,
 }
 
@@ -139,6 +139,32 @@ pub enum LightShape {
         /// Cosine of the half angle up to which it is full.
         cos_inner: f32,
     },
+    /// From a rectangle, to the side that its axis points to.
+    Rectangle {
+        /// World space.
+        center: Vec3,
+        /// Whole edge, level where it can be.
+        across: Vec3,
+        /// Whole edge, at a right angle to the other.
+        up: Vec3,
+        /// Unit length, at right angles to both.
+        axis: Vec3,
+    },
+}
+
+impl LightShape {
+    /// Points of an area light along each edge.
+    pub const GRID: usize = 4;
+
+    /// How many shadow rays each sample sends to it: to the points that stand for it.
+    pub fn points(&self) -> usize {
+        if self.is_area() { Self::GRID * Self::GRID } else { 1 }
+    }
+
+    /// Whether it is more than a point.
+    pub fn is_area(&self) -> bool {
+        matches!(self, Self::Rectangle { .. })
+    }
 }
 
 impl LightPose {
@@ -158,6 +184,16 @@ impl LightPose {
                     axis: (target - position).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
                     cos_outer: half.cos() as f32,
                     cos_inner: (half * (1.0 - soft)).cos() as f32,
+                }
+            }
+            LightKind::Rectangle { position, target, size: [width, height] } => {
+                let center = position.at(frame);
+                let axes = looking_at(target.at(frame) - center, 0.0);
+                LightShape::Rectangle {
+                    center: center.as_vec3(),
+                    across: (axes.x_axis * *width).as_vec3(),
+                    up: (axes.y_axis * *height).as_vec3(),
+                    axis: -axes.z_axis.as_vec3(),
                 }
             }
         };

@@ -4,7 +4,7 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{Octahedral, Status, Tag};
+use super::{Octahedral, Status, TagLayout, Tags};
 use crate::lanes::{LANES, Lanes, Lanes3};
 
 /// Cells along a tile's edge.
@@ -25,7 +25,7 @@ pub type Column<T> = [T; CELLS];
 /// Half floats of a colour, a column for each of R, G and B.
 pub type ColorColumns = [Column<f16>; 3];
 
-/// One sample, as its tile keeps it in columns: 46 bytes, and one for each light.
+/// One sample, as its tile keeps it in columns: 46 bytes, and its [tags](Tags): one for each light, or four.
 ///
 /// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
 /// sample that was kept is shaded from the same numbers as one that was just made.
@@ -68,8 +68,7 @@ pub struct Tile {
     pub age: Column<u16>,
     /// In this frame.
     pub status: Column<Status>,
-    /// A column for each light, one after the other.
-    pub tags: Vec<Tag>,
+    pub tags: Tags,
     /// Whether rays went on from a sample when the tile was shown last.
     pub goes_on: bool,
     /// Whether the tile showed the same twice: the film holds what it will show if nothing changes.
@@ -78,7 +77,7 @@ pub struct Tile {
 
 impl Tile {
     /// No sample in any cell.
-    pub fn empty(lights: usize) -> Self {
+    pub fn empty(layout: &TagLayout) -> Self {
         Self {
             x: [0.0; CELLS],
             y: [0.0; CELLS],
@@ -93,15 +92,15 @@ impl Tile {
             lit: [[f16::ZERO; CELLS]; 3],
             age: [0; CELLS],
             status: [Status::default(); CELLS],
-            tags: vec![Tag::default(); CELLS * lights],
+            tags: Tags::unknown(layout),
             goes_on: false,
             is_settled: false,
         }
     }
 
-    /// Bytes of a tile for `lights` lights.
-    pub fn bytes(lights: usize) -> usize {
-        size_of::<Self>() + CELLS * lights * size_of::<Tag>()
+    /// Bytes of a tile.
+    pub fn bytes(layout: &TagLayout) -> usize {
+        size_of::<Self>() + CELLS * layout.bytes()
     }
 
     /// The sample's place: see [`Sample::point`].
@@ -153,9 +152,7 @@ impl Tile {
             self.albedo[i][cell] = from.albedo[i][at];
             self.lit[i][cell] = from.lit[i][at];
         }
-        for (to, from) in self.tags.chunks_exact_mut(CELLS).zip(from.tags.chunks_exact(CELLS)) {
-            to[cell] = from[at];
-        }
+        self.tags.take_over(cell, &from.tags, at);
     }
 
     /// Leaves the cell without a sample.
@@ -172,18 +169,18 @@ impl Tile {
 pub struct SampleStore {
     /// In rows from the top left.
     pub tiles: Vec<Tile>,
-    lights: usize,
+    tile_bytes: usize,
 }
 
 impl SampleStore {
-    /// `tiles` tiles without a sample, for a scene of `lights` lights.
-    pub fn empty(tiles: usize, lights: usize) -> Self {
-        Self { tiles: vec![Tile::empty(lights); tiles], lights }
+    /// `tiles` tiles without a sample.
+    pub fn empty(tiles: usize, layout: &TagLayout) -> Self {
+        Self { tiles: vec![Tile::empty(layout); tiles], tile_bytes: Tile::bytes(layout) }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.tiles.len() * Tile::bytes(self.lights)
+        self.tiles.len() * self.tile_bytes
     }
 
     /// The tile and the cell in it of sample number `index`.
@@ -238,7 +235,9 @@ mod tests {
 
     #[test]
     fn a_sample_is_as_small_as_it_says() {
-        assert_eq!(Tile::bytes(1) / CELLS, 46 + 1);
+        let [point, area] = [false, true].map(|is_area| TagLayout::of(std::iter::once(is_area)));
+        assert_eq!(Tile::bytes(&point) / CELLS, 46 + 1);
+        assert_eq!(Tile::bytes(&area) / CELLS, 46 + 4);
     }
 
     #[test]

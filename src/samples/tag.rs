@@ -1,4 +1,10 @@
-//! Shadow tags: what a sample remembers of its last shadow ray to each light.
+//! Shadow tags: what a sample remembers of its last shadow rays to each light.
+
+use super::CELLS;
+use crate::lanes::{LANES, Mask};
+
+/// Points of an area light for which a sample keeps tags: the bits of a word.
+pub const AREA_POINTS: usize = u16::BITS as usize;
 
 /// Who stood between a sample and a light when it was last asked.
 ///
@@ -31,5 +37,233 @@ impl Tag {
     /// Whether light that was summed under this tag is wrong under `now`.
     pub fn changes_light_to(self, now: Tag) -> bool {
         self == Tag::Unknown || self.is_lit() != now.is_lit()
+    }
+}
+
+/// The tags of one sample for the points of an area light, two bits each.
+///
+/// A point that is averted is kept as shadowed by what is still: the rules are the same for both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AreaTag {
+    /// Bit by point: the light reaches the sample. With both bits set, nobody has asked yet.
+    lit: u16,
+    /// Bit by point: in the shadow of a model that moves in some frame of the shot.
+    by_movable: u16,
+}
+
+impl AreaTag {
+    /// No point has been asked for.
+    pub const UNKNOWN: Self = Self { lit: u16::MAX, by_movable: u16::MAX };
+
+    /// The tag of one point.
+    #[inline]
+    pub fn get(self, point: usize) -> Tag {
+        match (self.lit >> point & 1, self.by_movable >> point & 1) {
+            (1, 0) => Tag::Lit,
+            (0, 0) => Tag::ByStill,
+            (0, _) => Tag::ByMovable,
+            _ => Tag::Unknown,
+        }
+    }
+
+    /// Sets the tag of one point.
+    #[inline]
+    pub fn set(&mut self, point: usize, tag: Tag) {
+        let (lit, by_movable) = match tag {
+            Tag::Unknown => (1, 1),
+            Tag::Lit => (1, 0),
+            Tag::Averted | Tag::ByStill => (0, 0),
+            Tag::ByMovable => (0, 1),
+        };
+        self.lit = self.lit & !(1 << point) | lit << point;
+        self.by_movable = self.by_movable & !(1 << point) | by_movable << point;
+    }
+
+    /// Bit by point: the light is known to reach the sample.
+    #[inline]
+    fn lit(self) -> u16 {
+        self.lit & !self.by_movable
+    }
+}
+
+impl Default for AreaTag {
+    fn default() -> Self {
+        Self::UNKNOWN
+    }
+}
+
+/// Where the tags for a light are: which column, of those of its sort.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TagSlot {
+    /// One tag a sample.
+    Single(usize),
+    /// [`AREA_POINTS`] tags a sample.
+    Area(usize),
+}
+
+/// Where the tags for each light of a scene are.
+#[derive(Debug, Clone, Default)]
+pub struct TagLayout {
+    /// By light.
+    pub slots: Vec<TagSlot>,
+    single: usize,
+    area: usize,
+}
+
+impl TagLayout {
+    /// For lights that are area lights or not.
+    pub fn of(are_areas: impl Iterator<Item = bool>) -> Self {
+        let mut layout = Self::default();
+        for is_area in are_areas {
+            let (slot, count) = match is_area {
+                true => (TagSlot::Area(layout.area), &mut layout.area),
+                false => (TagSlot::Single(layout.single), &mut layout.single),
+            };
+            *count += 1;
+            layout.slots.push(slot);
+        }
+        layout
+    }
+
+    /// Bytes of a sample's tags.
+    pub fn bytes(&self) -> usize {
+        self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>()
+    }
+}
+
+/// The tags of a tile's samples for all lights: a column for each light, one after the other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tags {
+    single: Vec<Tag>,
+    area: Vec<AreaTag>,
+}
+
+impl Tags {
+    /// None is known.
+    pub fn unknown(layout: &TagLayout) -> Self {
+        Self {
+            single: vec![Tag::Unknown; layout.single * CELLS],
+            area: vec![AreaTag::UNKNOWN; layout.area * CELLS],
+        }
+    }
+
+    /// The tag of one cell for one point of a light; lights that are no areas have point 0 alone.
+    #[inline]
+    pub fn get(&self, slot: TagSlot, point: usize, cell: usize) -> Tag {
+        match slot {
+            TagSlot::Single(column) => self.single[column * CELLS + cell],
+            TagSlot::Area(column) => self.area[column * CELLS + cell].get(point),
+        }
+    }
+
+    /// The tags of eight cells, from `first` on.
+    #[inline]
+    pub fn eight(&self, slot: TagSlot, point: usize, first: usize) -> [Tag; LANES] {
+        let mut eight = [Tag::Unknown; LANES];
+        match slot {
+            TagSlot::Single(column) => eight.copy_from_slice(&self.single[column * CELLS + first..][..LANES]),
+            TagSlot::Area(column) => {
+                let tags = &self.area[column * CELLS + first..][..LANES];
+                eight.iter_mut().zip(tags).for_each(|(tag, area)| *tag = area.get(point));
+            }
+        }
+        eight
+    }
+
+    /// Sets the tag of one cell.
+    #[inline]
+    pub fn set(&mut self, slot: TagSlot, point: usize, cell: usize, tag: Tag) {
+        match slot {
+            TagSlot::Single(column) => self.single[column * CELLS + cell] = tag,
+            TagSlot::Area(column) => self.area[column * CELLS + cell].set(point, tag),
+        }
+    }
+
+    /// Which of eight cells the light reaches.
+    #[inline(always)]
+    pub fn lit(&self, slot: TagSlot, point: usize, first: usize) -> Mask {
+        match slot {
+            TagSlot::Single(column) => {
+                let tags = &self.single[column * CELLS + first..][..LANES];
+                Mask::of(|lane| tags[lane].is_lit())
+            }
+            TagSlot::Area(column) => {
+                let tags = &self.area[column * CELLS + first..][..LANES];
+                Mask::of(|lane| tags[lane].lit() >> point & 1 != 0)
+            }
+        }
+    }
+
+    /// Whether the tags of one cell for a light may turn out otherwise even if nothing comes between that was
+    /// not there: they are not known, or name a model that may have gone.
+    #[inline]
+    pub fn is_doubtful(&self, slot: TagSlot, cell: usize) -> bool {
+        match slot {
+            TagSlot::Single(column) => {
+                matches!(self.single[column * CELLS + cell], Tag::Unknown | Tag::ByMovable)
+            }
+            TagSlot::Area(column) => self.area[column * CELLS + cell].by_movable != 0,
+        }
+    }
+
+    /// Copies the tags of cell `at` of `from` to `cell`.
+    #[inline]
+    pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
+        for (to, from) in self.single.chunks_exact_mut(CELLS).zip(from.single.chunks_exact(CELLS)) {
+            to[cell] = from[at];
+        }
+        for (to, from) in self.area.chunks_exact_mut(CELLS).zip(from.area.chunks_exact(CELLS)) {
+            to[cell] = from[at];
+        }
+    }
+
+    /// Forgets what is known of some cells.
+    pub fn forget(&mut self, cells: &[u32]) {
+        for column in self.single.chunks_exact_mut(CELLS) {
+            cells.iter().for_each(|cell| column[*cell as usize] = Tag::Unknown);
+        }
+        for column in self.area.chunks_exact_mut(CELLS) {
+            cells.iter().for_each(|cell| column[*cell as usize] = AreaTag::UNKNOWN);
+        }
+    }
+
+    /// Forgets everything.
+    pub fn forget_all(&mut self) {
+        self.single.fill(Tag::Unknown);
+        self.area.fill(AreaTag::UNKNOWN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_area_tag_keeps_each_point_by_itself() {
+        let mut tag = AreaTag::UNKNOWN;
+        let all = [Tag::Lit, Tag::ByStill, Tag::ByMovable, Tag::Unknown];
+        for point in 0..AREA_POINTS {
+            assert_eq!(tag.get(point), Tag::Unknown);
+            tag.set(point, all[point % 4]);
+        }
+        (0..AREA_POINTS).for_each(|point| assert_eq!(tag.get(point), all[point % 4], "{point}"));
+        assert_eq!(tag.lit(), 0x1111);
+        tag.set(0, Tag::Averted);
+        assert_eq!((tag.get(0), tag.get(4)), (Tag::ByStill, Tag::Lit));
+    }
+
+    #[test]
+    fn lights_of_both_sorts_have_columns_of_their_own() {
+        let layout = TagLayout::of([false, true, false, true].into_iter());
+        assert_eq!(layout.bytes(), 2 + 2 * 4);
+        let mut tags = Tags::unknown(&layout);
+        for (light, slot) in layout.slots.iter().enumerate() {
+            tags.set(*slot, light, 9, if light == 2 { Tag::ByStill } else { Tag::Lit });
+        }
+        let lit: Vec<u8> =
+            layout.slots.iter().enumerate().map(|(light, slot)| tags.lit(*slot, light, 8).bits()).collect();
+        assert_eq!(lit, [2, 2, 0, 2]);
+        tags.forget(&[9]);
+        assert_eq!(tags, Tags::unknown(&layout));
     }
 }

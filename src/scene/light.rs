@@ -14,7 +14,7 @@ pub struct Light {
     /// Linear RGB, unitless.
     pub color: Track<Vec3>,
     /// Irradiance for a directional light; intensity, which falls with the square of the distance,
-    /// for point and spot lights.
+    /// for the others; a rectangle's falls with the cosine to its axis, too.
     pub power: Track<f64>,
 }
 
@@ -42,4 +42,20 @@ pub enum LightKind {
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
         soft: f64,
     },
+    /// A rectangle that shines to one side, with soft shadows. It is not seen itself.
+    Rectangle {
+        /// Its centre; world space.
+        position: Track<DVec3>,
+        /// The point that it faces; world space.
+        target: Track<DVec3>,
+        /// Width (level, where it does not face straight up or down) and height.
+        size: [f64; 2],
+    },
+}
+
+impl LightKind {
+    /// Whether it is more than a point, so that shadows are soft.
+    pub fn is_area(&self) -> bool {
+        matches!(self, Self::Rectangle { .. })
+    }
 }

@@ -118,6 +118,7 @@ pub(crate) struct LightTable {
     pub target: Option<Three>,
     pub cone: Option<At<f64>>,
     pub soft: Option<At<f64>>,
+    pub size: Option<At<[f64; 2]>>,
     pub color: Option<Three>,
     pub power: Option<At<f64>>,
     #[serde(default)]
@@ -132,6 +133,7 @@ pub(crate) enum LightType {
     Directional,
     Point,
     Spot,
+    Rectangle,
 }
 
 #[derive(Debug, Deserialize)]

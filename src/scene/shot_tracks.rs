@@ -173,8 +173,13 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
                 text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
             })?,
         },
+        LightType::Rectangle => LightKind::Rectangle {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            size: or(&light.size, "size", [1.0; 2], |key, value| edges(text, key, value))?,
+        },
     };
-    if let LightKind::Spot { position, target, .. } = &kind {
+    if let LightKind::Spot { position, target, .. } | LightKind::Rectangle { position, target, .. } = &kind {
         let mut frames = keys.iter().map(|(frame, _)| *frame).chain([0.0]);
         if frames.any(|frame| position.at(frame) == target.at(frame)) {
             return Err(
@@ -190,12 +195,20 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     })
 }
 
+/// Width and height of a light.
+fn edges(text: TomlText<'_>, key: &str, value: &At<[f64; 2]>) -> Result<[f64; 2], SceneError> {
+    let edges = *value.get_ref();
+    let fits = edges.iter().all(|edge| (1e-9..=1e9).contains(edge));
+    fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
+}
+
 /// A key that the light's type has no use for is a mistake about the type.
 fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
     let (kind, allowed): (_, &[&str]) = match light.kind {
         LightType::Directional => ("directional", &["direction"]),
         LightType::Point => ("point", &["position"]),
         LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
+        LightType::Rectangle => ("rectangle", &["position", "target", "size"]),
     };
     let span = |value: &Option<Three>| value.as_ref().map(At::span);
     let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
@@ -205,6 +218,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("target", span(&light.target)),
         ("cone", number(&light.cone)),
         ("soft", number(&light.soft)),
+        ("size", light.size.as_ref().map(At::span)),
     ];
     for key in light.key.iter().map(At::get_ref) {
         let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];

@@ -1,8 +1,9 @@
-//! How much light comes from where.
+//! How much light comes from where. An area light is sixteen points, jittered in a grid: each sample has a
+//! pattern of its own, so that shadows have a grain rather than steps.
 
 use glam::Vec3;
 
-use crate::lanes::{Lanes, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::{LightPose, pose::LightShape};
 
 /// Light as it arrives at eight points.
@@ -18,12 +19,59 @@ pub struct Arrival {
     pub irradiance: Lanes3,
 }
 
-/// What `light` sends to `points` when nothing is in its way.
-///
-/// Point lights fall with the square of the distance; a spot fades from its inner to its outer cone by
-/// the smoothstep of the cosine.
+/// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
+/// on its model alone. So it stays the same as long as the sample lives.
+#[derive(Debug, Clone, Copy)]
+pub struct Aim([u32; LANES]);
+
+impl Aim {
+    /// The patterns of samples at `places`, in whatever space they are kept in. Of no use for `light` unless
+    /// it is an area.
+    #[inline(always)]
+    pub fn at(light: &LightPose, places: Lanes3) -> Self {
+        let mut seeds = [0; LANES];
+        if light.shape.is_area() {
+            for (lane, seed) in seeds.iter_mut().enumerate() {
+                let [x, y, z] = [places.x, places.y, places.z].map(|along| along.0[lane].to_bits());
+                *seed = scrambled(scrambled(scrambled(x) ^ y) ^ z);
+            }
+        }
+        Self(seeds)
+    }
+
+    /// A place in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
+    #[inline(always)]
+    fn aside(&self, point: usize) -> [Lanes; 2] {
+        let mut aside = [Lanes::ZERO; 2];
+        for lane in 0..LANES {
+            let bits = scrambled(self.0[lane].wrapping_add((point as u32).wrapping_mul(0x9e37_79b9)));
+            aside[0].0[lane] = (bits >> 16) as i32 as f32;
+            aside[1].0[lane] = (bits & 0xffff) as i32 as f32;
+        }
+        let step = 1.0 / LightShape::GRID as f32;
+        let corner = [point % LightShape::GRID, point / LightShape::GRID].map(|at| at as f32 * step - 0.5);
+        let place = |within: Lanes, corner: f32| within * Lanes::splat(step / 65536.0) + Lanes::splat(corner);
+        [place(aside[0], corner[0]), place(aside[1], corner[1])]
+    }
+}
+
+/// An integer hash in which each bit of the input changes each bit of the result about as often as not
+/// (Wellons' "lowbias32").
 #[inline(always)]
-pub fn arrival(light: &LightPose, points: Lanes3) -> Arrival {
+fn scrambled(bits: u32) -> u32 {
+    let bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
+    let bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
+    bits ^ bits >> 16
+}
+
+/// What point number `point` of `light` sends to `points` when nothing is in its way. Lights that are no areas
+/// have point 0 alone.
+///
+/// Light falls with the square of the distance; a spot fades from its inner to its outer cone by the
+/// smoothstep of the cosine, and a rectangle shines with the cosine to its axis (Lambert's law). Each of its
+/// points stands for one field of a grid and sends its share of the light.
+#[inline(always)]
+pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Lanes3) -> Arrival {
     match light.shape {
         LightShape::Directional { to_light } => {
             let to_light = Lanes3::splat(to_light);
@@ -37,12 +85,25 @@ pub fn arrival(light: &LightPose, points: Lanes3) -> Arrival {
             arrival.irradiance = arrival.irradiance * fade(cos, cos_outer, cos_inner);
             arrival
         }
+        LightShape::Rectangle { center, across, up, axis } => {
+            let [along, above] = aim.aside(point);
+            let source = Lanes3::splat(center) + Lanes3::splat(across) * along + Lanes3::splat(up) * above;
+            let mut arrival = from_place(light.strength / light.shape.points() as f32, source, points);
+            let cos = (-arrival.direction.dot(Lanes3::splat(axis))).max(Lanes::ZERO);
+            arrival.irradiance = arrival.irradiance * cos;
+            arrival
+        }
     }
 }
 
 #[inline(always)]
 fn from_position(intensity: Vec3, position: Vec3, points: Lanes3) -> Arrival {
-    let to_light = Lanes3::splat(position) - points;
+    from_place(intensity, Lanes3::splat(position), points)
+}
+
+#[inline(always)]
+fn from_place(intensity: Vec3, places: Lanes3, points: Lanes3) -> Arrival {
+    let to_light = places - points;
     // a sample in the light itself gets a lot, not infinity
     let squared = to_light.dot(to_light).max(Lanes::splat(f32::MIN_POSITIVE.sqrt()));
     Arrival {
@@ -70,7 +131,7 @@ mod tests {
     fn a_point_light_falls_with_the_square() {
         let shape = LightShape::Point { position: Vec3::new(0.0, 2.0, 0.0) };
         let light = LightPose { shape, strength: Vec3::splat(8.0) };
-        let arrival = arrival(&light, Lanes3::ZERO);
+        let arrival = arrival(&light, 0, &Aim::at(&light, Lanes3::ZERO), Lanes3::ZERO);
         assert_eq!(arrival.irradiance.lane(0), Vec3::splat(2.0));
         assert_eq!(arrival.to_light.lane(1) * arrival.far, Vec3::new(0.0, 2.0, 0.0));
         assert!((arrival.direction.lane(2) - Vec3::Y).length() < 1e-6);
@@ -80,10 +141,54 @@ mod tests {
     fn a_spot_is_full_inside_and_dark_outside() {
         let shape = LightShape::Spot { position: Vec3::Y, axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
         let light = LightPose { shape, strength: Vec3::ONE };
-        let at = |point: Vec3| arrival(&light, Lanes3::splat(point)).irradiance.lane(0);
+        let at = |point: Vec3| {
+            let points = Lanes3::splat(point);
+            arrival(&light, 0, &Aim::at(&light, points), points).irradiance.lane(0)
+        };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
         assert_eq!(fade(Lanes::splat(0.7), 0.5, 0.9).0[0], 0.5);
         assert_eq!(fade(Lanes::splat(0.7), 0.7, 0.7).0[0], 0.0, "a cone without a soft rim");
+    }
+
+    fn panel(center: Vec3, size: f32) -> LightPose {
+        let (across, up, axis) = (Vec3::X * size, Vec3::Z * size, Vec3::NEG_Y);
+        LightPose { shape: LightShape::Rectangle { center, across, up, axis }, strength: Vec3::splat(8.0) }
+    }
+
+    #[test]
+    fn a_small_rectangle_is_a_point_that_shines_with_the_cosine() {
+        let light = panel(Vec3::new(0.0, 2.0, 0.0), 1e-3);
+        let at = |point: Vec3| {
+            let points = Lanes3::splat(point);
+            let aim = Aim::at(&light, points);
+            let each = (0..light.shape.points()).map(|number| arrival(&light, number, &aim, points));
+            each.map(|arrival| arrival.irradiance.lane(0).x).sum::<f32>()
+        };
+        assert!((at(Vec3::ZERO) - 2.0).abs() < 1e-3);
+        // at 45 degrees: twice the square of the distance, and the cosine
+        assert!((at(Vec3::new(2.0, 0.0, 0.0)) - 0.5_f32.sqrt()).abs() < 1e-3);
+        assert_eq!(at(Vec3::new(0.0, 3.0, 0.0)), 0.0, "behind it there is no light");
+    }
+
+    #[test]
+    fn the_points_fill_the_rectangle_and_are_the_samples_own() {
+        let light = panel(Vec3::new(0.0, 2.0, 0.0), 4.0);
+        let mut places = Lanes3::ZERO;
+        (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
+        let aim = Aim::at(&light, places);
+        for number in 0..16 {
+            let arrival = arrival(&light, number, &aim, places);
+            let source = places + arrival.to_light;
+            // fields are 1 wide
+            let low = Vec3::new((number % 4) as f32 - 2.0, 2.0, (number / 4) as f32 - 2.0);
+            let within = |lane: usize| source.lane(lane) - low;
+            for lane in 0..LANES {
+                let at = within(lane);
+                assert!((-1e-5..=1.0).contains(&at.x) && (-1e-5..=1.0).contains(&at.z), "{number} {at}");
+                assert_eq!(at.y, 0.0);
+            }
+            assert!(within(0) != within(1), "each sample has a pattern of its own");
+        }
     }
 }
