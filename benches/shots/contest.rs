@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::bare::Bare;
 
-/// Ways to make a frame. Another backend is another variant, a line in each function here, and its columns.
+/// Ways to make a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contestant {
     /// Bare Embree: the limit.
@@ -20,11 +20,13 @@ pub enum Contestant {
     Full,
     /// Every frame inferred from the one before.
     Reprojected,
+    /// Every frame traced from nothing by the pure-Rust tracer.
+    Rust,
 }
 
 impl Contestant {
     /// In the order of the columns.
-    pub const ALL: [Self; 3] = [Self::Raw, Self::Full, Self::Reprojected];
+    pub const ALL: [Self; 4] = [Self::Raw, Self::Full, Self::Reprojected, Self::Rust];
 
     /// At the head of its columns, and its key in the JSON.
     pub fn name(self) -> &'static str {
@@ -32,6 +34,7 @@ impl Contestant {
             Self::Raw => "raw",
             Self::Full => "full",
             Self::Reprojected => "reproj",
+            Self::Rust => "rust",
         }
     }
 }
@@ -52,7 +55,10 @@ pub struct Arena<'s> {
     pub scene: &'s Scene,
     pub settings: &'s Settings,
     pub bare: &'s mut Bare,
+    /// With Embree.
     pub renderer: Renderer<'s>,
+    /// With the pure-Rust tracer.
+    pub rust: Renderer<'s>,
 }
 
 /// What was measured of one shot.
@@ -90,6 +96,7 @@ impl Arena<'_> {
             Contestant::Raw => frames.skip(1).map(|frame| self.trace(frame)).collect(),
             Contestant::Full => render_all(&mut self.renderer, frames, false),
             Contestant::Reprojected => render_all(&mut self.renderer, frames, true),
+            Contestant::Rust => render_all(&mut self.rust, frames, false),
         }
     }
 

@@ -3,8 +3,10 @@
 //! One shot serves all kinds, each in frames of its own, so that a scene is read once and built as rarely
 //! as can be. What moves in the frames of one kind rests in those of the others.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
+use std::str::FromStr;
 
+use afterimage::scene::Light;
 use clap::ValueEnum;
 use glam::{DQuat, DVec3};
 
@@ -44,8 +46,49 @@ const CUT: f64 = 2.4;
 /// Vertical field of view, degrees.
 const FOV: f64 = 40.0;
 
-/// Lights that a shot file has; a measurement takes as many of them as it wants.
+/// Point lights that a shot file has; a measurement takes as many of them as it wants. After them comes one
+/// panel, in the place of the first: the soft light.
 pub const MOST_LIGHTS: usize = 32;
+
+/// Which lights a measurement takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lights {
+    /// So many point lights, with hard shadows.
+    Points(usize),
+    /// The panel.
+    Soft,
+}
+
+impl Lights {
+    /// Those of `all`, the lights of a shot file.
+    pub fn of(self, all: &[Light]) -> &[Light] {
+        match self {
+            Self::Points(count) => &all[..count],
+            Self::Soft => &all[MOST_LIGHTS..],
+        }
+    }
+}
+
+impl fmt::Display for Lights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Points(count) => write!(f, "{count}"),
+            Self::Soft => f.write_str("soft"),
+        }
+    }
+}
+
+impl FromStr for Lights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("soft", _) => Ok(Self::Soft),
+            (_, Ok(count @ 1..=MOST_LIGHTS)) => Ok(Self::Points(count)),
+            _ => Err(format!("write `soft`, or a number from 1 to {MOST_LIGHTS}")),
+        }
+    }
+}
 
 struct Camera {
     eye: DVec3,
@@ -111,8 +154,9 @@ pub fn shot_file(place: &Place, object: &str, frames: u32) -> String {
     camera_keys(&mut text, place, frames);
     models(&mut text, place, object, frames);
     for light in 0..MOST_LIGHTS {
-        light_keys(&mut text, place, light, frames);
+        light_keys(&mut text, place, light, frames, None);
     }
+    light_keys(&mut text, place, 0, frames, Some(place.panel));
     text
 }
 
@@ -158,9 +202,16 @@ fn models(text: &mut String, place: &Place, object: &str, frames: u32) {
     }
 }
 
-fn light_keys(text: &mut String, place: &Place, light: usize, frames: u32) {
+/// A point light, or, with a width and a height, a panel that faces the camera's target.
+fn light_keys(text: &mut String, place: &Place, light: usize, frames: u32, panel: Option<[f64; 2]>) {
     let place_of_light = place.light + place.light_spread * on_spiral(light);
-    writeln!(text, "[[light]]\ntype = \"point\"\npower = {:?}", place.power).expect(TAKES_ALL);
+    let shape = match panel {
+        None => String::from("type = \"point\""),
+        Some(size) => {
+            format!("type = \"rectangle\"\nsize = {size:?}\ntarget = {}", list(place.panel_target))
+        }
+    };
+    writeln!(text, "[[light]]\n{shape}\npower = {:?}", place.power).expect(TAKES_ALL);
     writeln!(text, "position = {}", list(place_of_light)).expect(TAKES_ALL);
     let mut steps = 0.0;
     for (_, frame, step) in all_frames(frames).filter(|(kind, ..)| kind.moves_light(light)) {

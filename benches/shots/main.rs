@@ -1,4 +1,5 @@
-//! `cargo bench --bench shots`: what tracing, full frames and reprojected frames cost, by kind of shot.
+//! `cargo bench --bench shots`: what bare tracing, full frames by both tracers, and reprojected frames cost, by
+//! kind of shot.
 //!
 //! All that is compared is measured in one run, side by side, because machines are noisy: ratios between
 //! numbers of two runs mean little. docs/performance.md has the tables.
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 
-use kinds::Kind;
+use kinds::{Kind, Lights};
 use places::SceneName;
 
 /// Measures shots: bare Embree, full frames and reprojected frames, side by side
@@ -37,9 +38,14 @@ pub struct Arguments {
     #[arg(long, value_enum, value_delimiter = ',')]
     kinds: Vec<Kind>,
 
-    /// Numbers of lights, up to 32 [default: 1, and others for some kinds]
-    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=32))]
-    lights: Vec<u8>,
+    /// Numbers of point lights, up to 32; `soft` is one panel, with 16 shadow rays a sample [default: 1, and
+    /// others for some kinds]
+    #[arg(long, value_delimiter = ',')]
+    lights: Vec<Lights>,
+
+    /// How many mirrors and panes of glass a ray may meet [default: 0: only rays that the limit has, too]
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(0..=64))]
+    depth: Vec<u32>,
 
     /// Samples along a pixel's edge [default: 1, and 2 for some kinds]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16))]

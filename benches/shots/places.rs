@@ -33,6 +33,10 @@ pub struct Place {
     /// The first light is here; the others are within `light_spread` of it.
     pub light: DVec3,
     pub light_spread: DVec3,
+    /// Width and height of the soft light.
+    pub panel: [f64; 2],
+    /// What it faces.
+    pub panel_target: DVec3,
     /// Intensity of each light.
     pub power: f64,
     /// Whether a cut turns the camera where it stands; otherwise it goes around the target.
@@ -85,6 +89,8 @@ fn city() -> Place {
         target: DVec3::new(4.0, 48.0, 0.0),
         dolly: [DVec3::new(-8.0, 53.0, 151.0), DVec3::new(1.5, 47.5, 0.0)],
         light: DVec3::new(-70.0, 150.0, 90.0),
+        panel: [40.0, 40.0],
+        panel_target: DVec3::new(4.0, 20.0, 0.0),
         light_spread: DVec3::new(90.0, 40.0, 90.0),
         power: 2e4,
         cut_turns: false,
@@ -99,6 +105,8 @@ fn kitchen(obj: PathBuf) -> Place {
         target: DVec3::new(0.335, 1.72, 2.056),
         dolly: [DVec3::new(0.95, 1.75, 3.3), DVec3::new(0.0, 1.6, 1.5)],
         light: DVec3::new(0.3, 2.3, 1.2),
+        panel: [1.0, 0.6],
+        panel_target: DVec3::new(0.3, 0.0, 1.2),
         light_spread: DVec3::new(1.2, 0.2, 1.5),
         power: 2.5,
         cut_turns: true,
@@ -114,6 +122,8 @@ fn warehouse(obj: PathBuf) -> Place {
         target: DVec3::new(1000.0, 100.0, 380.0),
         dolly: [DVec3::new(20.0, 150.0, 400.0), DVec3::new(1000.0, 80.0, 300.0)],
         light: DVec3::new(900.0, 700.0, 500.0),
+        panel: [300.0, 200.0],
+        panel_target: DVec3::new(900.0, 0.0, 400.0),
         light_spread: DVec3::new(900.0, 150.0, 400.0),
         power: 4e5,
         cut_turns: false,
@@ -129,6 +139,8 @@ pub fn rippled_sphere(obj: PathBuf) -> Place {
         target: DVec3::ZERO,
         dolly: [DVec3::new(0.1, 0.6, 1.8), DVec3::ZERO],
         light: DVec3::new(2.0, 3.0, 2.5),
+        panel: [1.5, 1.5],
+        panel_target: DVec3::ZERO,
         light_spread: DVec3::new(2.0, 1.5, 1.5),
         power: 14.0,
         cut_turns: false,

@@ -7,11 +7,12 @@ use afterimage::frame::Renderer;
 use afterimage::motion::TransformTrack;
 use afterimage::scene::{self, Scene};
 use afterimage::settings::Settings;
+use afterimage::trace::BackendKind;
 use clap::ValueEnum;
 
 use super::bare::Bare;
 use super::contest::Arena;
-use super::kinds::{Kind, MOST_LIGHTS, shot_file};
+use super::kinds::{Kind, Lights, MOST_LIGHTS, shot_file};
 use super::places::{Place, SceneName, generated};
 use super::table::{Circumstances, Row, header, write_json};
 use super::{Arguments, folder};
@@ -19,11 +20,31 @@ use super::{Arguments, folder};
 /// Triangles of what moves alone.
 const OBJECT_TRIANGLES: u64 = 5_000;
 
-/// Lights, and samples along a pixel's edge.
-type Setup = (usize, u32);
+/// What a shot is measured with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    pub lights: Lights,
+    /// Along a pixel's edge.
+    pub samples: u32,
+    /// Mirrors and panes that a ray may meet.
+    pub depth: u32,
+}
+
+impl Setup {
+    const fn of(lights: Lights, samples: u32, depth: u32) -> Self {
+        Self { lights, samples, depth }
+    }
+}
 
 /// Measured unless the command line says otherwise: every kind with the first of these...
-const SETUPS: [Setup; 4] = [(1, 1), (8, 1), (MOST_LIGHTS, 1), (1, 2)];
+const SETUPS: [Setup; 6] = [
+    Setup::of(Lights::Points(1), 1, 0),
+    Setup::of(Lights::Points(8), 1, 0),
+    Setup::of(Lights::Points(MOST_LIGHTS), 1, 0),
+    Setup::of(Lights::Soft, 1, 0),
+    Setup::of(Lights::Points(1), 2, 0),
+    Setup::of(Lights::Points(1), 2, 4),
+];
 
 /// ... and these kinds with the others: one that reprojection serves best, and one that it serves badly.
 const KINDS_OF_ALL_SETUPS: [Kind; 2] = [Kind::Object, Kind::Dolly];
@@ -62,15 +83,17 @@ fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> R
         }
         let mut bare = Bare::new(&scene)?;
         for (setup, kinds) in setups.iter().filter(|(_, kinds)| !kinds.is_empty()) {
-            scene.lights = lights[..setup.0].to_vec();
-            let settings = Settings { samples: setup.1, ..settings.clone() };
-            let renderer = Renderer::new(&scene, &settings)?;
-            let mut arena = Arena { scene: &scene, settings: &settings, bare: &mut bare, renderer };
+            scene.lights = setup.lights.of(&lights).to_vec();
+            let settings = Settings { samples: setup.samples, depth: setup.depth, ..settings.clone() };
+            let [renderer, rust] =
+                [BackendKind::Embree, BackendKind::Rust].map(|kind| Renderer::with(kind, &scene, &settings));
+            let (renderer, rust) = (renderer?, rust?);
+            let mut arena = Arena { scene: &scene, settings: &settings, bare: &mut bare, renderer, rust };
             for kind in kinds {
                 let first = kind.first_frame();
                 let frames = first..first + arguments.frames() as i32;
                 let outcome = arena.measure(frames, arguments.rounds())?;
-                let row = Row::new(place.name, kind.name(), setup.0, setup.1, &outcome);
+                let row = Row::new(place.name, kind.name(), *setup, &outcome);
                 println!("{}", row.text());
                 rows.push(row);
             }
@@ -81,7 +104,8 @@ fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> R
 
 /// Which kinds are measured with which setup; those that move all models apart, as they need another build.
 fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
-    let by_default = arguments.lights.is_empty() && arguments.samples.is_empty();
+    let by_default =
+        arguments.lights.is_empty() && arguments.samples.is_empty() && arguments.depth.is_empty();
     let kinds = if arguments.kinds.is_empty() { Kind::value_variants() } else { &arguments.kinds };
     let chosen = |setup: Setup| {
         let wanted = |kind: &&Kind| {
@@ -94,10 +118,14 @@ fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
         let count = if arguments.quick { 2 } else { SETUPS.len() };
         return SETUPS.into_iter().take(count).map(chosen).collect();
     }
-    let lights = if arguments.lights.is_empty() { &[1] } else { arguments.lights.as_slice() };
+    let lights = if arguments.lights.is_empty() { &[Lights::Points(1)] } else { arguments.lights.as_slice() };
     let samples = if arguments.samples.is_empty() { &[1] } else { arguments.samples.as_slice() };
-    let all = lights.iter().flat_map(|lights| samples.iter().map(|n| (usize::from(*lights), *n)));
-    all.map(chosen).collect()
+    let depths = if arguments.depth.is_empty() { &[0] } else { arguments.depth.as_slice() };
+    let of = |lights: Lights| {
+        let each = samples.iter().flat_map(|samples| depths.iter().map(move |depth| (samples, depth)));
+        each.map(move |(samples, depth)| Setup::of(lights, *samples, *depth))
+    };
+    lights.iter().flat_map(|lights| of(*lights)).map(chosen).collect()
 }
 
 /// The scene with all lights, and settings for one sample a pixel.

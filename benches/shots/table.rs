@@ -7,35 +7,43 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::contest::{Contestant, Cost, Outcome};
+use super::suite::Setup;
 
 /// One shot.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
     pub scene: &'static str,
     pub shot: String,
-    pub lights: usize,
+    /// How many, or `soft`.
+    pub lights: String,
     /// Of a pixel.
     pub samples: u32,
+    /// Mirrors and panes that a ray may meet.
+    pub depth: u32,
     /// By the contestant's name.
     pub costs: BTreeMap<&'static str, Cost>,
     pub full_over_raw: f64,
+    /// How many times as long the pure-Rust tracer takes.
+    pub rust_over_full: f64,
     /// How many times as fast a reprojected frame is.
     pub full_over_reprojected: f64,
     pub bytes_per_sample: f64,
 }
 
 impl Row {
-    /// `samples`: along a pixel's edge.
-    pub fn new(scene: &'static str, shot: String, lights: usize, samples: u32, outcome: &Outcome) -> Self {
+    /// `outcome` of one kind of shot.
+    pub fn new(scene: &'static str, shot: String, setup: Setup, outcome: &Outcome) -> Self {
         let of = |contestant: Contestant| outcome.costs[contestant as usize];
         let full = of(Contestant::Full).seconds;
         Self {
             scene,
             shot,
-            lights,
-            samples: samples * samples,
+            lights: setup.lights.to_string(),
+            samples: setup.samples * setup.samples,
+            depth: setup.depth,
             costs: Contestant::ALL.into_iter().map(|who| (who.name(), of(who))).collect(),
             full_over_raw: full / of(Contestant::Raw).seconds,
+            rust_over_full: of(Contestant::Rust).seconds / full,
             full_over_reprojected: full / of(Contestant::Reprojected).seconds,
             bytes_per_sample: outcome.bytes_per_sample,
         }
@@ -48,12 +56,14 @@ impl Row {
         let rays: String = costs.iter().map(|cost| format!(" {:8.2} |", cost.rays / 1e6)).collect();
         let kept = 100.0 * self.costs[Contestant::Reprojected.name()].kept;
         format!(
-            "| {:<9} | {:<6} | {:>6} | {:>7} |{seconds} {:8.2} | {:11.2} |{rays} {kept:4.0} | {:8.1} |",
+            "| {:<9} | {:<6} | {:>6} | {:>7} | {:>5} |{seconds} {:8.2} | {:9.2} | {:11.2} |{rays} {kept:4.0} | {:8.1} |",
             self.scene,
             self.shot,
             self.lights,
             self.samples,
+            self.depth,
             self.full_over_raw,
+            self.rust_over_full,
             self.full_over_reprojected,
             self.bytes_per_sample,
         )
@@ -67,7 +77,7 @@ pub fn header() -> String {
     let rays: String = names.iter().map(|name| format!(" {:>8} |", format!("{name} M"))).collect();
     let rule = |line: &str| -> String { line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect() };
     let line = format!(
-        "| scene     | shot   | lights | samples |{seconds} full/raw | full/reproj |{rays} kept | B/sample |"
+        "| scene     | shot   | lights | samples | depth |{seconds} full/raw | rust/full | full/reproj |{rays} kept | B/sample |"
     );
     format!("{line}\n{}", rule(&line))
 }
