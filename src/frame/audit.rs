@@ -17,9 +17,10 @@
 use glam::{DVec2, Vec3};
 
 use super::grid::place;
-use super::light::{ShadowQueue, sum_light};
+use super::light::sum_light;
 use super::placed::Placed;
 use super::plan::ShadowCheck;
+use super::shadow::ShadowQueue;
 use super::stage::{Stage, set_bits, surface_bits};
 use super::verify::SEGMENT_END;
 use crate::lanes::{LANES, Lanes, Lanes3};

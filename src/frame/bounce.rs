@@ -4,14 +4,14 @@
 use glam::Vec3;
 
 use super::enhance::Radiance;
-use super::light::ShadowQueue;
 use super::plan::ShadowCheck;
+use super::shadow::{ShadowQueue, facing};
 use super::stage::{CellRays, Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::LightPose;
-use crate::shade::light::{Aim, arrival};
+use crate::shade::light::{Aim, arrival, arrivals};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::surface::{Corners, albedo, uv_at};
+use crate::shade::surface::{Corners, albedo, off_surfaces, uv_at};
 use crate::shade::{Surface, phong};
 use crate::stats::RayCounts;
 use crate::trace::{self, Coherence, HitPacket, NO_HIT};
@@ -59,8 +59,8 @@ pub struct Bounces {
     /// The same, side by side.
     eights: Vec<MetLanes>,
     queue: ShadowQueue,
-    /// Of `met`, a bit each: whether the light at hand reaches it.
-    is_lit: Vec<u8>,
+    /// Of `met`: which points of the light at hand reach it, a bit each.
+    lit: Vec<u16>,
 }
 
 impl Bounces {
@@ -190,40 +190,69 @@ fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
         met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
     }
     for light in &stage.pose.lights {
-        for point in 0..light.shape.points() {
-            shine(stage, light, point, bounces, bench);
-        }
+        ask_light(stage, light, bounces, bench);
+        shine(stage, light, bounces);
     }
 }
 
-/// Adds the light of one point of `light` to what was met.
-fn shine(stage: &Stage, light: &LightPose, point: usize, bounces: &mut Bounces, bench: &mut Workbench) {
-    let Bounces { met, eights, queue, is_lit, .. } = bounces;
-    let arrival = |eight: &MetLanes| arrival(light, point, &Aim::at(light, eight.point), eight.point);
+/// Finds out whether `light`, or which of its points, reach what was met.
+fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mut Workbench) {
+    let Bounces { met, eights, queue, lit, .. } = bounces;
     queue.clear();
-    for (number, (met, eight)) in met.chunks(LANES).zip(eights.iter()).enumerate() {
-        let arrival = arrival(eight);
-        let asked = phong::faces(eight.normal, eight.facet, &arrival).bits() & eight.used;
-        queue.push(eight.point, eight.facet, &arrival, asked, (number * LANES) as u32);
-        for lane in set_bits(asked) {
-            bench.cell_rays.shadow[met[lane].bounce.cell as usize] += 1;
+    lit.clear();
+    lit.resize(met.len(), 0);
+    let mut count = |number: usize, rays: u32| {
+        bench.cell_rays.shadow[met[number].bounce.cell as usize] += rays as u16;
+    };
+    for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
+        let aim = Aim::at(light, eight.point);
+        if !light.shape.is_area() {
+            let arrival = arrival(light, 0, &aim, eight.point);
+            let asked = phong::faces(eight.normal, eight.facet, &arrival).bits() & eight.used;
+            queue.push(eight.point, eight.facet, &arrival, asked, first as u32);
+            set_bits(asked).for_each(|lane| count(first + lane, 1));
+            continue;
+        }
+        let origins = off_surfaces(eight.point, eight.facet);
+        for lane in set_bits(eight.used) {
+            let arrivals = arrivals(light, &aim, lane, eight.point.lane(lane));
+            let asked = facing(eight.normal.lane(lane), eight.facet.lane(lane), &arrivals);
+            queue.push_sixteen(origins.lane(lane), &arrivals, asked, (first + lane) as u32);
+            count(first + lane, asked.count_ones());
         }
     }
     bench.counts.shadow += queue.count();
-    is_lit.clear();
-    is_lit.resize(eights.len(), 0);
-    queue.answer(ShadowCheck::StillThenMovable, Coherence::Bounced, stage.tracer, |owner, tag| {
-        is_lit[owner as usize / LANES] |= u8::from(tag.is_lit()) << (owner as usize % LANES);
-    });
-    let lit_eights = met.chunks_mut(LANES).zip(eights.iter()).zip(is_lit.iter());
-    for ((met, eight), lit) in lit_eights.filter(|(_, lit)| **lit != 0) {
-        let arrival = arrival(eight);
-        let gloss = stage.palette.gloss(&eight.materials);
-        let mut sum = phong::diffuse(eight.albedo, eight.normal, &arrival);
-        if gloss.is_any {
-            sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
+    let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Bounced);
+    if light.shape.is_area() {
+        // sixteen rays from one point: as good a bundle as any
+        queue.answer_sixteen(check, Coherence::Coherent, stage.tracer, |owner, shadows| {
+            lit[owner as usize] = shadows.asked & !shadows.blocked;
+        });
+    } else {
+        queue.answer(check, coherence, stage.tracer, |owner, tag| {
+            lit[owner as usize] = u16::from(tag.is_lit());
+        });
+    }
+}
+
+/// Adds the light of those points of `light` that reach what was met.
+fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
+    let eights = bounces.met.chunks_mut(LANES).zip(&bounces.eights).zip(bounces.lit.chunks(LANES));
+    for ((met, eight), lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
+        let (gloss, aim) = (stage.palette.gloss(&eight.materials), Aim::at(light, eight.point));
+        for point in 0..light.shape.points() {
+            let reached =
+                lit.iter().enumerate().fold(0, |bits, (lane, lit)| bits | ((lit >> point & 1) as u8) << lane);
+            if reached == 0 {
+                continue;
+            }
+            let arrival = arrival(light, point, &aim, eight.point);
+            let mut sum = phong::diffuse(eight.albedo, eight.normal, &arrival);
+            if gloss.is_any {
+                sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
+            }
+            set_bits(reached).for_each(|lane| met[lane].light += sum.lane(lane));
         }
-        set_bits(*lit).for_each(|lane| met[lane].light += sum.lane(lane));
     }
 }
 

@@ -3,92 +3,16 @@
 
 use super::movers::{Bounds, Sweep};
 use super::placed::Placed;
-use super::plan::{LightChange, ShadowCheck};
-use super::stage::{Stage, Workbench, bit, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use super::plan::LightChange;
+use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing, may_meet_mover};
+use super::stage::{Stage, Workbench, count_bits, set_bits, surface_bits};
+use crate::lanes::{LANES, Lanes3};
 use crate::motion::pose::LightShape;
-use crate::samples::{CELLS, Status, Tag, Tile, load_colors, store_colors};
-use crate::shade::light::{Aim, Arrival, arrival};
+use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
+use crate::shade::light::{Aim, arrival, arrivals};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
-use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
-
-/// Shadow rays of one light that are to be tested in the same order.
-#[derive(Debug, Default)]
-pub struct ShadowQueue {
-    rays: RayBatch,
-    owners: Vec<u32>,
-    blocked: Vec<u16>,
-    by_first: Vec<u16>,
-}
-
-impl ShadowQueue {
-    /// No rays.
-    pub fn clear(&mut self) {
-        self.rays.clear();
-        self.owners.clear();
-    }
-
-    /// How many rays.
-    pub fn count(&self) -> u64 {
-        self.rays.len() as u64
-    }
-
-    /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
-    /// numbers count up from `owner`.
-    #[inline(always)]
-    pub fn push(&mut self, point: Lanes3, facet: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
-        if wanted == 0 {
-            return;
-        }
-        let far = Lanes::splat(arrival.far);
-        self.rays.push_lanes(off_surfaces(point, facet), arrival.to_light, far, wanted);
-        self.owners.extend(set_bits(wanted).map(|lane| owner + lane as u32));
-    }
-
-    /// Traces the rays and says to each owner who shadows it, if anyone.
-    pub fn answer(
-        &mut self,
-        check: ShadowCheck,
-        coherence: Coherence,
-        tracer: &dyn Tracer,
-        mut say: impl FnMut(u32, Tag),
-    ) {
-        let [first, second] = match check {
-            ShadowCheck::Keep => return,
-            ShadowCheck::Moved => [Some((Blockers::Moved, Tag::ByMovable)), None],
-            ShadowCheck::StillThenMovable => [BY_STILL, BY_MOVABLE],
-            ShadowCheck::MovableThenStill => [BY_MOVABLE, BY_STILL],
-        };
-        self.blocked.clear();
-        self.blocked.resize(self.rays.packet_count(), 0);
-        let ask = |stage: Option<(Blockers, Tag)>, blocked: &mut [u16]| {
-            let (by, tag) = stage?;
-            tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
-            Some(tag)
-        };
-        let first = ask(first, &mut self.blocked);
-        self.by_first.clone_from(&self.blocked);
-        let second = ask(second, &mut self.blocked);
-        for (ray, owner) in self.owners.iter().enumerate() {
-            let tag = if bit(&self.by_first, ray) {
-                first
-            } else if bit(&self.blocked, ray) {
-                second
-            } else {
-                None
-            };
-            say(*owner, tag.unwrap_or(Tag::Lit));
-        }
-    }
-}
-
-const BY_STILL: Option<(Blockers, Tag)> = Some((Blockers::Still, Tag::ByStill));
-const BY_MOVABLE: Option<(Blockers, Tag)> = Some((Blockers::Movable, Tag::ByMovable));
-
-/// The orders in which shadow rays are tested.
-const CHECKS: [ShadowCheck; 3] =
-    [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
+use crate::trace::Coherence;
 
 /// A worker's memory for this phase.
 #[derive(Debug)]
@@ -117,8 +41,9 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let surfaces = if may_hold { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
     for light in 0..stage.pose.lights.len() {
         if !all_tags_hold(stage, light, tile, &surfaces) {
-            let points = 0..stage.pose.lights[light].shape.points();
-            points.for_each(|point| ask_light(stage, light, point, tile, &mut lighting, bench));
+            let is_area = stage.pose.lights[light].shape.is_area();
+            let ask = if is_area { ask_area_light } else { ask_light };
+            ask(stage, light, tile, &mut lighting, bench);
         }
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
@@ -172,15 +97,8 @@ fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     bits & surface_bits(models)
 }
 
-/// Brings the tags of one point of a light up to date.
-fn ask_light(
-    stage: &Stage,
-    light: usize,
-    point: usize,
-    tile: &mut Tile,
-    lighting: &mut Lighting,
-    bench: &mut Workbench,
-) {
+/// Brings the tags of a light that is no area up to date.
+fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighting, bench: &mut Workbench) {
     let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
     let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
     if checks.iter().all(|checks| checks.all_keep) {
@@ -189,7 +107,7 @@ fn ask_light(
     lighting.queues.iter_mut().for_each(ShadowQueue::clear);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let tags = tile.tags.eight(slot, point, first);
+        let tags = &tile.tags.single(slot)[first..first + LANES];
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
         let mut asked = [0; CHECKS.len()];
         for lane in 0..LANES {
@@ -202,57 +120,102 @@ fn ask_light(
             continue;
         }
         let placed = bench.placed.get(stage, tile, first);
-        let arrival = arrival(pose, point, &Aim::at(pose, tile.points(first)), placed.point);
-        asked[0] &= may_meet_mover(stage, &placed, &arrival, asked[0]);
+        let arrival = arrival(pose, 0, &Aim::NONE, placed.point);
+        asked[0] &= may_meet_mover(stage, placed.point, &arrival, asked[0]);
         let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
+        let tags = &mut tile.tags.single_mut(slot)[first..first + LANES];
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
             lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::Averted)) << lane;
-            tile.tags.set(slot, point, first + lane, Tag::Averted);
+            tags[lane] = Tag::Averted;
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
             queue.push(placed.point, placed.facet, &arrival, asked & faces, first as u32);
-            for lane in set_bits(asked & faces) {
-                bench.cell_rays.shadow[first + lane] += 1;
-            }
+            count_bits(asked & faces, &mut bench.cell_rays.shadow[first..first + LANES]);
         }
     }
-    let tags = &mut tile.tags;
+    let tags = tile.tags.single_mut(slot);
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.count();
         queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
             let cell = cell as usize;
-            let changes = tags.get(slot, point, cell).changes_light_to(now);
+            let changes = tags[cell].changes_light_to(now);
             lighting.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
-            tags.set(slot, point, cell, now);
+            tags[cell] = now;
         });
     }
 }
 
-/// For one light, what is to be asked about samples with each tag.
-struct Checks {
-    /// Index into [`CHECKS`] by tag; `None` where the tag holds.
-    queue_of: [Option<u8>; Tag::ALL.len()],
-    all_keep: bool,
-}
-
-impl Checks {
-    /// `moved`: the sample's model did.
-    fn of(stage: &Stage, light: usize, moved: bool) -> Self {
-        let queue_of = Tag::ALL.map(|tag| {
-            let check = stage.plan.shadow_check(light, moved, tag);
-            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
-        });
-        Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
+/// Brings the tags of an area light up to date. Each sample's rays to it make one packet: they start in one
+/// point and cost no more than those of neighbours to one point of the light.
+fn ask_area_light(
+    stage: &Stage,
+    light: usize,
+    tile: &mut Tile,
+    lighting: &mut Lighting,
+    bench: &mut Workbench,
+) {
+    let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
+    let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
+    if checks.iter().all(|checks| checks.all_keep) {
+        return;
     }
+    lighting.queues.iter_mut().for_each(ShadowQueue::clear);
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let moved = stage.moved_bits(models);
+        let asked_of =
+            |lane: usize| checks[usize::from(moved >> lane & 1)].asked(tile.tags.area(slot)[first + lane]);
+        let mut asked = [[0; CHECKS.len()]; LANES];
+        set_bits(surface_bits(models)).for_each(|lane| asked[lane] = asked_of(lane));
+        if asked == [[0; CHECKS.len()]; LANES] {
+            continue;
+        }
+        let placed = bench.placed.get(stage, tile, first);
+        let aim = Aim::at(pose, tile.points(first));
+        let origins = off_surfaces(placed.point, placed.facet);
+        for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
+            let cell = first + lane;
+            let point = placed.point.lane(lane);
+            let arrivals = arrivals(pose, &aim, lane, point);
+            let faces = facing(placed.normal.lane(lane), placed.facet.lane(lane), &arrivals);
+            if asked[0] != 0 {
+                let ([low, high], point) = (asked[0].to_le_bytes(), Lanes3::splat(point));
+                let meets = |half: usize, asked| may_meet_mover(stage, point, &arrivals[half], asked);
+                asked[0] = u16::from_le_bytes([meets(0, low), meets(1, high)]);
+            }
+            let all_asked = asked.into_iter().fold(0, |all, asked| all | asked);
+            lighting.learn(
+                tile,
+                slot,
+                cell,
+                Shadows { asked: all_asked & !faces, blocked: u16::MAX, by_movable: 0 },
+            );
+            for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
+                queue.push_sixteen(origins.lane(lane), &arrivals, asked & faces, cell as u32);
+            }
+            bench.cell_rays.shadow[cell] += (all_asked & faces).count_ones() as u16;
+        }
+    }
+    let mut queues = std::mem::take(&mut lighting.queues);
+    for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
+        bench.counts.shadow += queue.count();
+        queue.answer_sixteen(check, Coherence::Coherent, stage.tracer, |cell, shadows| {
+            lighting.learn(tile, slot, cell as usize, shadows);
+        });
+    }
+    lighting.queues = queues;
 }
 
-/// Of the eight surfaces that are `asked` for, those whose way to the light may lead through a mover.
-#[inline]
-fn may_meet_mover(stage: &Stage, placed: &Placed, arrival: &Arrival, asked: u8) -> u8 {
-    let meets = |lane: usize| {
-        stage.movers.may_meet(placed.point.lane(lane), arrival.to_light.lane(lane), arrival.far)
-    };
-    set_bits(asked).filter(|lane| meets(*lane)).fold(0, |bits, lane| bits | 1 << lane)
+impl Lighting {
+    /// Brings the tags of one cell for an area light up to date, and notes whether its light changes.
+    #[inline]
+    fn learn(&mut self, tile: &mut Tile, slot: TagSlot, cell: usize, shadows: Shadows) {
+        let tags = &mut tile.tags.area_mut(slot)[cell];
+        let before = *tags;
+        tags.learn(shadows.asked, !shadows.blocked, shadows.by_movable);
+        let changes = before.changes_light_to(*tags);
+        self.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
+    }
 }
 
 /// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.

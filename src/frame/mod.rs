@@ -23,6 +23,7 @@ mod movers;
 mod placed;
 pub mod plan;
 mod reproject;
+mod shadow;
 mod stage;
 mod stay;
 mod tiles;

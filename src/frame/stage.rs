@@ -110,6 +110,14 @@ pub fn set_bits(bits: u8) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
 }
 
+/// Adds 1 to those of eight counts whose bit is set.
+#[inline(always)]
+pub fn count_bits(bits: u8, counts: &mut [u16]) {
+    for (lane, count) in counts[..LANES].iter_mut().enumerate() {
+        *count += u16::from(bits >> lane & 1);
+    }
+}
+
 /// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]

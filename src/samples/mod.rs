@@ -17,7 +17,7 @@ pub use store::{
     BACKGROUND, CELLS, ColorColumns, Column, EMPTY, Sample, SampleStore, TILE, Tile, load_color, load_colors,
     store_color, store_colors,
 };
-pub use tag::{AREA_POINTS, Tag, TagLayout, TagSlot, Tags};
+pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
 
 /// What became of a cell's sample in this frame. `Empty` and `Outside` are states on the way and beyond
 /// the picture's rim; the others are the contract's.

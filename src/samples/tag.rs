@@ -81,8 +81,34 @@ impl AreaTag {
 
     /// Bit by point: the light is known to reach the sample.
     #[inline]
-    fn lit(self) -> u16 {
+    pub fn lit(self) -> u16 {
         self.lit & !self.by_movable
+    }
+
+    /// Bit by point: those with this tag. No point counts as averted.
+    #[inline]
+    pub fn points(self, tag: Tag) -> u16 {
+        match tag {
+            Tag::Unknown => self.lit & self.by_movable,
+            Tag::Lit => self.lit & !self.by_movable,
+            Tag::Averted => 0,
+            Tag::ByStill => !self.lit & !self.by_movable,
+            Tag::ByMovable => !self.lit & self.by_movable,
+        }
+    }
+
+    /// Says of the points in `asked` which are `lit` and which are in the shadow `by_movable`; of the rest
+    /// nothing.
+    #[inline]
+    pub fn learn(&mut self, asked: u16, lit: u16, by_movable: u16) {
+        self.lit = self.lit & !asked | lit & asked;
+        self.by_movable = self.by_movable & !asked | by_movable & asked;
+    }
+
+    /// Whether light that was summed under these tags is wrong under `now`.
+    #[inline]
+    pub fn changes_light_to(self, now: Self) -> bool {
+        self.points(Tag::Unknown) != 0 || self.lit() != now.lit()
     }
 }
 
@@ -156,18 +182,22 @@ impl Tags {
         }
     }
 
-    /// The tags of eight cells, from `first` on.
+    /// The tags of a tile for a light that is no area, a cell each; none for a light of another sort.
     #[inline]
-    pub fn eight(&self, slot: TagSlot, point: usize, first: usize) -> [Tag; LANES] {
-        let mut eight = [Tag::Unknown; LANES];
+    pub fn single(&self, slot: TagSlot) -> &[Tag] {
         match slot {
-            TagSlot::Single(column) => eight.copy_from_slice(&self.single[column * CELLS + first..][..LANES]),
-            TagSlot::Area(column) => {
-                let tags = &self.area[column * CELLS + first..][..LANES];
-                eight.iter_mut().zip(tags).for_each(|(tag, area)| *tag = area.get(point));
-            }
+            TagSlot::Single(column) => &self.single[column * CELLS..][..CELLS],
+            TagSlot::Area(_) => &[],
         }
-        eight
+    }
+
+    /// The same, to be brought up to date.
+    #[inline]
+    pub fn single_mut(&mut self, slot: TagSlot) -> &mut [Tag] {
+        match slot {
+            TagSlot::Single(column) => &mut self.single[column * CELLS..][..CELLS],
+            TagSlot::Area(_) => &mut [],
+        }
     }
 
     /// Sets the tag of one cell.
@@ -191,6 +221,24 @@ impl Tags {
                 let tags = &self.area[column * CELLS + first..][..LANES];
                 Mask::of(|lane| tags[lane].lit() >> point & 1 != 0)
             }
+        }
+    }
+
+    /// The tags of a tile for an area light, a cell each; none for a light of another sort.
+    #[inline]
+    pub fn area(&self, slot: TagSlot) -> &[AreaTag] {
+        match slot {
+            TagSlot::Single(_) => &[],
+            TagSlot::Area(column) => &self.area[column * CELLS..][..CELLS],
+        }
+    }
+
+    /// The same, to be brought up to date.
+    #[inline]
+    pub fn area_mut(&mut self, slot: TagSlot) -> &mut [AreaTag] {
+        match slot {
+            TagSlot::Single(_) => &mut [],
+            TagSlot::Area(column) => &mut self.area[column * CELLS..][..CELLS],
         }
     }
 

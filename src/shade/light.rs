@@ -25,6 +25,9 @@ pub struct Arrival {
 pub struct Aim([u32; LANES]);
 
 impl Aim {
+    /// For lights that are no areas.
+    pub const NONE: Self = Self([0; LANES]);
+
     /// The patterns of samples at `places`, in whatever space they are kept in. Of no use for `light` unless
     /// it is an area.
     #[inline(always)]
@@ -39,20 +42,37 @@ impl Aim {
         Self(seeds)
     }
 
-    /// A place in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
+    /// Places in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
     fn aside(&self, point: usize) -> [Lanes; 2] {
-        let mut aside = [Lanes::ZERO; 2];
-        for lane in 0..LANES {
-            let bits = scrambled(self.0[lane].wrapping_add((point as u32).wrapping_mul(0x9e37_79b9)));
-            aside[0].0[lane] = (bits >> 16) as i32 as f32;
-            aside[1].0[lane] = (bits & 0xffff) as i32 as f32;
-        }
-        let step = 1.0 / LightShape::GRID as f32;
-        let corner = [point % LightShape::GRID, point / LightShape::GRID].map(|at| at as f32 * step - 0.5);
-        let place = |within: Lanes, corner: f32| within * Lanes::splat(step / 65536.0) + Lanes::splat(corner);
-        [place(aside[0], corner[0]), place(aside[1], corner[1])]
+        places(&self.0, &[point as u32; LANES])
     }
+
+    /// The same for one of the samples in eight fields, from number `first` on.
+    #[inline(always)]
+    fn asides(&self, sample: usize, first: usize) -> [Lanes; 2] {
+        let mut points = [first as u32; LANES];
+        points.iter_mut().zip(0..).for_each(|(point, lane)| *point += lane);
+        places(&[self.0[sample]; LANES], &points)
+    }
+}
+
+/// Jittered places in fields of the grid.
+#[inline(always)]
+fn places(seeds: &[u32; LANES], points: &[u32; LANES]) -> [Lanes; 2] {
+    const GRID: u32 = LightShape::GRID as u32;
+    let step = 1.0 / GRID as f32;
+    let mut places = [Lanes::ZERO; 2];
+    for lane in 0..LANES {
+        let point = points[lane];
+        let bits = scrambled(seeds[lane].wrapping_add(point.wrapping_mul(0x9e37_79b9)));
+        let place = |field: u32, within: u32| {
+            within as i32 as f32 * (step / 65536.0) + (field as i32 as f32 * step - 0.5)
+        };
+        places[0].0[lane] = place(point % GRID, bits >> 16);
+        places[1].0[lane] = place(point / GRID, bits & 0xffff);
+    }
+    places
 }
 
 /// An integer hash in which each bit of the input changes each bit of the result about as often as not
@@ -85,15 +105,27 @@ pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Lanes3) -> Ar
             arrival.irradiance = arrival.irradiance * fade(cos, cos_outer, cos_inner);
             arrival
         }
-        LightShape::Rectangle { center, across, up, axis } => {
-            let [along, above] = aim.aside(point);
-            let source = Lanes3::splat(center) + Lanes3::splat(across) * along + Lanes3::splat(up) * above;
-            let mut arrival = from_place(light.strength / light.shape.points() as f32, source, points);
-            let cos = (-arrival.direction.dot(Lanes3::splat(axis))).max(Lanes::ZERO);
-            arrival.irradiance = arrival.irradiance * cos;
-            arrival
-        }
+        LightShape::Rectangle { .. } => from_rectangle(light, aim.aside(point), points),
     }
+}
+
+/// What all points of an area light send to one of eight samples: [`arrival`], with points for lanes.
+#[inline(always)]
+pub fn arrivals(light: &LightPose, aim: &Aim, sample: usize, point: Vec3) -> [Arrival; 2] {
+    [0, LANES].map(|first| from_rectangle(light, aim.asides(sample, first), Lanes3::splat(point)))
+}
+
+/// From places in a rectangle, as shares of its edges. Another shape sends nothing.
+#[inline(always)]
+fn from_rectangle(light: &LightPose, [along, above]: [Lanes; 2], points: Lanes3) -> Arrival {
+    let LightShape::Rectangle { center, across, up, axis } = light.shape else {
+        return from_place(Vec3::ZERO, Lanes3::ZERO, points);
+    };
+    let source = Lanes3::splat(center) + Lanes3::splat(across) * along + Lanes3::splat(up) * above;
+    let mut arrival = from_place(light.strength / light.shape.points() as f32, source, points);
+    let cos = (-arrival.direction.dot(Lanes3::splat(axis))).max(Lanes::ZERO);
+    arrival.irradiance = arrival.irradiance * cos;
+    arrival
 }
 
 #[inline(always)]
@@ -189,6 +221,11 @@ mod tests {
                 assert_eq!(at.y, 0.0);
             }
             assert!(within(0) != within(1), "each sample has a pattern of its own");
+            for sample in 0..LANES {
+                let alone = arrivals(&light, &aim, sample, places.lane(sample))[number / LANES];
+                assert_eq!(alone.to_light.lane(number % LANES), arrival.to_light.lane(sample));
+                assert_eq!(alone.irradiance.lane(number % LANES), arrival.irradiance.lane(sample));
+            }
         }
     }
 }

@@ -55,21 +55,55 @@ impl RayPacket {
 
 /// Any number of rays, packed in the order in which they were pushed: rays that were pushed together
 /// are traced together. Keeps its memory when cleared.
+///
+/// A batch is filled either ray by ray or [packet by packet](Self::push_packet).
 #[derive(Debug, Default)]
 pub struct RayBatch {
     packets: Vec<RayPacket>,
     len: usize,
+    /// The lanes in use of packets that were pushed whole.
+    whole: Vec<u16>,
 }
 
 impl RayBatch {
     /// No rays, and the memory of those before.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.whole.clear();
+    }
+
+    /// How many rays; of packets that were pushed whole, lanes that are not in use count, too.
+    pub fn len(&self) -> usize {
+        self.len
     }
 
     /// How many rays.
-    pub fn len(&self) -> usize {
-        self.len
+    pub fn count(&self) -> u64 {
+        match self.whole.as_slice() {
+            [] => self.len as u64,
+            whole => whole.iter().map(|lanes| u64::from(lanes.count_ones())).sum(),
+        }
+    }
+
+    /// Adds a packet of its own: the rays from one point along sixteen directions, t in `0..=far`, of which those
+    /// are in use whose bit is set in `lanes`. They end in no sample.
+    #[inline(always)]
+    pub fn push_packet(&mut self, origin: Vec3, directions: [Lanes3; 2], far: f32, lanes: u16) {
+        debug_assert_eq!(self.len, self.whole.len() * LANES, "a batch is filled in one way");
+        let at = self.whole.len();
+        if at == self.packets.len() {
+            self.packets.push(RayPacket::EMPTY);
+        }
+        let packet = &mut self.packets[at];
+        packet.origin = origin.to_array().map(|along| [along; LANES]);
+        for (half, directions) in directions.into_iter().enumerate() {
+            let [x, y, z] = &mut packet.direction;
+            directions.store([x, y, z], half * HALF);
+        }
+        packet.near = [0.0; LANES];
+        packet.far = [far; LANES];
+        self.whole.push(lanes);
+        self.len += LANES;
     }
 
     /// Whether there are none.
@@ -178,6 +212,9 @@ impl RayBatch {
     }
 
     fn lanes_in_use(&self, packet: usize) -> u16 {
+        if let Some(lanes) = self.whole.get(packet) {
+            return *lanes;
+        }
         match self.len - packet * LANES {
             LANES.. => u16::MAX,
             rest => (1 << rest) - 1,
@@ -263,6 +300,11 @@ mod tests {
         assert_eq!(lanes, [u16::MAX, u16::MAX, 0b111]);
         rays.clear();
         assert_eq!(rays.packets().count(), 0);
+        rays.push_packet(Vec3::ONE, [Lanes3::splat(Vec3::X); 2], 1.0, 0b101);
+        rays.push_packet(Vec3::ONE, [Lanes3::splat(Vec3::Y); 2], 1.0, 1 << 15);
+        assert_eq!(rays.packets().map(|(_, lanes)| lanes).collect::<Vec<_>>(), [0b101, 1 << 15]);
+        assert_eq!((rays.packet_count(), rays.count()), (2, 3));
+        rays.clear();
         for _ in 0..16 {
             rays.push(Vec3::ZERO, Vec3::X, 0.0, 1.0);
         }

@@ -1,0 +1,183 @@
+//! Shadow rays: queued in the order in which they are to be tested, traced together, and answered by who is in
+//! their way.
+
+use glam::Vec3;
+
+use super::plan::ShadowCheck;
+use super::stage::{Stage, bit, set_bits};
+use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::samples::{AreaTag, Tag};
+use crate::shade::light::Arrival;
+use crate::shade::phong;
+use crate::shade::surface::off_surfaces;
+use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
+
+/// The orders in which shadow rays are tested.
+pub const CHECKS: [ShadowCheck; 3] =
+    [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
+
+/// Shadow rays that are to be tested in the same order: either one by one, or sixteen from each surface.
+#[derive(Debug, Default)]
+pub struct ShadowQueue {
+    rays: RayBatch,
+    /// Of each ray, or of each packet of sixteen.
+    owners: Vec<u32>,
+    blocked: Vec<u16>,
+    by_first: Vec<u16>,
+}
+
+/// Who is in the way of sixteen rays from one surface, a bit each.
+#[derive(Debug, Clone, Copy)]
+pub struct Shadows {
+    /// The rays that were asked for.
+    pub asked: u16,
+    /// Those that somebody blocks.
+    pub blocked: u16,
+    /// Those that a movable model blocks.
+    pub by_movable: u16,
+}
+
+impl ShadowQueue {
+    /// No rays.
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.owners.clear();
+    }
+
+    /// How many rays.
+    pub fn count(&self) -> u64 {
+        self.rays.count()
+    }
+
+    /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
+    /// numbers count up from `owner`.
+    #[inline(always)]
+    pub fn push(&mut self, point: Lanes3, facet: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
+        if wanted == 0 {
+            return;
+        }
+        let far = Lanes::splat(arrival.far);
+        self.rays.push_lanes(off_surfaces(point, facet), arrival.to_light, far, wanted);
+        if wanted == u8::MAX {
+            self.owners.extend(owner..owner + LANES as u32);
+        } else {
+            self.owners.extend(set_bits(wanted).map(|lane| owner + lane as u32));
+        }
+    }
+
+    /// Adds the rays from `origin`, off its surface, to those points of an area light whose bit is set.
+    #[inline(always)]
+    pub fn push_sixteen(&mut self, origin: Vec3, arrivals: &[Arrival; 2], wanted: u16, owner: u32) {
+        if wanted != 0 {
+            let ways = [arrivals[0].to_light, arrivals[1].to_light];
+            self.rays.push_packet(origin, ways, arrivals[0].far, wanted);
+            self.owners.push(owner);
+        }
+    }
+
+    /// Traces the rays and says to the owner of each who shadows it, if anyone.
+    pub fn answer(
+        &mut self,
+        check: ShadowCheck,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(u32, Tag),
+    ) {
+        let [first, second] = self.trace(check, coherence, tracer);
+        for (ray, owner) in self.owners.iter().enumerate() {
+            let tag = if bit(&self.by_first, ray) {
+                first
+            } else if bit(&self.blocked, ray) {
+                second
+            } else {
+                Tag::Lit
+            };
+            say(*owner, tag);
+        }
+    }
+
+    /// The same for sixteen rays from each owner.
+    pub fn answer_sixteen(
+        &mut self,
+        check: ShadowCheck,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(u32, Shadows),
+    ) {
+        let [first, second] = self.trace(check, coherence, tracer).map(|tag| match tag {
+            Tag::ByMovable => u16::MAX,
+            _ => 0,
+        });
+        let words = self.blocked.iter().zip(&self.by_first).zip(self.rays.packets());
+        for (owner, ((blocked, by_first), (_, asked))) in self.owners.iter().zip(words) {
+            let by_movable = by_first & first | blocked & !by_first & second;
+            say(*owner, Shadows { asked, blocked: *blocked, by_movable });
+        }
+    }
+
+    /// Traces the rays; gives the tags of what the first and the second test found.
+    fn trace(&mut self, check: ShadowCheck, coherence: Coherence, tracer: &dyn Tracer) -> [Tag; 2] {
+        let [first, second] = match check {
+            ShadowCheck::Keep => [None, None],
+            ShadowCheck::Moved => [Some(Blockers::Moved), None],
+            ShadowCheck::StillThenMovable => [Some(Blockers::Still), Some(Blockers::Movable)],
+            ShadowCheck::MovableThenStill => [Some(Blockers::Movable), Some(Blockers::Still)],
+        };
+        self.blocked.clear();
+        self.blocked.resize(self.rays.packet_count(), 0);
+        let ask = |by: Option<Blockers>, blocked: &mut [u16]| {
+            let Some(by) = by else { return Tag::Lit };
+            tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
+            if by == Blockers::Still { Tag::ByStill } else { Tag::ByMovable }
+        };
+        let first = ask(first, &mut self.blocked);
+        self.by_first.clone_from(&self.blocked);
+        [first, ask(second, &mut self.blocked)]
+    }
+}
+
+/// For one light, what is to be asked about samples with each tag.
+pub struct Checks {
+    /// Index into [`CHECKS`] by tag; `None` where the tag holds.
+    pub queue_of: [Option<u8>; Tag::ALL.len()],
+    /// All tags hold.
+    pub all_keep: bool,
+}
+
+impl Checks {
+    /// `moved`: the sample's model did.
+    pub fn of(stage: &Stage, light: usize, moved: bool) -> Self {
+        let queue_of = Tag::ALL.map(|tag| {
+            let check = stage.plan.shadow_check(light, moved, tag);
+            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
+        });
+        Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
+    }
+
+    /// By queue, the points with which the tags of a sample are to be asked.
+    #[inline]
+    pub fn asked(&self, tags: AreaTag) -> [u16; CHECKS.len()] {
+        let mut asked = [0; CHECKS.len()];
+        for (tag, queue) in Tag::ALL.into_iter().zip(self.queue_of) {
+            if let Some(queue) = queue {
+                asked[usize::from(queue)] |= tags.points(tag);
+            }
+        }
+        asked
+    }
+}
+
+/// Of the eight surfaces that are `asked` for, those whose way to the light may lead through a mover.
+#[inline]
+pub fn may_meet_mover(stage: &Stage, points: Lanes3, arrival: &Arrival, asked: u8) -> u8 {
+    let meets =
+        |lane: usize| stage.movers.may_meet(points.lane(lane), arrival.to_light.lane(lane), arrival.far);
+    set_bits(asked).filter(|lane| meets(*lane)).fold(0, |bits, lane| bits | 1 << lane)
+}
+
+/// Which of an area light's points a surface faces, a bit each.
+#[inline(always)]
+pub fn facing(normal: Vec3, facet: Vec3, arrivals: &[Arrival; 2]) -> u16 {
+    let [normal, facet] = [normal, facet].map(Lanes3::splat);
+    u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, facet, &arrivals[half]).bits()))
+}
