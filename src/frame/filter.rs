@@ -6,7 +6,7 @@
 //! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
 //! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
-use std::ops::Range;
+use std::ops::{Add, Range};
 
 use glam::Vec4;
 
@@ -15,7 +15,7 @@ use super::grid::Grid;
 use super::stage::{Stage, Workbench};
 use super::trace_missed::is_traced;
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, Tile, load_colors};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TILE, Tile, load_colors};
 use crate::settings::Filter;
 
 /// `Z` of the background: finite, and far behind everything.
@@ -223,6 +223,14 @@ fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) 
     let grid = &stage.view.grid;
     let [left, top] = grid.tile_corner(number).map(|at| Lanes::splat(at as f32));
     for first in (0..CELLS).step_by(LANES) {
+        let status = &tile.status[first..first + LANES];
+        if status.iter().all(|status| is_traced(*status)) {
+            // through the centres of their cells
+            let centre = |column: &[f32]| Lanes::load(column, first) + Lanes::splat(0.5);
+            centre(&grid.place_x).store(&mut filtering.x, first);
+            centre(&grid.place_y).store(&mut filtering.y, first);
+            continue;
+        }
         let seen = stage.view.project(stage.offsets(tile, first));
         let inside = |at: Lanes, cell: Lanes| at.max(cell).min(cell + Lanes::splat(1.0));
         inside(seen.x - left, Lanes::load(&grid.place_x, first)).store(&mut filtering.x, first);
@@ -278,7 +286,8 @@ fn sum_colors(
         Filter::Box => {
             for (plane, column) in planes {
                 film.is_some[plane] = true;
-                sum_own(&grid.cells_of_pixels, grid.samples_of_pixel(), column, film.plane(plane));
+                let pixels = film.plane(plane);
+                sum_pixels(grid, |cell| column[cell], |pixel, sum| pixels[pixel] = sum);
             }
         }
         Filter::Mitchell => {
@@ -289,29 +298,46 @@ fn sum_colors(
     }
 }
 
-/// Sums the samples of each pixel.
-fn sum_own(cells: &[u16], samples: usize, column: &Column<f32>, pixels: &mut [f32]) {
-    // loops of a known length for the usual counts
-    match samples {
-        1 => sum_exactly::<1>(cells, column, pixels),
-        4 => sum_exactly::<4>(cells, column, pixels),
-        16 => sum_exactly::<16>(cells, column, pixels),
-        _ => {
-            for (pixel, cells) in pixels.iter_mut().zip(cells.chunks_exact(samples)) {
-                *pixel = cells.iter().map(|cell| column[usize::from(*cell)]).sum();
+/// Adds up, for each pixel of a tile, the `value` of its samples' cells in their order, and calls
+/// `put(pixel, sum)`.
+///
+/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: there no table is needed.
+#[inline(always)]
+fn sum_pixels<T: Copy + Add<Output = T>>(
+    grid: &Grid,
+    value: impl Fn(usize) -> T,
+    mut put: impl FnMut(usize, T),
+) {
+    const BLOCKS: usize = TILE / 4;
+    const HALF: usize = TILE / 2;
+    match grid.samples {
+        1 => {
+            for cell in 0..CELLS {
+                let (block, lane) = (cell / 16, cell % 16);
+                let [x, y] = [block % BLOCKS * 4 + lane % 4, block / BLOCKS * 4 + lane / 4];
+                put(y * TILE + x, value(cell));
             }
         }
-    }
-}
-
-fn sum_exactly<const N: usize>(cells: &[u16], column: &Column<f32>, pixels: &mut [f32]) {
-    for (pixel, cells) in pixels.iter_mut().zip(cells.chunks_exact(N)) {
-        let mut sum = 0.0;
-        for cell in &cells[..N] {
-            // the remainder is the number itself: it spares a check
-            sum += column[usize::from(*cell) % CELLS];
+        2 => {
+            for block in 0..CELLS / 16 {
+                let corner = block / BLOCKS * 2 * HALF + block % BLOCKS * 2;
+                for (below, right) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let cell = block * 16 + below * 8 + right * 2;
+                    let sum = value(cell) + value(cell + 1) + value(cell + 4) + value(cell + 5);
+                    put(corner + below * HALF + right, sum);
+                }
+            }
         }
-        *pixel = sum;
+        _ => {
+            let pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
+            for (pixel, cells) in pixels.enumerate() {
+                // the remainder is the number itself: it spares a check
+                let mut values = cells.iter().map(|cell| value(usize::from(*cell) % CELLS));
+                if let Some(first) = values.next() {
+                    put(pixel, values.fold(first, |sum, value| sum + value));
+                }
+            }
+        }
     }
 }
 
@@ -414,37 +440,74 @@ fn write_data(stage: &Stage, tile: &Tile, nearest: &[u16], bench: &mut Workbench
     film.has_data[data::AGE] = tile.age.iter().any(|age| *age != 0);
 }
 
+/// Bits of a count of samples of one status: a pixel has up to 256.
+const COUNT_BITS: u32 = 12;
+
+/// One sample of this status, in a word that counts each status by itself.
+fn one_of(status: Status) -> u64 {
+    let at = match status {
+        Status::Outside | Status::Empty => return 0,
+        Status::Base => 0,
+        Status::Good => 1,
+        Status::Overlapped => 2,
+        Status::Missed => 3,
+        Status::Obscured => 4,
+    };
+    1 << (at * COUNT_BITS)
+}
+
 /// Counts the samples and the rays of each pixel.
 fn write_counts(grid: &Grid, tile: &Tile, bench: &Workbench, film: &mut TileFilm) {
-    const BY_STATUS: [Status; 5] =
-        [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
-    let (samples, size) = (grid.samples_of_pixel(), film.stride.pow(2));
-    let mut write = |plane: usize, scale: f32, count: &dyn Fn(usize) -> u32, is_none: bool| {
-        film.has_data[plane] = !is_none;
-        if is_none {
-            return;
-        }
-        let pixels = &mut film.data[plane * size..][..size];
-        for (pixel, cells) in pixels.iter_mut().zip(grid.cells_of_pixels.chunks_exact(samples)) {
-            *pixel = cells.iter().map(|cell| count(usize::from(*cell))).sum::<u32>() as f32 * scale;
-        }
-    };
-    for (i, wanted) in BY_STATUS.into_iter().enumerate() {
-        let is = |cell: usize| u32::from(tile.status[cell] == wanted);
-        write(data::STATUS + i, (samples as f32).recip(), &is, !tile.status.contains(&wanted));
-    }
-    let is_primary = |cell: usize| u32::from(is_traced(tile.status[cell]));
-    write(data::RAYS, 1.0, &is_primary, !tile.status.iter().any(|status| is_traced(*status)));
+    let size = film.stride.pow(2);
+    let share = (grid.samples_of_pixel() as f32).recip();
+    let seen = tile.status.iter().fold(0, |seen, status| seen | one_of(*status));
+    let counted = |counts: u64, at: usize| counts >> (at as u32 * COUNT_BITS) & ((1 << COUNT_BITS) - 1);
+    let are_there: [bool; 5] = std::array::from_fn(|at| counted(seen, at) != 0);
+    let [is_base, _, _, is_missed, is_obscured] = are_there;
+    film.has_data[data::STATUS..][..are_there.len()].copy_from_slice(&are_there);
+    film.has_data[data::RAYS] = is_base | is_missed | is_obscured;
+    let planes = &mut film.data[data::STATUS * size..];
+    sum_pixels(
+        grid,
+        |cell| one_of(tile.status[cell]),
+        |pixel, counts| {
+            for (at, is_there) in are_there.into_iter().enumerate() {
+                if is_there {
+                    planes[at * size + pixel] = counted(counts, at) as f32 * share;
+                }
+            }
+            let traced = counted(counts, 0) + counted(counts, 3) + counted(counts, 4);
+            planes[(data::RAYS - data::STATUS) * size + pixel] = traced as f32;
+        },
+    );
     let rays = &bench.cell_rays;
-    for (i, column) in [&rays.verification, &rays.shadow, &rays.secondary].into_iter().enumerate() {
-        let count = |cell: usize| u32::from(column[cell]);
-        write(data::RAYS + 1 + i, 1.0, &count, column.iter().all(|count| *count == 0));
+    for (plane, column) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
+        film.has_data[plane] = column.iter().fold(0, |any, count| any | count) != 0;
+        if film.has_data[plane] {
+            let pixels = &mut film.data[plane * size..][..size];
+            sum_pixels(grid, |cell| u32::from(column[cell]), |pixel, sum| pixels[pixel] = sum as f32);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pixels_are_summed_over_their_own_samples() {
+        for samples in 1..=5 {
+            let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, samples));
+            let mut seen = vec![None; grid.tile_pixels.pow(2) as usize];
+            // a sum of powers tells which cells are in it, at least by number and by their places
+            let value = |cell: usize| (1 << 40) + (cell * cell) as u64;
+            sum_pixels(&grid, value, |pixel, sum| assert_eq!(seen[pixel].replace(sum), None));
+            for (pixel, cells) in grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel()).enumerate() {
+                let sum = cells.iter().map(|cell| value(usize::from(*cell))).sum();
+                assert_eq!(seen[pixel], Some(sum), "{samples} samples, pixel {pixel}");
+            }
+        }
+    }
 
     #[test]
     fn mitchells_weights_add_up_to_one_wherever_the_sample_is() {

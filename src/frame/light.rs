@@ -108,6 +108,9 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let tags = &tile.tags.single(slot)[first..first + LANES];
+        if checks.iter().all(|checks| checks.all_hold(tags)) {
+            continue;
+        }
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
         let mut asked = [0; CHECKS.len()];
         for lane in 0..LANES {

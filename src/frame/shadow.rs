@@ -154,6 +154,15 @@ impl Checks {
         Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
     }
 
+    /// Whether none of eight tags is to be asked about.
+    #[inline]
+    pub fn all_hold(&self, tags: &[Tag]) -> bool {
+        let asked = Tag::ALL.into_iter().zip(self.queue_of).filter(|(_, queue)| queue.is_some());
+        // no early way out: eight are compared at once
+        let has = |wanted: Tag| tags.iter().fold(false, |any, tag| any | (*tag == wanted));
+        !asked.into_iter().any(|(tag, _)| has(tag))
+    }
+
     /// By queue, the points with which the tags of a sample are to be asked.
     #[inline]
     pub fn asked(&self, tags: AreaTag) -> [u16; CHECKS.len()] {

@@ -38,17 +38,20 @@ impl Deflater {
         self.split.resize(count, 0);
         self.differences.resize(count, 0);
         let (even, odd) = self.split.split_at_mut(count.div_ceil(2));
-        for ((pair, even), odd) in packed.chunks_exact(2).zip(even.iter_mut()).zip(odd) {
-            *even = pair[0];
-            *odd = pair[1];
-        }
+        // a loop each: compilers turn such into vector instructions
+        let pairs = || packed.chunks_exact(2);
+        even.iter_mut().zip(pairs()).for_each(|(even, pair)| *even = pair[0]);
+        odd.iter_mut().zip(pairs()).for_each(|(odd, pair)| *odd = pair[1]);
         if let (1, Some(last)) = (count % 2, packed.last()) {
             even[count / 2] = *last;
         }
-        self.differences[..count.min(1)].copy_from_slice(&self.split[..count.min(1)]);
-        let (earlier, later) = (&self.split, self.split.get(1..).unwrap_or_default());
-        let differences = self.differences.iter_mut().skip(1);
-        for ((difference, later), earlier) in differences.zip(later).zip(earlier) {
+        let (Some((first, later)), Some((start, differences))) =
+            (self.split.split_first(), self.differences.split_first_mut())
+        else {
+            return;
+        };
+        *start = *first;
+        for ((difference, later), earlier) in differences.iter_mut().zip(later).zip(&self.split) {
             *difference = later.wrapping_sub(*earlier).wrapping_add(128);
         }
     }
