@@ -11,7 +11,7 @@
 //!    all that moves. [`scene::load`] reads a shot file or an OBJ into a [`scene::Shot`].
 //! 2. [`motion`] goes from a frame's number to a [`motion::Pose`]: where camera, models and lights are. It
 //!    depends on nothing but the number, so two poses that are equal mean that nothing moved.
-//! 3. [`settings`] says what decides a picture beside the scene.
+//! 3. [`settings`] says what decides a picture beside the scene, [`layers`] which planes it has.
 //! 4. [`trace`] asks the two questions that the renderer has about rays (what comes first? is anything in
 //!    the way?) and holds Embree, which answers them.
 //! 5. [`samples`] is what a frame keeps for the next one: points of surfaces in their objects' own space,
@@ -50,6 +50,7 @@ pub mod cli;
 pub mod film;
 pub mod frame;
 pub mod lanes;
+pub mod layers;
 pub mod motion;
 pub mod output;
 pub mod report;

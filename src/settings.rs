@@ -1,5 +1,6 @@
 //! What decides a picture beside the scene: size, samples, filter, depth, mode.
 
+use crate::layers::Layers;
 use serde::{Deserialize, Serialize};
 
 /// Longest side of a picture, pixels: sample numbers stay within 32 bits at usual counts.
@@ -49,6 +50,8 @@ pub struct Settings {
     pub mode: Mode,
     /// A base frame every so many frames, counted from the shot's first; 0: the first alone.
     pub base_every: u32,
+    /// What is made and written beside `R G B A`.
+    pub layers: Layers,
     /// Trace every sample again and count what differs.
     pub audit: bool,
 }

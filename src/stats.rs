@@ -303,6 +303,7 @@ mod tests {
             depth: 4,
             mode: Mode::Auto,
             base_every: 0,
+            layers: crate::layers::Layers::ALL,
             audit: true,
         };
         let frames = [FrameStats { audit: Some(AuditCounts::default()), ..frame(2, 1, 0, 0) }];

@@ -3,10 +3,12 @@
 mod toy;
 
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::motion::{Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Light, LightKind, Material, Scene};
+use afterimage::settings::{Filter, Settings};
 use glam::{DVec3, Vec3};
 
 const FRAMES: i32 = 6;
@@ -259,6 +261,28 @@ fn tags_save_rays_and_change_no_pixel() {
         }
         if kept.stats.frame > 1 {
             assert!(kept.stats.rays.shadow < forgotten.stats.rays.shadow);
+        }
+    }
+}
+
+#[test]
+fn layers_that_are_left_out_change_no_other() {
+    let moving = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    for (scene, filter) in
+        [(moving, Filter::Box), (with_flyer(matt_world()), Filter::Box), (world(), Filter::Mitchell)]
+    {
+        let render = |layers: &str| {
+            let layers = Layers::parse(layers).expect("known");
+            toy::render(&scene, &Settings { filter, layers, ..toy::settings(2) }, 4)
+        };
+        let all = render("all");
+        for layers in ["none", "Z", "N,albedo", "P,id", "status", "rays,specular"] {
+            for (some, all) in render(layers).iter().zip(&all) {
+                assert!(some.film.planes.len() < 12);
+                for plane in &some.film.planes {
+                    assert_eq!(all.film.values(plane.name), Some(plane.data.as_slice()), "{}", plane.name);
+                }
+            }
         }
     }
 }

@@ -171,6 +171,10 @@ fn mistakes_are_told_with_place_and_remedy() {
         (format!("{REST}scale = 0\n"), "s.toml:7:9: `scale` must not be zero"),
         (format!("{REST}scale = [1, 1]\n"), "s.toml:7:9: `scale`: invalid length 2"),
         (REST.replace("m.obj", "none.obj"), "s.toml:6:7: `obj`: there is no file `none.obj`"),
+        (
+            format!("{REST}[output]\nlayers = [\"Z\", \"depth\"]\n"),
+            "s.toml:8:16: `layers`: there is no layer `depth`; there are diffuse",
+        ),
         (format!("{light}type = \"point\"\n"), "s.toml:7:1: this light needs the key `position`"),
         (
             format!("{light}type = \"point\"\nposition = [0, 0, 0]\ncone = 3\n"),

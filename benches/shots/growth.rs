@@ -36,7 +36,7 @@ type Failable<T> = Result<T, Box<dyn Error>>;
 
 /// Measures; prints a table for each thing that grows.
 pub fn run(arguments: &Arguments) -> Failable<()> {
-    let circumstances = Circumstances::now(arguments.size(), arguments.frames(), arguments.rounds());
+    let circumstances = Circumstances::now(arguments);
     println!("{}", circumstances.text());
     let mut rows = triangles(arguments)?;
     let sphere = rippled_sphere(generated(if arguments.quick { 100_000 } else { 1_000_000 }, &folder())?);

@@ -17,6 +17,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use afterimage::layers::Layers;
 use clap::{Parser, ValueEnum};
 
 use kinds::{Kind, Lights};
@@ -50,6 +51,10 @@ pub struct Arguments {
     /// Samples along a pixel's edge [default: 1, and 2 for some kinds]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16))]
     samples: Vec<u32>,
+
+    /// What is made beside `R G B A`: as the program's option of this name
+    #[arg(long, default_value = "all", value_parser = Layers::parse)]
+    layers: Layers,
 
     /// Pixels [default: 1280x720; with --quick 640x360]
     #[arg(long, value_parser = size, value_name = "WxH")]

@@ -51,7 +51,7 @@ const KINDS_OF_ALL_SETUPS: [Kind; 2] = [Kind::Object, Kind::Dolly];
 
 /// Measures what `arguments` ask for; prints rows as they come.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let circumstances = Circumstances::now(arguments.size(), arguments.frames(), arguments.rounds());
+    let circumstances = Circumstances::now(arguments);
     println!("{}\n\n{}", circumstances.text(), header());
     let mut rows = Vec::new();
     let mut missing = Vec::new();
@@ -136,5 +136,5 @@ pub fn load(place: &Place, arguments: &Arguments) -> Result<(Scene, Settings), B
     std::fs::write(&path, text)?;
     let shot = scene::load(Path::new(&path), false)?;
     let [width, height] = arguments.size();
-    Ok((shot.scene, Settings { width, height, samples: 1, ..shot.settings }))
+    Ok((shot.scene, Settings { width, height, samples: 1, layers: arguments.layers, ..shot.settings }))
 }

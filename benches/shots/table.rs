@@ -6,6 +6,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use afterimage::layers::Layers;
+
+use super::Arguments;
 use super::contest::{Contestant, Cost, Outcome};
 use super::suite::Setup;
 
@@ -92,25 +95,31 @@ pub struct Circumstances {
     pub size: [u32; 2],
     pub frames: u32,
     pub rounds: u32,
+    /// Beside the picture's colours.
+    pub layers: Layers,
 }
 
 impl Circumstances {
     /// As they are now.
-    pub fn now(size: [u32; 2], frames: u32, rounds: u32) -> Self {
+    pub fn now(arguments: &Arguments) -> Self {
+        let (size, frames, rounds) = (arguments.size(), arguments.frames(), arguments.rounds());
+        let layers = arguments.layers;
         let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
         let load_before = load.split(' ').next().and_then(|load| load.parse().ok()).unwrap_or(0.0);
         let threads = rayon::current_num_threads();
-        Self { processor: processor(), threads, load_before, size, frames, rounds }
+        Self { processor: processor(), threads, load_before, size, frames, rounds, layers }
     }
 
     /// For the line above a table.
     pub fn text(&self) -> String {
-        let Self { processor, threads, load_before, size: [width, height], frames, rounds } = self;
+        let Self { processor, threads, load_before, size: [width, height], frames, rounds, layers } = self;
+        let layers: Vec<&str> = ["R G B A"].into_iter().chain(layers.names()).collect();
         format!(
             "{processor}, {threads} threads; load before the start: {load_before}\n\
              {width}x{height}; each number is the mean of {} frames, each of which counts as in the fastest \
-             of {rounds} rounds",
-            frames - 1
+             of {rounds} rounds; layers: {}",
+            frames - 1,
+            layers.join(", ")
         )
     }
 }

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
+use crate::layers::Layers;
 use crate::scene::frames::Frames;
 use crate::scene::shot::{self, Shot};
 use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
@@ -47,6 +48,11 @@ pub struct ShotArgs {
     /// [default: the shot's]
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
+
+    /// What to make and write beside R G B A: `all`, `none`, or some of diffuse, specular, reflection,
+    /// refraction, albedo, Z, P, N, id, status, rays, with commas [default: the shot's]
+    #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
+    pub layers: Option<Layers>,
 
     /// Trace every sample of every frame again and count what differs; any difference is a failure
     #[arg(long)]
@@ -156,6 +162,7 @@ impl ShotArgs {
             filter: filter.unwrap_or(settings.filter),
             depth: self.depth.unwrap_or(settings.depth),
             base_every: self.base_every.unwrap_or(settings.base_every),
+            layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
             mode: settings.mode,
         })
@@ -241,6 +248,7 @@ mod tests {
             depth: 5,
             mode: Mode::Auto,
             base_every: 7,
+            layers: Layers::ALL,
             audit: false,
         }
     }
@@ -253,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -263,6 +271,7 @@ mod tests {
             depth: 1,
             mode: Mode::Auto,
             base_every: 0,
+            layers: Layers::Z,
             audit: true,
         };
         assert_eq!(settled, expected);
@@ -281,6 +290,7 @@ mod tests {
             ("--frames 1-x", "frames"),
             ("--backend cuda", "embree"),
             ("--progress loud", "plain"),
+            ("--layers depth", "there are diffuse"),
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");

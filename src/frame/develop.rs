@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::filter::{TileFilm, data, halo, sums};
 use super::grid::Grid;
 use crate::film::{Film, Plane, PlaneKind};
-use crate::settings::Filter;
+use crate::layers::Layers;
+use crate::settings::{Filter, Settings};
 
 /// Where a plane's value comes from.
 #[derive(Debug, Clone, Copy)]
@@ -21,8 +22,11 @@ enum Source {
     Data(usize),
 }
 
-/// The contract's planes: name, kind, and where the value comes from.
-const CHANNELS: [(&str, PlaneKind, Source); 37] = {
+/// A plane: name, kind, and where the value comes from.
+type Channel = (&'static str, PlaneKind, Source);
+
+/// The contract's planes.
+const CHANNELS: [Channel; 37] = {
     use PlaneKind::{Float, Half};
     use Source::{Data, Filtered};
     use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
@@ -68,15 +72,24 @@ const CHANNELS: [(&str, PlaneKind, Source); 37] = {
     ]
 };
 
+/// Those of `layers`.
+fn channels(layers: Layers) -> impl Iterator<Item = Channel> {
+    CHANNELS.into_iter().filter(move |(name, ..)| layers.has_plane(name))
+}
+
 /// An undeveloped frame, to be written over `used` where that is of the same size. What a plane holds is
 /// known only where it says that it is zero.
-pub fn blank(grid: &Grid, used: Option<Film>) -> Film {
+pub fn blank(grid: &Grid, layers: Layers, used: Option<Film>) -> Film {
     let (width, height) = (grid.width, grid.height);
-    if let Some(film) = used.filter(|film| (film.width, film.height) == (width, height)) {
+    let names = || channels(layers).map(|(name, ..)| name);
+    let fits = |film: &Film| {
+        (film.width, film.height) == (width, height) && names().eq(film.planes.iter().map(|plane| plane.name))
+    };
+    if let Some(film) = used.filter(fits) {
         return film;
     }
     let plane = || vec![0.0; width as usize * height as usize];
-    let planes = CHANNELS.iter().map(|&(name, kind, _)| Plane { name, kind, data: plane(), is_zero: true });
+    let planes = channels(layers).map(|(name, kind, _)| Plane { name, kind, data: plane(), is_zero: true });
     Film { width, height, planes: planes.collect(), stamp: 0 }
 }
 
@@ -84,6 +97,8 @@ pub fn blank(grid: &Grid, used: Option<Film>) -> Film {
 #[derive(Debug)]
 pub struct Developer {
     filter: Filter,
+    /// Of the film's planes.
+    channels: Vec<Channel>,
     /// Samples of a pixel.
     samples: usize,
     /// The first row of filtered planes that is not written yet.
@@ -94,10 +109,11 @@ pub struct Developer {
 
 impl Developer {
     /// Begins with the top row of `film`.
-    pub fn new(grid: &Grid, filter: Filter, film: &mut Film) -> Self {
+    pub fn new(grid: &Grid, settings: &Settings, film: &mut Film) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
         film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
-        Self { filter, samples: grid.samples_of_pixel(), next: 0, was_zero }
+        let channels = channels(settings.layers).collect();
+        Self { filter: settings.filter, channels, samples: grid.samples_of_pixel(), next: 0, was_zero }
     }
 
     /// Writes into `film` what the tiles of band `now` complete; `before` is the band above it, and the
@@ -109,8 +125,8 @@ impl Developer {
         self.next = rows.end;
         let bands = [before, now];
         let scales = Scales::of(self, bands, rows.clone(), width);
-        let planes = film.planes.par_iter_mut().zip(CHANNELS).zip(&self.was_zero);
-        planes.for_each(|((plane, (name, _, source)), was_zero)| match source {
+        let planes = film.planes.par_iter_mut().zip(&self.channels).zip(&self.was_zero);
+        planes.for_each(|((plane, (name, _, source)), was_zero)| match *source {
             Source::Data(number) => {
                 let is_zero =
                     now.iter().all(|tile| !tile.has_data(number) && (*was_zero || !tile.is_shown()));
@@ -136,7 +152,7 @@ impl Developer {
                         for (y, out) in rows.clone().zip(out.chunks_mut(width)) {
                             add_up(sums, bands, y, out);
                         }
-                        scale_sums(out, scales, if name == "A" { 1.0 } else { f32::INFINITY });
+                        scale_sums(out, scales, if *name == "A" { 1.0 } else { f32::INFINITY });
                     }
                 }
             }

@@ -15,6 +15,7 @@ use super::grid::Grid;
 use super::stage::{Stage, Workbench};
 use super::trace_missed::is_traced;
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TILE, Tile, load_colors};
 use crate::settings::Filter;
 
@@ -196,25 +197,32 @@ pub fn filter(
     let grid = &*stage.view.grid;
     film.begin(grid, number, kernel);
     let mut filtering = std::mem::take(&mut bench.filtering);
-    prepare(tile, &mut filtering);
-    if grid.samples > 1 || kernel != Filter::Box {
+    prepare(stage, tile, &mut filtering);
+    let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
+    if kernel != Filter::Box || shows_samples && grid.samples > 1 {
         locate(stage, number, tile, &mut filtering);
     }
-    choose_nearest(grid, &mut filtering);
-    sum_colors(grid, tile, bench, kernel, &filtering, film);
-    write_data(stage, tile, &filtering.nearest, bench, film);
-    write_counts(grid, tile, bench, film);
+    sum_colors(stage, tile, bench, kernel, &filtering, film);
+    if shows_samples {
+        choose_nearest(grid, &mut filtering);
+        write_data(stage, tile, &filtering.nearest, bench, film);
+    }
+    if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
+        write_counts(grid, tile, bench, film);
+    }
     bench.filtering = filtering;
 }
 
 /// What is filtered beside light.
-fn prepare(tile: &Tile, filtering: &mut Filtering) {
+fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::of(|lane| models[lane] < EMPTY);
         is_surface.select(Lanes::splat(1.0), Lanes::ZERO).store(&mut filtering.alpha, first);
-        let [r, g, b] = &mut filtering.albedo;
-        is_surface.select3(load_colors(&tile.albedo, first), Lanes3::ZERO).store([r, g, b], first);
+        if stage.layers.has(Layers::ALBEDO) {
+            let [r, g, b] = &mut filtering.albedo;
+            is_surface.select3(load_colors(&tile.albedo, first), Lanes3::ZERO).store([r, g, b], first);
+        }
     }
 }
 
@@ -263,17 +271,17 @@ fn choose_nearest(grid: &Grid, filtering: &mut Filtering) {
 
 /// Sums all planes that are filtered.
 fn sum_colors(
-    grid: &Grid,
+    stage: &Stage,
     tile: &Tile,
     bench: &Workbench,
     kernel: Filter,
     filtering: &Filtering,
     film: &mut TileFilm,
 ) {
-    let shown = &bench.radiance;
+    let (grid, shown) = (&*stage.view.grid, &bench.radiance);
     let colors = [
         (sums::DIFFUSE, &shown.diffuse, true),
-        (sums::ALBEDO, &filtering.albedo, true),
+        (sums::ALBEDO, &filtering.albedo, stage.layers.has(Layers::ALBEDO)),
         (sums::SPECULAR, &shown.specular, shown.has_specular),
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
@@ -414,24 +422,31 @@ fn mitchell(beyond: f32) -> [f32; 4] {
 /// Writes the data of each pixel's nearest sample.
 fn write_data(stage: &Stage, tile: &Tile, nearest: &[u16], bench: &mut Workbench, film: &mut TileFilm) {
     let (size, camera) = (film.stride.pow(2), &stage.view.camera);
+    let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| stage.layers.has(layer));
+    let is_placed = has_place || has_normal || stage.layers.has(Layers::Z);
     for (pixel, cell) in nearest.iter().map(|cell| usize::from(*cell)).enumerate() {
         let mut put = |plane: usize, value: f32| film.data[plane * size + pixel] = value;
-        let mut put_vector = |plane: usize, value: glam::Vec3| {
-            (0..3).for_each(|axis| put(plane + axis, value[axis]));
+        let mut put_vectors = |place: glam::Vec3, normal: glam::Vec3| {
+            if has_place {
+                (0..3).for_each(|axis| put(data::POSITION + axis, place[axis]));
+            }
+            if has_normal {
+                (0..3).for_each(|axis| put(data::NORMAL + axis, normal[axis]));
+            }
         };
         match tile.model[cell] {
             EMPTY => continue,
             BACKGROUND => {
-                put_vector(data::POSITION, glam::Vec3::ZERO);
-                put_vector(data::NORMAL, glam::Vec3::ZERO);
+                put_vectors(glam::Vec3::ZERO, glam::Vec3::ZERO);
                 put(data::Z, BACKGROUND_Z);
                 put(data::ID, 0.0);
             }
             model => {
-                let (point, normal) = bench.placed.at(stage, tile, cell);
-                put_vector(data::POSITION, point);
-                put_vector(data::NORMAL, normal);
-                put(data::Z, (point - camera.eye).dot(camera.forward));
+                if is_placed {
+                    let (place, normal) = bench.placed.at(stage, tile, cell);
+                    put_vectors(place, normal);
+                    put(data::Z, (place - camera.eye).dot(camera.forward));
+                }
                 put(data::ID, (model + 1) as f32);
             }
         }

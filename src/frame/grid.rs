@@ -152,12 +152,23 @@ fn cells_of_pixels(samples: u32, tile_pixels: u32) -> Vec<u16> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::layers::Layers;
     use crate::settings::{Filter, Mode};
 
     /// A small picture for the tests of this room.
     pub fn settings(width: u32, height: u32, samples: u32) -> Settings {
         let (filter, mode) = (Filter::Box, Mode::Reproject);
-        Settings { width, height, samples, filter, depth: 3, mode, base_every: 0, audit: false }
+        Settings {
+            width,
+            height,
+            samples,
+            filter,
+            depth: 3,
+            mode,
+            base_every: 0,
+            layers: Layers::ALL,
+            audit: false,
+        }
     }
 
     #[test]

@@ -154,6 +154,7 @@ impl<'s> Renderer<'s> {
             tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,
+            layers: self.settings.layers,
             foreseen: None,
         };
 
@@ -169,7 +170,7 @@ impl<'s> Renderer<'s> {
         let (mut store, source, spare) =
             begin(last, spare, &stage, &self.layout, &mut self.contest, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
-        let mut film = develop::blank(&self.grid, self.used_film.take());
+        let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
         self.rendered += 1;
         let shop = &mut self.workshop;

@@ -8,6 +8,7 @@ use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
 use crate::lanes::{LANES, Lanes3, Mask};
+use crate::layers::Layers;
 use crate::motion::{Pose, Transform};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
@@ -40,6 +41,8 @@ pub struct Stage<'a> {
     pub depth: u32,
     /// Whether to trace where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
+    /// What is made of the picture beside its colours.
+    pub layers: Layers,
     /// What it took to choose, once that is done.
     pub foreseen: Option<&'a Foreseen>,
 }

@@ -69,7 +69,7 @@ pub fn run_tiles(
     // a wide filter mixes neighbours: their sums are needed whatever they show
     let work = Work { stage, source, filter, may_skip: film_is_last && filter == Filter::Box };
     let grid = &*stage.view.grid;
-    let mut developer = Developer::new(grid, settings.filter, film);
+    let mut developer = Developer::new(grid, settings, film);
     let mut sum = TileSum::default();
     let in_band = band_rows(grid) * grid.tiles_x as usize;
     let [now, before] = &mut shop.bands;

@@ -199,6 +199,7 @@ pub(super) mod tests {
             depth: 4,
             mode: Mode::Auto,
             base_every: 0,
+            layers: crate::layers::Layers::ALL,
             audit: true,
         };
         let mut comparison = Comparison {

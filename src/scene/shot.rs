@@ -8,9 +8,12 @@ use super::assemble::{Assembly, Override};
 use super::bake::baked;
 use super::mtl::{MapKd, MtlMaterial};
 use super::paths::find_beside;
-use super::shot_file::{BackgroundTable, MaterialTable, ModelTable, Rate, RenderTable, ShotFile, Three};
+use super::shot_file::{
+    BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
+};
 use super::toml_text::{At, TomlText};
 use super::{Background, Frames, Model, Scene, SceneError, Warning, shot_tracks, turntable};
+use crate::layers::Layers;
 use crate::motion::TransformTrack;
 use crate::settings::{LONGEST_SIDE, MOST_SAMPLES, Settings};
 
@@ -57,7 +60,7 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
 
 fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
-    let (settings, frames, rate) = render(text, &file.render)?;
+    let (settings, frames, rate) = render(text, &file.render, &file.output)?;
     let missing = |what| SceneError::new(text.path, what);
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
@@ -91,7 +94,11 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     })
 }
 
-fn render(text: TomlText<'_>, table: &RenderTable) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
+fn render(
+    text: TomlText<'_>,
+    table: &RenderTable,
+    output: &OutputTable,
+) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
     let whole = |key, value: &Option<At<i64>>, default, range| {
         value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
     };
@@ -110,6 +117,7 @@ fn render(text: TomlText<'_>, table: &RenderTable) -> Result<(Settings, Frames, 
         depth: whole("depth", &table.depth, 4, 0..65)?,
         mode: table.mode,
         base_every: whole("base_every", &table.base_every, 48, 0..1_000_001)?,
+        layers: layers(text, output)?,
         audit: false,
     };
     let frames = match &table.frames {
@@ -139,6 +147,17 @@ fn fraction(rate: &Rate) -> Option<(i32, u32)> {
         }
     };
     (above > 0 && below > 0).then_some((above, below))
+}
+
+fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
+    let Some(names) = &output.layers else { return Ok(Layers::ALL) };
+    let unknown = |name: &&At<String>| Layers::named(name.get_ref().as_str()).is_none();
+    if let Some(name) = names.iter().find(unknown) {
+        return Err(
+            text.fault(name.span(), format!("`layers`: {}", Layers::unknown(name.get_ref().as_str())))
+        );
+    }
+    Ok(Layers::of(names.iter().map(|name| name.get_ref().as_str())).unwrap_or_default())
 }
 
 fn output(text: TomlText<'_>, path: Option<At<String>>) -> Result<Option<String>, SceneError> {

@@ -51,6 +51,7 @@ pub(crate) struct RenderTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct OutputTable {
     pub path: Option<At<String>>,
+    pub layers: Option<Vec<At<String>>>,
 }
 
 #[derive(Debug, Deserialize)]

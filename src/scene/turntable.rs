@@ -10,6 +10,7 @@ use super::assemble::Assembly;
 use super::camera::Aim;
 use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
+use crate::layers::Layers;
 use crate::motion::{Interpolation, Track, TransformTrack};
 use crate::settings::{Filter, Mode, Settings};
 
@@ -60,6 +61,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         depth: 4,
         mode: Mode::Auto,
         base_every: 48,
+        layers: Layers::ALL,
         audit: false,
     };
     Ok(Shot {

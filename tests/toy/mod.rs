@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::motion::{Interpolation, Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::{Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Scene};
@@ -99,6 +100,7 @@ pub fn settings(samples: u32) -> Settings {
         depth: 4,
         mode: Mode::Reproject,
         base_every: 0,
+        layers: Layers::ALL,
         audit: true,
     }
 }

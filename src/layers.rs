@@ -1,0 +1,141 @@
+//! Which layers a picture has beside `R G B A`.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// A set of layers. What nobody asked for is neither computed (where nothing else needs it) nor written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Layers(u16);
+
+impl Layers {
+    /// `R G B A` alone.
+    pub const NONE: Self = Self(0);
+    /// Every layer that there is.
+    pub const ALL: Self = Self((1 << Self::NAMES.len()) - 1);
+
+    /// As files and the command line name them: what stands before the dot in the names of planes.
+    pub const NAMES: [&'static str; 11] =
+        ["diffuse", "specular", "reflection", "refraction", "albedo", "Z", "P", "N", "id", "status", "rays"];
+
+    /// Diffuse reflectance.
+    pub const ALBEDO: Self = Self(1 << 4);
+    /// Distance along the view axis.
+    pub const Z: Self = Self(1 << 5);
+    /// Positions.
+    pub const POSITION: Self = Self(1 << 6);
+    /// Normals.
+    pub const NORMAL: Self = Self(1 << 7);
+    /// Models.
+    pub const ID: Self = Self(1 << 8);
+    /// What became of the samples, and their age.
+    pub const STATUS: Self = Self(1 << 9);
+    /// Rays cast.
+    pub const RAYS: Self = Self(1 << 10);
+    /// Those that show one sample of each pixel.
+    pub const OF_ONE_SAMPLE: Self =
+        Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::ID.0 | Self::STATUS.0);
+
+    /// Whether any of `others` is among these.
+    #[inline]
+    pub fn has(self, others: Self) -> bool {
+        self.0 & others.0 != 0
+    }
+
+    /// Whether the plane of this name is in the picture.
+    pub fn has_plane(self, name: &str) -> bool {
+        match name.split_once('.').map_or(name, |(layer, _)| layer) {
+            "R" | "G" | "B" | "A" => true,
+            layer => Self::named(layer).is_some_and(|layer| self.has(layer)),
+        }
+    }
+
+    /// The layer of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.iter().position(|known| *known == name).map(|number| Self(1 << number))
+    }
+
+    /// The layers of these names, and the name that is none.
+    pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
+        let mut names = names.into_iter();
+        names.try_fold(Self::NONE, |all, name| {
+            Self::named(name).map(|layer| Self(all.0 | layer.0)).ok_or(name)
+        })
+    }
+
+    /// From the command line: `all`, `none`, or names with commas between them.
+    ///
+    /// # Errors
+    /// A name that is none, and what there is.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "all" => Ok(Self::ALL),
+            "none" => Ok(Self::NONE),
+            _ => Self::of(text.split(',').map(str::trim)).map_err(Self::unknown),
+        }
+    }
+
+    /// What to say of a name that is none.
+    pub fn unknown(name: &str) -> String {
+        format!("there is no layer `{name}`; there are {}", Self::NAMES.join(", "))
+    }
+
+    /// Their names.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES
+            .into_iter()
+            .enumerate()
+            .filter(move |(number, _)| self.0 >> number & 1 != 0)
+            .map(|(_, name)| name)
+    }
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+impl fmt::Debug for Layers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set().entries(self.names()).finish()
+    }
+}
+
+impl Serialize for Layers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.names())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_constants_agree() {
+        let named = |name: &str| Layers::named(name).expect("it is there");
+        let constants = [
+            ("albedo", Layers::ALBEDO),
+            ("Z", Layers::Z),
+            ("P", Layers::POSITION),
+            ("N", Layers::NORMAL),
+            ("id", Layers::ID),
+            ("status", Layers::STATUS),
+            ("rays", Layers::RAYS),
+        ];
+        constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
+        assert!(Layers::NAMES.iter().all(|name| Layers::ALL.has(named(name))));
+    }
+
+    #[test]
+    fn lists_are_read_and_wrong_names_told() {
+        let some = Layers::parse("N, Z,status").expect("all are there");
+        assert_eq!(some.names().collect::<Vec<_>>(), ["Z", "N", "status"]);
+        assert!(some.has_plane("N.X") && some.has_plane("status.age") && some.has_plane("Z"));
+        assert!(some.has_plane("R") && some.has_plane("A") && !some.has_plane("P.X"));
+        assert_eq!((Layers::parse("all"), Layers::parse("none")), (Ok(Layers::ALL), Ok(Layers::NONE)));
+        let wrong = Layers::parse("Z,depth").expect_err("there is no such layer");
+        assert!(wrong.starts_with("there is no layer `depth`; there are diffuse, "), "{wrong}");
+    }
+}
