@@ -96,7 +96,7 @@ pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
         }
         if surfaces != 0 {
             let gloss = stage.palette.gloss(&tile.material[first..first + LANES]);
-            let goes_on = gloss.goes_on.bits() & surfaces;
+            let goes_on = if stage.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
             if gloss.is_any || goes_on != 0 {
                 enhance_lanes(stage, tile, first, &gloss, goes_on, bench);
             }

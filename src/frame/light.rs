@@ -4,12 +4,12 @@
 use super::movers::{Bounds, Sweep};
 use super::placed::Placed;
 use super::plan::LightChange;
-use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing, may_meet_mover};
+use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::stage::{Stage, Workbench, count_bits, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::pose::LightShape;
 use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
-use crate::shade::light::{Aim, arrival, arrivals};
+use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::Coherence;
@@ -64,11 +64,7 @@ fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: &Bounds) ->
     if surfaces.is_empty() || stage.plan.lights[light] == LightChange::Moved {
         return false;
     }
-    let is_doubtful = |cell: usize| tile.tags.is_doubtful(stage.slots[light], cell);
-    let in_doubt =
-        |cell: usize| tile.is_surface(cell) && (is_doubtful(cell) || stage.moved(tile.model[cell]));
-    let doubtful = (0..CELLS).any(in_doubt);
-    let ways = || match stage.pose.lights[light].shape {
+    let ways = match stage.pose.lights[light].shape {
         LightShape::Directional { to_light } => Sweep::along(surfaces, to_light),
         LightShape::Point { position } | LightShape::Spot { position, .. } => {
             Sweep::between(&Bounds::at(position), surfaces)
@@ -77,7 +73,10 @@ fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: &Bounds) ->
             Sweep::between(&Bounds::of_rectangle(center, across, up), surfaces)
         }
     };
-    !doubtful && !stage.movers.may_meet_sweep(&ways())
+    if stage.movers.may_meet_sweep(&ways) || tile.tags.any_doubtful(stage.slots[light], &tile.model) {
+        return false;
+    }
+    tile.model.chunks_exact(LANES).all(|models| stage.moved_bits(models) == 0)
 }
 
 /// Of eight cells, those whose light must be summed anew whatever their tags say.
@@ -123,8 +122,14 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
             continue;
         }
         let placed = bench.placed.get(stage, tile, first);
+        if asked[0] != 0 {
+            let (to_light, far) = way(pose, placed.point);
+            asked[0] &= stage.movers.may_meet(placed.point, to_light, Lanes::splat(far));
+            if asked == [0; CHECKS.len()] {
+                continue;
+            }
+        }
         let arrival = arrival(pose, 0, &Aim::NONE, placed.point);
-        asked[0] &= may_meet_mover(stage, placed.point, &arrival, asked[0]);
         let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
         let tags = &mut tile.tags.single_mut(slot)[first..first + LANES];
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
@@ -183,8 +188,9 @@ fn ask_area_light(
             let faces = facing(placed.normal.lane(lane), placed.facet.lane(lane), &arrivals);
             if asked[0] != 0 {
                 let ([low, high], point) = (asked[0].to_le_bytes(), Lanes3::splat(point));
-                let meets = |half: usize, asked| may_meet_mover(stage, point, &arrivals[half], asked);
-                asked[0] = u16::from_le_bytes([meets(0, low), meets(1, high)]);
+                let far = Lanes::splat(arrivals[0].far);
+                let meets = |half: usize| stage.movers.may_meet(point, arrivals[half].to_light, far);
+                asked[0] = u16::from_le_bytes([meets(0) & low, meets(1) & high]);
             }
             let all_asked = asked.into_iter().fold(0, |all, asked| all | asked);
             lighting.learn(

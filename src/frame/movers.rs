@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::plan::Plan;
 use super::stage::Stage;
-use crate::lanes::{LANES, Lanes3, Mask};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::motion::{Pose, Transform};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::{Mesh, Scene};
@@ -88,14 +88,16 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Whether `origin + t * direction` is in the box for some t in `0..=far` (slabs; `inverse` is one over
+    /// Where `origin + t * direction` is in the box for some t in `0..=far` (slabs; `inverse` is one over
     /// the direction, finite).
-    #[inline]
-    fn meets(&self, origin: Vec3, inverse: Vec3, far: f32) -> bool {
-        let (a, b) = ((self.low - origin) * inverse, (self.high - origin) * inverse);
-        let enter = a.min(b).max_element().max(0.0);
-        let leave = a.max(b).min_element().min(far);
-        enter <= leave
+    #[inline(always)]
+    fn meets(&self, origin: Lanes3, inverse: Lanes3, far: Lanes) -> Mask {
+        let a = (Lanes3::splat(self.low) - origin) * inverse;
+        let b = (Lanes3::splat(self.high) - origin) * inverse;
+        let (near, away) = (a.min(b), a.max(b));
+        let enter = near.x.max(near.y).max(near.z).max(Lanes::ZERO);
+        let leave = away.x.min(away.y).min(away.z).min(far);
+        enter.le(leave)
     }
 }
 
@@ -118,15 +120,18 @@ impl Movers {
         Self { boxes: boxes.chunks(together).map(join).collect() }
     }
 
-    /// Whether anything that moved may be at `origin + t * direction` for a t in `0..=far`. A `false` is
-    /// certain.
+    /// Of eight segments, those on which anything that moved may be: at `origin + t * direction` for a t in
+    /// `0..=far`. A bit that is not set is certain.
     #[inline]
-    pub fn may_meet(&self, origin: Vec3, direction: Vec3, far: f32) -> bool {
+    pub fn may_meet(&self, origin: Lanes3, direction: Lanes3, far: Lanes) -> u8 {
         // parallel to a slab: a huge slope says inside or outside as well as an infinite one, and 0 times
         // it is a number
-        let steep = |along: f32| if along.abs() < 1e-30 { 1e30 } else { along.recip() };
-        let inverse = Vec3::new(steep(direction.x), steep(direction.y), steep(direction.z));
-        self.boxes.iter().any(|bounds| bounds.meets(origin, inverse, far))
+        let steep = |along: Lanes| {
+            let is_parallel = along.abs().lt(Lanes::splat(1e-30));
+            is_parallel.select(Lanes::splat(1e30), Lanes::splat(1.0) / along)
+        };
+        let inverse = Lanes3 { x: steep(direction.x), y: steep(direction.y), z: steep(direction.z) };
+        self.boxes.iter().fold(Mask::NONE, |any, bounds| any | bounds.meets(origin, inverse, far)).bits()
     }
 }
 
@@ -192,6 +197,12 @@ impl Movers {
 mod tests {
     use super::*;
 
+    fn may_meet(movers: &Movers, origin: Vec3, direction: Vec3, far: f32) -> bool {
+        let bits = movers.may_meet(Lanes3::splat(origin), Lanes3::splat(direction), Lanes::splat(far));
+        assert!(bits == 0 || bits == u8::MAX);
+        bits != 0
+    }
+
     fn unit() -> Movers {
         Movers { boxes: vec![Bounds { low: Vec3::ZERO, high: Vec3::ONE }] }
     }
@@ -199,12 +210,15 @@ mod tests {
     #[test]
     fn a_segment_through_the_box_may_meet_and_one_past_it_does_not() {
         let movers = unit();
-        assert!(movers.may_meet(Vec3::new(-1.0, 0.5, 0.5), Vec3::X, f32::INFINITY));
-        assert!(!movers.may_meet(Vec3::new(-1.0, 0.5, 0.5), Vec3::X, 0.5), "it ends before the box");
-        assert!(!movers.may_meet(Vec3::new(-1.0, 1.5, 0.5), Vec3::X, f32::INFINITY));
-        assert!(!movers.may_meet(Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY), "it leaves from behind");
-        assert!(movers.may_meet(Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
-        assert!(movers.may_meet(Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
+        assert!(may_meet(&movers, Vec3::new(-1.0, 0.5, 0.5), Vec3::X, f32::INFINITY));
+        assert!(!may_meet(&movers, Vec3::new(-1.0, 0.5, 0.5), Vec3::X, 0.5), "it ends before the box");
+        assert!(!may_meet(&movers, Vec3::new(-1.0, 1.5, 0.5), Vec3::X, f32::INFINITY));
+        assert!(
+            !may_meet(&movers, Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY),
+            "it leaves from behind"
+        );
+        assert!(may_meet(&movers, Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
+        assert!(may_meet(&movers, Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
     }
 
     #[test]
@@ -222,7 +236,7 @@ mod tests {
             let by_segment = spots.iter().any(|(x, y)| {
                 steps.iter().any(|z| {
                     let target = low + Vec3::new(*x, *y, *z) * (targets.high - low);
-                    movers.may_meet(source, target - source, 1.0)
+                    may_meet(&movers, source, target - source, 1.0)
                 })
             });
             let by_sweep = movers.may_meet_sweep(&Sweep::between(&Bounds::at(source), &targets));
@@ -246,7 +260,7 @@ mod tests {
         let movers = Movers::around(boxes.collect());
         assert!(movers.boxes.len() <= MOST_BOXES);
         for i in 0..100 {
-            assert!(movers.may_meet(Vec3::splat(i as f32 + 0.25), Vec3::X, 0.1), "{i}");
+            assert!(may_meet(&movers, Vec3::splat(i as f32 + 0.25), Vec3::X, 0.1), "{i}");
         }
     }
 }

@@ -176,14 +176,6 @@ impl Checks {
     }
 }
 
-/// Of the eight surfaces that are `asked` for, those whose way to the light may lead through a mover.
-#[inline]
-pub fn may_meet_mover(stage: &Stage, points: Lanes3, arrival: &Arrival, asked: u8) -> u8 {
-    let meets =
-        |lane: usize| stage.movers.may_meet(points.lane(lane), arrival.to_light.lane(lane), arrival.far);
-    set_bits(asked).filter(|lane| meets(*lane)).fold(0, |bits, lane| bits | 1 << lane)
-}
-
 /// Which of an area light's points a surface faces, a bit each.
 #[inline(always)]
 pub fn facing(normal: Vec3, facet: Vec3, arrivals: &[Arrival; 2]) -> u16 {

@@ -5,7 +5,7 @@
 
 use super::movers::{Bounds, Sweep};
 use super::plan::SightCheck;
-use super::stage::{Stage, Workbench, bit, set_bits};
+use super::stage::{Stage, Workbench, bit, count_bits, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
@@ -87,16 +87,11 @@ fn push_segments(
 ) {
     if check == SightCheck::Moved {
         let (offsets, far) = (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
-        let eye = stage.view.camera.eye;
-        asked = set_bits(asked)
-            .filter(|lane| stage.movers.may_meet(eye, offsets.lane(*lane), far.0[*lane]))
-            .fold(0, |bits, lane| bits | 1 << lane);
+        asked &= stage.movers.may_meet(Lanes3::splat(stage.view.camera.eye), offsets, far);
     }
     segments(stage, tile, first, asked, &mut bench.rays);
-    for lane in set_bits(asked) {
-        bench.owners.push((first + lane) as u32);
-        bench.cell_rays.verification[first + lane] += 1;
-    }
+    bench.owners.extend(set_bits(asked).map(|lane| (first + lane) as u32));
+    count_bits(asked, &mut bench.cell_rays.verification[first..first + LANES]);
 }
 
 /// Adds the segments from the eye to those of eight samples whose bit is set.

@@ -1,6 +1,6 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::CELLS;
+use super::{CELLS, Column, EMPTY};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -242,15 +242,20 @@ impl Tags {
         }
     }
 
-    /// Whether the tags of one cell for a light may turn out otherwise even if nothing comes between that was
+    /// Whether the tags of any surface for a light may turn out otherwise even if nothing comes between that was
     /// not there: they are not known, or name a model that may have gone.
-    #[inline]
-    pub fn is_doubtful(&self, slot: TagSlot, cell: usize) -> bool {
+    pub fn any_doubtful(&self, slot: TagSlot, models: &Column<u32>) -> bool {
+        // no early way out: many are compared at once
+        let is_surface = |model: &u32| *model < EMPTY;
         match slot {
-            TagSlot::Single(column) => {
-                matches!(self.single[column * CELLS + cell], Tag::Unknown | Tag::ByMovable)
-            }
-            TagSlot::Area(column) => self.area[column * CELLS + cell].by_movable != 0,
+            TagSlot::Single(_) => self.single(slot).iter().zip(models).fold(false, |any, (tag, model)| {
+                any | ((*tag == Tag::Unknown) | (*tag == Tag::ByMovable)) & is_surface(model)
+            }),
+            TagSlot::Area(_) => self
+                .area(slot)
+                .iter()
+                .zip(models)
+                .fold(false, |any, (tag, model)| any | (tag.by_movable != 0) & is_surface(model)),
         }
     }
 

@@ -84,6 +84,17 @@ fn scrambled(bits: u32) -> u32 {
     bits ^ bits >> 16
 }
 
+/// The ways from `points` to a light that is no area, any length, and where along them it is.
+#[inline(always)]
+pub fn way(light: &LightPose, points: Lanes3) -> (Lanes3, f32) {
+    match light.shape {
+        LightShape::Directional { to_light } => (Lanes3::splat(to_light), f32::INFINITY),
+        LightShape::Point { position }
+        | LightShape::Spot { position, .. }
+        | LightShape::Rectangle { center: position, .. } => (Lanes3::splat(position) - points, 1.0),
+    }
+}
+
 /// What point number `point` of `light` sends to `points` when nothing is in its way. Lights that are no areas
 /// have point 0 alone.
 ///
