@@ -1,4 +1,4 @@
-//! How cost grows with triangles, pixels, lights and threads: the dolly before the generated sphere.
+//! How cost grows with triangles, pixels, lights, frames and threads: the dolly before the generated sphere.
 
 use std::error::Error;
 use std::ops::Range;
@@ -12,8 +12,8 @@ use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::contest::{Cost, full_and_reprojected};
-use super::kinds::{Kind, MOST_LIGHTS};
-use super::places::{generated, rippled_sphere};
+use super::kinds::{Kind, Lights, MOST_LIGHTS};
+use super::places::{Place, generated, rippled_sphere};
 use super::suite::load;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
@@ -45,10 +45,11 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     scene.lights.truncate(1);
     rows.extend(pixels(arguments, &scene, &settings)?);
     rows.extend(threads(arguments, &scene, &settings)?);
+    rows.extend(lengths(arguments, &sphere)?);
     title("lights");
-    for count in [1, 8, MOST_LIGHTS] {
-        scene.lights = lights[..count].to_vec();
-        rows.push(measure("lights", count.to_string(), None, &scene, &settings, arguments)?);
+    for set in [Lights::Points(1), Lights::Points(8), Lights::Points(MOST_LIGHTS), Lights::Soft] {
+        scene.lights = set.of(&lights).to_vec();
+        rows.push(measure("lights", set.to_string(), None, &scene, &settings, arguments)?);
     }
     let path = folder().join("growth.json");
     write_json(&path, &circumstances, &rows)?;
@@ -57,12 +58,12 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 }
 
 fn triangles(arguments: &Arguments) -> Failable<Vec<Row>> {
-    let counts = [10_000, 100_000, 1_000_000, 10_000_000];
-    let counts = if arguments.quick { &counts[..2] } else { &counts };
+    let counts = [10_000, 100_000, 1_000_000, 10_000_000, 30_000_000];
+    let most = if arguments.quick { 100_000 } else { arguments.triangles() };
     title("triangles");
     let mut rows = Vec::new();
-    for count in counts {
-        let place = rippled_sphere(generated(*count, &folder())?);
+    for count in counts.into_iter().filter(|count| *count <= most) {
+        let place = rippled_sphere(generated(count, &folder())?);
         let start = Instant::now();
         let (mut scene, settings) = load(&place, arguments)?;
         let read = start.elapsed().as_secs_f64();
@@ -115,6 +116,21 @@ fn threads(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failabl
         return Err("the pictures of different numbers of threads are not the same".into());
     }
     println!("the pictures of all numbers of threads are the same to the bit");
+    Ok(rows)
+}
+
+/// Runs of several lengths: does a chain of frames become dearer, or keep less, the longer it is?
+fn lengths(arguments: &Arguments, place: &Place) -> Failable<Vec<Row>> {
+    title("frames");
+    let mut rows = Vec::new();
+    for frames in if arguments.quick { [3, 6, 12] } else { [6, 24, 96] } {
+        let arguments = Arguments { frames: Some(frames), ..arguments.clone() };
+        let (mut scene, settings) = load(place, &arguments)?;
+        scene.lights.truncate(1);
+        let row = measure("frames", frames.to_string(), None, &scene, &settings, &arguments)?;
+        println!("{frames} frames: {:.1} % of the samples kept", 100.0 * row.reprojected.kept);
+        rows.push(row);
+    }
     Ok(rows)
 }
 

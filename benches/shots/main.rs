@@ -24,7 +24,7 @@ use kinds::{Kind, Lights};
 use places::SceneName;
 
 /// Measures shots: bare Embree, full frames and reprojected frames, side by side
-#[derive(Debug, Parser)]
+#[derive(Debug, Clone, Parser)]
 #[command(name = "shots", bin_name = "cargo bench --bench shots --")]
 pub struct Arguments {
     /// What is measured
@@ -68,7 +68,7 @@ pub struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
 
-    /// Of the generated sphere [default: 10 million; with --quick 500 000]
+    /// Of the generated sphere, and the most whose growth is shown [default: 10 million; with --quick 500 000]
     #[arg(long)]
     triangles: Option<u64>,
 
@@ -86,7 +86,8 @@ pub struct Arguments {
 enum Subject {
     /// Every kind of shot
     Shots,
-    /// How cost grows with triangles, pixels, lights and threads; takes the size, frames and rounds
+    /// How cost grows with triangles (up to --triangles, or 30 million), pixels, frames, lights and threads; takes
+    /// the size, frames, rounds and layers
     Growth,
 }
 
