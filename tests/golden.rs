@@ -171,6 +171,11 @@ fn changing_lights() {
 }
 
 #[test]
+fn soft_shadows() {
+    golden("analytic/panel.toml", (64, 36), 8);
+}
+
+#[test]
 fn textures_mirrors_and_glass() {
     golden("city/city.toml", (128, 72), 3);
 }

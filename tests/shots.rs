@@ -9,6 +9,7 @@ use std::path::Path;
 use afterimage::film::{Film, PlaneKind};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::scene::{self, Shot};
+use afterimage::settings::Mode;
 use afterimage::stats::FrameStats;
 
 /// Names that other programs rely on.
@@ -34,6 +35,8 @@ fn own(path: &str) -> Shot {
 fn audited(shot: &Shot, size: (u32, u32), frames: &[i32]) -> f64 {
     let mut settings = shot.settings.clone();
     (settings.width, settings.height, settings.samples, settings.audit) = (size.0, size.1, 2, true);
+    // whether it pays is not the question here
+    settings.mode = Mode::Reproject;
     let mut renderer = Renderer::new(&shot.scene, &settings).unwrap();
     let mut reused = 0;
     for (index, frame) in frames.iter().enumerate() {
@@ -110,6 +113,12 @@ fn the_analytic_shot() {
 fn lights_that_move_and_change() {
     let share = audited(&own("analytic/lights.toml"), (96, 54), &[1, 2, 3, 4, 5, 6, 7, 8]);
     assert_eq!(share, 1.0, "nothing moves but lights");
+}
+
+#[test]
+fn soft_shadows_of_panels_that_rest_and_move() {
+    let share = audited(&own("analytic/panel.toml"), (96, 54), &[1, 2, 3, 4, 5, 6, 7, 8]);
+    assert!(share > 0.7, "{share}");
 }
 
 #[test]

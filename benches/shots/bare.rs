@@ -2,8 +2,8 @@
 //!
 //! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
 //! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
-//! cells, then for each light (each point of it) the shadow rays of the surfaces that face it, packed tile by
-//! tile. Packets are prepared beforehand; only the calls that trace them are timed. There are no rays for
+//! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile; those to the
+//! points of an area light make a packet for each surface. Packets are prepared beforehand; only the calls that trace them are timed. There are no rays for
 //! mirrors and glass.
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use afterimage::motion::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::shade::light::{Aim, arrival};
+use afterimage::shade::light::{Aim, arrival, arrivals};
 use afterimage::shade::phong::faces;
 use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::{LANES, RayBatch, RayPacket};
@@ -109,12 +109,9 @@ impl Bare {
             primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
         drop(primary);
         for light in &pose.lights {
-            for point in 0..light.shape.points() {
-                let mut shadow: Vec<_> =
-                    surfaces.par_iter().map(|tile| shadow_rays(tile, light, point)).collect();
-                cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
-                cost.rays += count(&shadow);
-            }
+            let mut shadow: Vec<_> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
+            cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
+            cost.rays += count(&shadow);
         }
         Ok(cost)
     }
@@ -263,14 +260,27 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     }
 }
 
-/// The rays from a tile's surfaces to a point of a light that they face.
-fn shadow_rays(tile: &[Eight], light: &LightPose, point: usize) -> Vec<(Valid16, Ray16)> {
+/// The rays from a tile's surfaces to a light that they face.
+fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
     let mut rays = RayBatch::default();
     for eight in tile {
-        let arrival = arrival(light, point, &Aim::at(light, eight.point), eight.point);
-        let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
-        let origin = off_surfaces(eight.point, eight.facet);
-        rays.push_lanes(origin, arrival.to_light, Lanes::splat(arrival.far), wanted);
+        let origins = off_surfaces(eight.point, eight.facet);
+        let aim = Aim::at(light, eight.point);
+        if !light.shape.is_area() {
+            let arrival = arrival(light, 0, &aim, eight.point);
+            let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
+            rays.push_lanes(origins, arrival.to_light, Lanes::splat(arrival.far), wanted);
+            continue;
+        }
+        for lane in (0..HALF).filter(|lane| eight.is_surface >> lane & 1 != 0) {
+            let arrivals = arrivals(light, &aim, lane, eight.point.lane(lane));
+            let [normal, facet] = [&eight.normal, &eight.facet].map(|all| Lanes3::splat(all.lane(lane)));
+            let wanted = u16::from_le_bytes([0, 1].map(|half| faces(normal, facet, &arrivals[half]).bits()));
+            if wanted != 0 {
+                let ways = [arrivals[0].to_light, arrivals[1].to_light];
+                rays.push_packet(origins.lane(lane), ways, arrivals[0].far, wanted);
+            }
+        }
     }
     rays.packets().map(|(packet, lanes)| prepared(packet, lanes, SHADOW, |ray| ray)).collect()
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::plan::CameraChange;
 use super::reproject::{scatter_lanes, seen_from_behind};
-use super::stage::{CellRays, Stage, bit, set_bits};
+use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
 use super::verify::segments;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, SampleStore, Tile};
@@ -22,7 +22,9 @@ mod cost {
     pub const REPROJECT: f32 = 0.3;
     /// The ray that shows that it is still seen.
     pub const VERIFY: f32 = 0.3;
-    /// The shadow ray to a light, which a sample that is traced needs.
+    /// Tracing a sample that shows the background: a ray that meets nothing, and nothing to keep or to light.
+    pub const BACKGROUND: f32 = 0.25;
+    /// The shadow ray to a light, which a surface that is traced needs.
     pub const SHADOW: f32 = 0.4;
 }
 
@@ -53,7 +55,8 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
     let shadow_rays: usize = stage.pose.lights.iter().map(|light| light.shape.points()).sum();
-    let gained = share(sum.seen) * (1.0 + cost::SHADOW * shadow_rays as f32);
+    let surface = 1.0 + cost::SHADOW * shadow_rays as f32;
+    let gained = share(sum.surfaces) * surface + share(sum.background) * cost::BACKGROUND;
     Foreseen { pays: gained > spent, asked }
 }
 
@@ -78,7 +81,10 @@ fn first_asked(number: usize) -> usize {
 struct Asked {
     asked: u64,
     verified: u64,
-    seen: u64,
+    /// Still seen, and on a surface.
+    surfaces: u64,
+    /// Still seen, of the background.
+    background: u64,
 }
 
 impl Asked {
@@ -86,7 +92,8 @@ impl Asked {
         Self {
             asked: self.asked + other.asked,
             verified: self.verified + other.verified,
-            seen: self.seen + other.seen,
+            surfaces: self.surfaces + other.surfaces,
+            background: self.background + other.background,
         }
     }
 }
@@ -94,17 +101,20 @@ impl Asked {
 /// Asks eight samples of each tile, and notes which of them needed a ray.
 fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> Asked {
     let casts = stage.plan.camera == CameraChange::Moved;
-    let mut rays = RayBatch::default();
+    let (mut rays, mut on_surfaces) = (RayBatch::default(), Vec::new());
     let mut sum = Asked::default();
     for (i, (tile, asked)) in tiles.iter().zip(asked).enumerate() {
         let first = first_asked(number + i);
         let mut inside = 0_u8;
         scatter_lanes(stage, tile, first, |lane, _, _| inside |= 1 << lane);
         inside &= !seen_from_behind(stage, tile, first);
+        let surfaces = inside & surface_bits(&tile.model[first..first + LANES]);
         sum.asked += LANES as u64;
-        sum.seen += u64::from(inside.count_ones());
+        sum.surfaces += u64::from(surfaces.count_ones());
+        sum.background += u64::from((inside & !surfaces).count_ones());
         if casts {
             segments(stage, tile, first, inside, &mut rays);
+            on_surfaces.extend(set_bits(inside).map(|lane| surfaces >> lane & 1 != 0));
             *asked = inside;
         }
     }
@@ -113,6 +123,8 @@ fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> 
         stage.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
     }
     sum.verified = rays.len() as u64;
-    sum.seen -= (0..rays.len()).filter(|ray| bit(&blocked, *ray)).count() as u64;
+    for (_, is_surface) in on_surfaces.into_iter().enumerate().filter(|(ray, _)| bit(&blocked, *ray)) {
+        *(if is_surface { &mut sum.surfaces } else { &mut sum.background }) -= 1;
+    }
     sum
 }
