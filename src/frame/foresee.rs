@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::plan::CameraChange;
+use super::plan::{CameraChange, LightChange};
 use super::reproject::{scatter_lanes, seen_from_behind};
 use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
 use super::verify::segments;
@@ -24,7 +24,10 @@ mod cost {
     pub const VERIFY: f32 = 0.3;
     /// Tracing a sample that shows the background: a ray that meets nothing, and nothing to keep or to light.
     pub const BACKGROUND: f32 = 0.25;
-    /// The shadow ray to a light, which a surface that is traced needs.
+    /// Tracing a surface that moved, less what reprojection pays more for it than for others: it is placed anew
+    /// again and again, and asks everything about its light.
+    pub const MOVED: f32 = 0.5;
+    /// The shadow ray to a light that did not move, which a surface that is traced needs.
     pub const SHADOW: f32 = 0.4;
 }
 
@@ -54,9 +57,13 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
     let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
-    let shadow_rays: usize = stage.pose.lights.iter().map(|light| light.shape.points()).sum();
+    let lights = stage.pose.lights.iter().zip(&stage.plan.lights);
+    let kept = lights.filter(|(_, change)| **change != LightChange::Moved);
+    let shadow_rays: usize = kept.map(|(light, _)| light.shape.points()).sum();
     let surface = 1.0 + cost::SHADOW * shadow_rays as f32;
-    let gained = share(sum.surfaces) * surface + share(sum.background) * cost::BACKGROUND;
+    let gained = share(sum.seen[AT_REST]) * surface
+        + share(sum.seen[MOVED]) * cost::MOVED
+        + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;
     Foreseen { pays: gained > spent, asked }
 }
 
@@ -81,19 +88,21 @@ fn first_asked(number: usize) -> usize {
 struct Asked {
     asked: u64,
     verified: u64,
-    /// Still seen, and on a surface.
-    surfaces: u64,
-    /// Still seen, of the background.
-    background: u64,
+    /// Still seen, by what they show.
+    seen: [u64; 3],
 }
+
+/// What samples show: surfaces that did not move, surfaces that did, and the background.
+const AT_REST: usize = 0;
+const MOVED: usize = 1;
+const BACKGROUND: usize = 2;
 
 impl Asked {
     fn plus(self, other: Self) -> Self {
         Self {
             asked: self.asked + other.asked,
             verified: self.verified + other.verified,
-            surfaces: self.surfaces + other.surfaces,
-            background: self.background + other.background,
+            seen: std::array::from_fn(|what| self.seen[what] + other.seen[what]),
         }
     }
 }
@@ -101,20 +110,25 @@ impl Asked {
 /// Asks eight samples of each tile, and notes which of them needed a ray.
 fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> Asked {
     let casts = stage.plan.camera == CameraChange::Moved;
-    let (mut rays, mut on_surfaces) = (RayBatch::default(), Vec::new());
+    let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());
     let mut sum = Asked::default();
     for (i, (tile, asked)) in tiles.iter().zip(asked).enumerate() {
         let first = first_asked(number + i);
         let mut inside = 0_u8;
         scatter_lanes(stage, tile, first, |lane, _, _| inside |= 1 << lane);
         inside &= !seen_from_behind(stage, tile, first);
-        let surfaces = inside & surface_bits(&tile.model[first..first + LANES]);
+        let models = &tile.model[first..first + LANES];
+        let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
+        let shown = |lane: usize| match (surfaces >> lane & 1, moved >> lane & 1) {
+            (0, _) => BACKGROUND,
+            (_, 0) => AT_REST,
+            _ => MOVED,
+        };
         sum.asked += LANES as u64;
-        sum.surfaces += u64::from(surfaces.count_ones());
-        sum.background += u64::from((inside & !surfaces).count_ones());
+        set_bits(inside).for_each(|lane| sum.seen[shown(lane)] += 1);
         if casts {
             segments(stage, tile, first, inside, &mut rays);
-            on_surfaces.extend(set_bits(inside).map(|lane| surfaces >> lane & 1 != 0));
+            shown_by_ray.extend(set_bits(inside).map(shown));
             *asked = inside;
         }
     }
@@ -123,8 +137,8 @@ fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> 
         stage.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
     }
     sum.verified = rays.len() as u64;
-    for (_, is_surface) in on_surfaces.into_iter().enumerate().filter(|(ray, _)| bit(&blocked, *ray)) {
-        *(if is_surface { &mut sum.surfaces } else { &mut sum.background }) -= 1;
+    for (_, shown) in shown_by_ray.into_iter().enumerate().filter(|(ray, _)| bit(&blocked, *ray)) {
+        sum.seen[shown] -= 1;
     }
     sum
 }
