@@ -29,7 +29,7 @@ test: setup ## run all tests
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
 
-# `make bench SHOTS=--quick` takes a minute; `cargo bench --bench shots -- --help` lists all options.
+# `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
 bench: setup ## measure: each kind of shot, each phase
 	$(CARGO) bench --locked --bench shots -- $(SHOTS)
 	$(CARGO) bench --locked --bench phases

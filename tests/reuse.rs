@@ -8,7 +8,7 @@ use afterimage::motion::{Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Light, LightKind, Material, Scene};
-use afterimage::settings::{Filter, Settings};
+use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
 
 const FRAMES: i32 = 6;
@@ -164,6 +164,23 @@ fn everything_moves_at_once() {
         LightKind::Point { position: goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(-2.0, 4.0, 3.0)) };
     scene.lights[0].color = toy::keys(&[(1.0, Vec3::ONE), (6.0, Vec3::X)]);
     assert!(audited(&scene).1 > 0.5);
+}
+
+#[test]
+fn a_world_that_moves_as_a_whole_is_traced_where_that_is_left_to_the_program() {
+    let mode_of = |models: bool| {
+        let shift = if models { DVec3::X } else { DVec3::ZERO };
+        let track = TransformTrack { translate: goes(DVec3::ZERO, shift), ..TransformTrack::identity() };
+        let floor = match models {
+            true => toy::moving("floor", toy::floor(30.0, 0), track),
+            false => toy::still("floor", toy::floor(30.0, 0), Vec3::ZERO),
+        };
+        let camera = toy::camera(goes(EYE, EYE + DVec3::X), rests(TARGET));
+        let scene = toy::scene(camera, vec![floor], vec![toy::matt(0.5)], vec![toy::sun_overhead(1.0)]);
+        let settings = Settings { mode: Mode::Auto, ..toy::settings(2) };
+        toy::render(&scene, &settings, 2)[1].stats.mode
+    };
+    assert_eq!((mode_of(false), mode_of(true)), ("reproject", "base"));
 }
 
 #[test]

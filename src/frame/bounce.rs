@@ -202,7 +202,9 @@ fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mu
     lit.clear();
     lit.resize(met.len(), 0);
     let mut count = |number: usize, rays: u32| {
-        bench.cell_rays.shadow[met[number].bounce.cell as usize] += rays as u16;
+        let counted = &mut bench.cell_rays.shadow[met[number].bounce.cell as usize];
+        // many panes under many panels may be more than a word holds
+        *counted = counted.saturating_add(rays as u16);
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
         let aim = Aim::at(light, eight.point);

@@ -40,11 +40,14 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let surfaces = if may_hold { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
     for light in 0..stage.pose.lights.len() {
-        if !all_tags_hold(stage, light, tile, &surfaces) {
-            let is_area = stage.pose.lights[light].shape.is_area();
-            let ask = if is_area { ask_area_light } else { ask_light };
-            ask(stage, light, tile, &mut lighting, bench);
+        // for samples of models that did not move, and of those that did
+        let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
+        if checks.iter().all(|checks| checks.all_keep) || all_tags_hold(stage, light, tile, &surfaces) {
+            continue;
         }
+        lighting.queues.iter_mut().for_each(ShadowQueue::clear);
+        let ask = if stage.pose.lights[light].shape.is_area() { ask_area_light } else { ask_light };
+        ask(stage, light, &checks, tile, &mut lighting, bench);
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
         if *stale != 0 {
@@ -97,13 +100,15 @@ fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
 }
 
 /// Brings the tags of a light that is no area up to date.
-fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighting, bench: &mut Workbench) {
+fn ask_light(
+    stage: &Stage,
+    light: usize,
+    checks: &[Checks; 2],
+    tile: &mut Tile,
+    lighting: &mut Lighting,
+    bench: &mut Workbench,
+) {
     let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
-    let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
-    if checks.iter().all(|checks| checks.all_keep) {
-        return;
-    }
-    lighting.queues.iter_mut().for_each(ShadowQueue::clear);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let tags = &tile.tags.single(slot)[first..first + LANES];
@@ -158,16 +163,12 @@ fn ask_light(stage: &Stage, light: usize, tile: &mut Tile, lighting: &mut Lighti
 fn ask_area_light(
     stage: &Stage,
     light: usize,
+    checks: &[Checks; 2],
     tile: &mut Tile,
     lighting: &mut Lighting,
     bench: &mut Workbench,
 ) {
     let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
-    let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
-    if checks.iter().all(|checks| checks.all_keep) {
-        return;
-    }
-    lighting.queues.iter_mut().for_each(ShadowQueue::clear);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let moved = stage.moved_bits(models);
@@ -202,7 +203,8 @@ fn ask_area_light(
             for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
                 queue.push_sixteen(origins.lane(lane), &arrivals, asked & faces, cell as u32);
             }
-            bench.cell_rays.shadow[cell] += (all_asked & faces).count_ones() as u16;
+            let counted = &mut bench.cell_rays.shadow[cell];
+            *counted = counted.saturating_add((all_asked & faces).count_ones() as u16);
         }
     }
     let mut queues = std::mem::take(&mut lighting.queues);

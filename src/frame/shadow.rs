@@ -6,11 +6,15 @@ use glam::Vec3;
 use super::plan::ShadowCheck;
 use super::stage::{Stage, bit, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::samples::{AreaTag, Tag};
+use crate::motion::pose::LightShape;
+use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::shade::light::Arrival;
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
+
+// a bit of a sample's word for each point of a light
+const _: () = assert!(LightShape::GRID * LightShape::GRID == AREA_POINTS);
 
 /// The orders in which shadow rays are tested.
 pub const CHECKS: [ShadowCheck; 3] =

@@ -66,19 +66,6 @@ impl AreaTag {
         }
     }
 
-    /// Sets the tag of one point.
-    #[inline]
-    pub fn set(&mut self, point: usize, tag: Tag) {
-        let (lit, by_movable) = match tag {
-            Tag::Unknown => (1, 1),
-            Tag::Lit => (1, 0),
-            Tag::Averted | Tag::ByStill => (0, 0),
-            Tag::ByMovable => (0, 1),
-        };
-        self.lit = self.lit & !(1 << point) | lit << point;
-        self.by_movable = self.by_movable & !(1 << point) | by_movable << point;
-    }
-
     /// Bit by point: the light is known to reach the sample.
     #[inline]
     pub fn lit(self) -> u16 {
@@ -200,15 +187,6 @@ impl Tags {
         }
     }
 
-    /// Sets the tag of one cell.
-    #[inline]
-    pub fn set(&mut self, slot: TagSlot, point: usize, cell: usize, tag: Tag) {
-        match slot {
-            TagSlot::Single(column) => self.single[column * CELLS + cell] = tag,
-            TagSlot::Area(column) => self.area[column * CELLS + cell].set(point, tag),
-        }
-    }
-
     /// Which of eight cells the light reaches.
     #[inline(always)]
     pub fn lit(&self, slot: TagSlot, point: usize, first: usize) -> Mask {
@@ -294,15 +272,19 @@ mod tests {
     #[test]
     fn an_area_tag_keeps_each_point_by_itself() {
         let mut tag = AreaTag::UNKNOWN;
+        assert_eq!(tag.points(Tag::Unknown), u16::MAX);
+        // every fourth point is lit, the next in a still shadow, the next in a moving one, the last not asked
+        tag.learn(0x7777, 0x1111, 0x4444);
         let all = [Tag::Lit, Tag::ByStill, Tag::ByMovable, Tag::Unknown];
         for point in 0..AREA_POINTS {
-            assert_eq!(tag.get(point), Tag::Unknown);
-            tag.set(point, all[point % 4]);
+            assert_eq!(tag.get(point), all[point % 4], "{point}");
+            assert_eq!(tag.points(all[point % 4]) >> point & 1, 1, "{point}");
         }
-        (0..AREA_POINTS).for_each(|point| assert_eq!(tag.get(point), all[point % 4], "{point}"));
         assert_eq!(tag.lit(), 0x1111);
-        tag.set(0, Tag::Averted);
-        assert_eq!((tag.get(0), tag.get(4)), (Tag::ByStill, Tag::Lit));
+        let before = tag;
+        tag.learn(1, 0, 0);
+        assert_eq!((tag.get(0), tag.get(4)), (Tag::ByStill, Tag::Lit), "the others stay");
+        assert!(before.changes_light_to(tag), "and the light with it");
     }
 
     #[test]
@@ -311,7 +293,13 @@ mod tests {
         assert_eq!(layout.bytes(), 2 + 2 * 4);
         let mut tags = Tags::unknown(&layout);
         for (light, slot) in layout.slots.iter().enumerate() {
-            tags.set(*slot, light, 9, if light == 2 { Tag::ByStill } else { Tag::Lit });
+            let lit = u16::from(light != 2) << light;
+            match slot {
+                TagSlot::Single(_) => {
+                    tags.single_mut(*slot)[9] = if lit != 0 { Tag::Lit } else { Tag::ByStill }
+                }
+                TagSlot::Area(_) => tags.area_mut(*slot)[9].learn(1 << light, lit, 0),
+            }
         }
         let lit: Vec<u8> =
             layout.slots.iter().enumerate().map(|(light, slot)| tags.lit(*slot, light, 8).bits()).collect();
