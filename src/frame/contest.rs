@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
+use crate::samples::CELLS;
+
 /// One entry a cell. Samples enter from any number of threads in any order, and the winner is always the
 /// same: entries are compared as one integer, depth before sample number.
 #[derive(Debug, Default)]
@@ -23,11 +25,12 @@ pub struct Winner {
 const VACANT: u64 = u64::MAX;
 
 impl Contest {
-    /// Makes room for `cells` cells; all must have been taken since the contest before.
-    pub fn open(&mut self, cells: usize) {
+    /// Makes room for the cells of `tiles` tiles; all must have been taken since the contest before.
+    pub fn open(&mut self, tiles: usize) {
+        let cells = tiles * CELLS;
         if self.entries.len() != cells {
             self.entries = std::iter::repeat_with(|| AtomicU64::new(VACANT)).take(cells).collect();
-            self.crowded = std::iter::repeat_with(AtomicU32::default).take(cells.div_ceil(32)).collect();
+            self.crowded = std::iter::repeat_with(AtomicU32::default).take(cells / 32).collect();
         }
     }
 
@@ -42,21 +45,27 @@ impl Contest {
         }
     }
 
-    /// Who won `cell`. Clears it for the next frame.
-    #[inline]
-    pub fn take(&self, cell: u32) -> Option<Winner> {
-        let entry = &self.entries[cell as usize];
-        let won = entry.load(Relaxed);
-        if won == VACANT {
-            return None;
+    /// Calls `each(cell, winner)` for every cell of tile number `tile`, and clears them for the next frame.
+    #[inline(always)]
+    pub fn take_tile(&self, tile: usize, mut each: impl FnMut(usize, Option<Winner>)) {
+        const WORD: usize = u32::BITS as usize;
+        let first = tile * CELLS;
+        let entries = self.entries[first..first + CELLS].chunks_exact(WORD);
+        for (i, (entries, word)) in entries.zip(&self.crowded[first / WORD..]).enumerate() {
+            let crowded = word.load(Relaxed);
+            if crowded != 0 {
+                word.store(0, Relaxed);
+            }
+            for (lane, entry) in entries.iter().enumerate() {
+                let won = entry.load(Relaxed);
+                if won != VACANT {
+                    entry.store(VACANT, Relaxed);
+                }
+                let overlapped = crowded >> lane & 1 != 0;
+                let winner = (won != VACANT).then_some(Winner { sample: won as u32, overlapped });
+                each(i * WORD + lane, winner);
+            }
         }
-        entry.store(VACANT, Relaxed);
-        let (word, bit) = (&self.crowded[cell as usize / 32], 1 << (cell % 32));
-        let overlapped = word.load(Relaxed) & bit != 0;
-        if overlapped {
-            word.fetch_and(!bit, Relaxed);
-        }
-        Some(Winner { sample: won as u32, overlapped })
     }
 
     /// Bytes held.
@@ -70,31 +79,43 @@ mod tests {
     use super::*;
     use rayon::prelude::*;
 
+    /// The winners of the first cells of the first tile.
+    fn take(contest: &Contest) -> Vec<Option<Winner>> {
+        let mut winners = Vec::new();
+        contest.take_tile(0, |cell, winner| {
+            assert_eq!(cell, winners.len());
+            winners.push(winner);
+        });
+        winners
+    }
+
     #[test]
     fn the_nearest_wins_and_ties_go_to_the_first_sample() {
         let mut contest = Contest::default();
-        contest.open(4);
+        contest.open(1);
         contest.enter(1, 5.0, 7);
         contest.enter(2, 5.0, 9);
         contest.enter(2, 0.5, 30);
-        contest.enter(3, f32::INFINITY, 4);
-        contest.enter(3, f32::INFINITY, 3);
-        assert_eq!(contest.take(0), None);
-        assert_eq!(contest.take(1), Some(Winner { sample: 7, overlapped: false }));
-        assert_eq!(contest.take(2), Some(Winner { sample: 30, overlapped: true }));
-        assert_eq!(contest.take(3), Some(Winner { sample: 3, overlapped: true }));
-        assert_eq!(contest.take(3), None, "taking clears");
+        contest.enter(33, f32::INFINITY, 4);
+        contest.enter(33, f32::INFINITY, 3);
+        let winners = take(&contest);
+        assert_eq!(winners[0], None);
+        assert_eq!(winners[1], Some(Winner { sample: 7, overlapped: false }));
+        assert_eq!(winners[2], Some(Winner { sample: 30, overlapped: true }));
+        assert_eq!(winners[33], Some(Winner { sample: 3, overlapped: true }));
+        assert!(take(&contest).iter().all(Option::is_none), "taking clears");
+        contest.enter(2, 1.0, 5);
+        assert_eq!(take(&contest)[2], Some(Winner { sample: 5, overlapped: false }), "that it was crowded, too");
     }
 
     #[test]
     fn the_order_of_entry_does_not_matter() {
         let mut contest = Contest::default();
-        contest.open(64);
+        contest.open(1);
         let enter = |i: u32| contest.enter(i % 64, ((i * 7919) % 1009) as f32 + 1.0, i);
         (0..10_000).for_each(enter);
-        let one_by_one: Vec<_> = (0..64).map(|cell| contest.take(cell)).collect();
+        let one_by_one = take(&contest);
         (0..10_000_u32).into_par_iter().rev().for_each(enter);
-        let all_at_once: Vec<_> = (0..64).map(|cell| contest.take(cell)).collect();
-        assert_eq!(one_by_one, all_at_once);
+        assert_eq!(one_by_one, take(&contest));
     }
 }

@@ -50,7 +50,7 @@ pub struct Foreseen {
 /// and, where the eye moved, verified.
 pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let mut asked = vec![0; old.tiles.len()];
-    let ask = |(number, (tiles, asked)): (usize, (&[Tile], &mut [u8]))| {
+    let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
         ask_tiles(number * TILES_AT_ONCE, tiles, stage, asked)
     };
     let groups = old.tiles.par_chunks(TILES_AT_ONCE).zip(asked.par_chunks_mut(TILES_AT_ONCE)).enumerate();
@@ -108,7 +108,7 @@ impl Asked {
 }
 
 /// Asks eight samples of each tile, and notes which of them needed a ray.
-fn ask_tiles(number: usize, tiles: &[Tile], stage: &Stage, asked: &mut [u8]) -> Asked {
+fn ask_tiles(number: usize, tiles: &[Box<Tile>], stage: &Stage, asked: &mut [u8]) -> Asked {
     let casts = stage.plan.camera == CameraChange::Moved;
     let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());
     let mut sum = Asked::default();

@@ -36,7 +36,7 @@ use std::time::Instant;
 
 use crate::film::Film;
 use crate::motion::Pose;
-use crate::samples::{CELLS, SampleStore, TagLayout};
+use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::phong::Palette;
@@ -67,8 +67,6 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
     last: Option<Last>,
-    /// The store of the frame before that, to be written over.
-    spare: Option<SampleStore>,
     contest: Contest,
     lifted: Lifted,
     /// Frames rendered so far: the stamp of the film of the last one.
@@ -106,21 +104,21 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build(scene)?;
+        let layout = TagLayout::of(scene.lights.iter().map(|light| light.kind.is_area()));
         Ok(Self {
             scene,
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             palette: Palette::of(scene),
-            layout: TagLayout::of(scene.lights.iter().map(|light| light.kind.is_area())),
+            workshop: Workshop::new(layout.clone()),
+            layout,
             kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
-            spare: None,
             contest: Contest::default(),
             lifted: Lifted::default(),
             rendered: 0,
-            workshop: Workshop::default(),
             used_film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
         })
@@ -133,7 +131,7 @@ impl<'s> Renderer<'s> {
         let pose = Pose::of(self.scene, frame);
         let view = View::new(&self.grid, pose.camera);
         let last = self.last.take();
-        let (last, unwanted) = if reuse { (last, None) } else { (None, last.map(|(store, _)| store)) };
+        let (last, unwanted) = if reuse { (last, None) } else { (None, last) };
         let plan = match &last {
             Some((_, before)) => Plan::between(before, &pose),
             None => Plan::of_base_frame(&pose),
@@ -166,15 +164,15 @@ impl<'s> Renderer<'s> {
         }
         stage.foreseen = Some(&foreseen);
 
-        let spare = unused.or(unwanted).or(self.spare.take());
-        let (mut store, source, spare) =
-            begin(last, spare, &stage, &self.layout, &mut self.contest, &mut self.lifted);
+        let shop = &mut self.workshop;
+        unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
+        let (mut store, mut source) =
+            begin(last, &stage, &self.layout, &mut self.contest, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
         self.rendered += 1;
-        let shop = &mut self.workshop;
-        let sum = run_tiles(&stage, &source, &self.settings, &mut store, shop, &mut film, film_is_last);
+        let sum = run_tiles(&stage, &mut source, &self.settings, &mut store, shop, &mut film, film_is_last);
         sum.share_time(&mut seconds);
         let mode = match (&source, self.settings.mode) {
             (Source::Nothing, Mode::Full) => "full",
@@ -184,10 +182,6 @@ impl<'s> Renderer<'s> {
         seconds.total = start.elapsed().as_secs_f64();
         let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
-        self.spare = match source {
-            Source::Contest(old, _) => Some(old),
-            _ => spare.or(self.spare.take()),
-        };
         drop(tracer);
         self.last = Some((store, pose.clone()));
         let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
@@ -224,9 +218,8 @@ impl<'s> Renderer<'s> {
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let stores = [self.last.as_ref().map(|(store, _)| store), self.spare.as_ref()];
-        let store: usize = stores.into_iter().flatten().map(SampleStore::bytes).sum();
-        let bytes = (store + self.contest.bytes()) as u64;
+        let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
+        let bytes = (store + self.workshop.spare.bytes() + self.contest.bytes()) as u64;
         let samples = u64::from(self.settings.width)
             * u64::from(self.settings.height)
             * u64::from(self.settings.samples).pow(2);
@@ -241,43 +234,40 @@ impl<'s> Renderer<'s> {
 /// Samples of a frame, and where everything was in it.
 type Last = (SampleStore, Pose);
 
-/// With `--mode auto`: the samples of the frame before, or, if they would not pay, their store to be written
-/// over; and what it took to choose.
-fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<SampleStore>, Foreseen) {
+/// With `--mode auto`: the samples of the frame before; if they would not pay, they come second. And what it
+/// took to choose.
+fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<Last>, Foreseen) {
     match last {
-        Some((old, pose)) if stage.chooses && stage.plan.camera != CameraChange::None => {
-            let foreseen = foresee(&old, stage);
-            if foreseen.pays { (Some((old, pose)), None, foreseen) } else { (None, Some(old), foreseen) }
+        Some(last) if stage.chooses && stage.plan.camera != CameraChange::None => {
+            let foreseen = foresee(&last.0, stage);
+            if foreseen.pays { (Some(last), None, foreseen) } else { (None, Some(last), foreseen) }
         }
         last => (last, None, Foreseen::default()),
     }
 }
 
-/// The store of this frame, and where its samples come from: from another store, from its own tiles, or from
-/// nowhere. A `spare` store that is not needed comes back.
+/// The store of this frame as far as it is there already, and where its samples come from: from another store,
+/// from its own tiles, or from nowhere.
 fn begin<'c>(
     last: Option<Last>,
-    spare: Option<SampleStore>,
     stage: &Stage,
     layout: &TagLayout,
     contest: &'c mut Contest,
     lifted: &'c mut Lifted,
-) -> (SampleStore, Source<'c>, Option<SampleStore>) {
-    let grid = &stage.view.grid;
-    let empty = || SampleStore::empty(grid.tiles(), layout);
+) -> (SampleStore, Source<'c>) {
     match last {
         Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
-            contest.open(grid.tiles() * CELLS);
+            contest.open(stage.view.grid.tiles());
             stay::lift(&mut store, stage, layout, lifted);
             stay::scatter(lifted, stage, contest);
-            (store, Source::Stay(lifted, contest), spare)
+            (store, Source::Stay(lifted, contest))
         }
         Some((old, _)) => {
-            contest.open(grid.tiles() * CELLS);
-            reproject::scatter(&old, stage, contest);
-            (spare.unwrap_or_else(empty), Source::Contest(old, contest), None)
+            contest.open(stage.view.grid.tiles());
+            let old = reproject::scatter(old, stage, contest);
+            (SampleStore::default(), Source::Contest(old, contest))
         }
-        None => (spare.unwrap_or_else(empty), Source::Nothing, None),
+        None => (SampleStore::default(), Source::Nothing),
     }
 }
 

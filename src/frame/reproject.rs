@@ -12,18 +12,25 @@ use super::grid::holds;
 use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Octahedral, SampleStore, Status, Tile};
+use crate::samples::{
+    BACKGROUND, CELLS, EMPTY, LeavingStore, Move, Octahedral, SampleStore, Status, Tile, copy, locate,
+};
 
 /// Enters every sample of `old` in the contest for the cell that it falls into.
-pub fn scatter(old: &SampleStore, stage: &Stage, contest: &Contest) {
-    old.tiles.par_iter().enumerate().for_each(|(number, tile)| {
+pub fn scatter(old: SampleStore, stage: &Stage, contest: &Contest) -> LeavingStore {
+    let scatter_tile = |(number, tile): (usize, &Box<Tile>)| {
+        let mut last = None;
         for first in (0..CELLS).step_by(LANES) {
             let sample = (number * CELLS + first) as u32;
             scatter_lanes(stage, tile, first, |lane, depth, target| {
                 contest.enter(target, depth, sample + lane);
+                last = last.max(Some(target));
             });
         }
-    });
+        last.map_or(0, |target| locate(target).0 + 1)
+    };
+    let until: Vec<u32> = old.tiles.par_iter().enumerate().map(scatter_tile).collect();
+    LeavingStore::new(old, &until)
 }
 
 /// Calls `fall(lane, depth, cell)` for each of eight samples that falls into a cell of the picture, at a
@@ -43,22 +50,72 @@ pub fn scatter_lanes(stage: &Stage, tile: &Tile, first: usize, mut fall: impl Fn
     }
 }
 
+/// A worker's memory for this phase: for each tile of the old store that samples come from, which ones.
+#[derive(Debug, Default)]
+pub struct Gathering {
+    /// The first `used` are of the tile at work; the others keep their memory.
+    sources: Vec<(u32, Vec<Move>)>,
+    used: usize,
+}
+
+impl Gathering {
+    /// Forgets all moves.
+    fn clear(&mut self) {
+        self.used = 0;
+    }
+
+    /// Notes that a sample of tile `tile` moves.
+    #[inline]
+    fn note(&mut self, tile: u32, way: Move) {
+        // neighbours come from the same tile, mostly: the latest is asked first
+        let latest_first = (0..self.used).rev();
+        let known = latest_first.into_iter().find(|source| self.sources[*source].0 == tile);
+        let source = known.unwrap_or_else(|| self.open(tile));
+        self.sources[source].1.push(way);
+    }
+
+    #[cold]
+    fn open(&mut self, tile: u32) -> usize {
+        if self.used == self.sources.len() {
+            self.sources.push(Default::default());
+        }
+        let (number, moves) = &mut self.sources[self.used];
+        *number = tile;
+        moves.clear();
+        self.used += 1;
+        self.used - 1
+    }
+}
+
 /// Fills tile number `number` with the winners of its cells. A cell that nobody won is missed.
 ///
 /// A sample that the eye sees from the other side now is dropped: it was shaded for the side that the
 /// eye was on.
-pub fn gather(old: &SampleStore, stage: &Stage, contest: &Contest, number: usize, tile: &mut Tile) {
+pub fn gather(
+    old: &LeavingStore,
+    stage: &Stage,
+    contest: &Contest,
+    number: usize,
+    tile: &mut Tile,
+    gathering: &mut Gathering,
+) {
     let extent = stage.view.grid.extent(number);
-    for cell in 0..CELLS {
-        let Some(winner) = contest.take((number * CELLS + cell) as u32) else {
-            tile.clear(cell, if holds(extent, cell) { Status::Missed } else { Status::Outside });
-            continue;
-        };
-        let (from, at) = old.locate(winner.sample);
-        tile.take_over(cell, from, at);
-        tile.status[cell] = if winner.overlapped { Status::Overlapped } else { Status::Good };
-        tile.age[cell] = from.age[at].saturating_add(1);
+    gathering.clear();
+    contest.take_tile(number, |cell, winner| match winner {
+        Some(winner) => {
+            let (source, from) = locate(winner.sample);
+            gathering.note(source, Move { to: cell as u16, from });
+            tile.status[cell] = if winner.overlapped { Status::Overlapped } else { Status::Good };
+        }
+        None => tile.clear(cell, if holds(extent, cell) { Status::Missed } else { Status::Outside }),
+    });
+    for (source, moves) in &gathering.sources[..gathering.used] {
+        if let Some(from) = old.tile(*source) {
+            tile.take_over_all(from, moves);
+            copy(&mut tile.age, &from.age, moves);
+        }
     }
+    grow_older(tile);
     for first in (0..CELLS).step_by(LANES) {
         for lane in set_bits(seen_from_behind(stage, tile, first)) {
             tile.clear(first + lane, Status::Missed);
@@ -71,6 +128,13 @@ pub fn gather(old: &SampleStore, stage: &Stage, contest: &Contest, number: usize
                 tile.clear(cell, Status::Missed);
             }
         }
+    }
+}
+
+/// Each sample is a frame older.
+fn grow_older(tile: &mut Tile) {
+    for (age, model) in tile.age.iter_mut().zip(&tile.model) {
+        *age = age.saturating_add(u16::from(*model != EMPTY));
     }
 }
 

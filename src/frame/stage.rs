@@ -177,6 +177,8 @@ pub struct Workbench {
     pub seconds: WorkerSeconds,
     /// Of the phase that follows rays beyond the first surface.
     pub bounces: super::bounce::Bounces,
+    /// Of the phase that brings samples from the frame before.
+    pub gathering: super::reproject::Gathering,
     /// Of the phase that lights samples.
     pub lighting: super::light::Lighting,
     /// Of the phase that makes pixels.

@@ -112,12 +112,12 @@ pub fn settle(lifted: &Lifted, stage: &Stage, contest: &Contest, number: usize, 
         return false;
     }
     let mut any = false;
-    for cell in 0..CELLS {
-        if let Some(winner) = contest.take((number * CELLS + cell) as u32) {
+    contest.take_tile(number, |cell, winner| {
+        if let Some(winner) = winner {
             let (from, at) = lifted.locate(winner.sample);
             any |= put_down(stage, tile, cell, from, at, winner.overlapped);
         }
-    }
+    });
     any
 }
 

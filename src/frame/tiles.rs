@@ -13,7 +13,7 @@ use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Lifted};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{SampleStore, Status, Tile};
+use crate::samples::{LeavingStore, SampleStore, SpareTiles, Status, TagLayout, Tile};
 use crate::settings::{Filter, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
@@ -24,7 +24,7 @@ pub enum Source<'c> {
     /// The camera stands: they are where they were, but for those of models that moved.
     Stay(&'c Lifted, &'c Contest),
     /// The store of the frame before, and who won which cell.
-    Contest(SampleStore, &'c Contest),
+    Contest(LeavingStore, &'c Contest),
 }
 
 /// What the tiles of a frame add up to.
@@ -42,15 +42,24 @@ pub struct TileSum {
 }
 
 /// What the tiles of a frame are worked at with. Keeps its memory from frame to frame.
-#[derive(Default)]
 pub struct Workshop {
+    /// Tiles for the store to grow out of.
+    pub spare: SpareTiles,
     /// One for each thread that has been at work.
     benches: Mutex<Vec<Workbench>>,
     /// Sums of the band of tiles at work, and of the band before.
     bands: [Vec<TileFilm>; 2],
 }
 
-/// Takes every tile through all phases, and writes the frame into `film`.
+impl Workshop {
+    /// Nothing in it yet; for stores with tags as `layout` says.
+    pub fn new(layout: TagLayout) -> Self {
+        Self { spare: SpareTiles::new(layout), benches: Mutex::default(), bands: Default::default() }
+    }
+}
+
+/// Takes every tile through all phases, and writes the frame into `film`. `store` grows to all tiles of the
+/// picture, unless it has them already.
 ///
 /// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
@@ -58,7 +67,7 @@ pub struct Workshop {
 /// written.
 pub fn run_tiles(
     stage: &Stage,
-    source: &Source,
+    source: &mut Source,
     settings: &Settings,
     store: &mut SampleStore,
     shop: &mut Workshop,
@@ -67,7 +76,7 @@ pub fn run_tiles(
 ) -> TileSum {
     let filter = settings.filter;
     // a wide filter mixes neighbours: their sums are needed whatever they show
-    let work = Work { stage, source, filter, may_skip: film_is_last && filter == Filter::Box };
+    let may_skip = film_is_last && filter == Filter::Box;
     let grid = &*stage.view.grid;
     let mut developer = Developer::new(grid, settings, film);
     let mut sum = TileSum::default();
@@ -75,17 +84,26 @@ pub fn run_tiles(
     let [now, before] = &mut shop.bands;
     before.clear();
     let mut done = 0;
-    for band in store.tiles.chunks_mut(in_band) {
+    while done < grid.tiles() {
         let start = Instant::now();
-        now.resize_with(band.len(), TileFilm::default);
-        sum = sum.plus(run_band(&work, done, band, now, &shop.benches));
-        done += band.len();
+        if let Source::Contest(old, _) = source {
+            old.let_go(done, &mut shop.spare);
+        }
+        let end = (done + in_band).min(grid.tiles());
+        shop.spare.grow(store, end);
+        now.resize_with(end - done, TileFilm::default);
+        let work = Work { stage, source, filter, may_skip };
+        sum = sum.plus(run_band(&work, done, &mut store.tiles[done..end], now, &shop.benches));
+        done = end;
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
         let end = (done as u32 / grid.tiles_x * grid.tile_pixels).min(grid.height);
         developer.develop(film, before, now, end);
         sum.develop += developing.elapsed().as_secs_f64();
         std::mem::swap(now, before);
+    }
+    if let Source::Contest(old, _) = source {
+        old.let_go(done, &mut shop.spare);
     }
     sum
 }
@@ -113,7 +131,7 @@ struct Work<'a> {
 fn run_band(
     work: &Work,
     first: usize,
-    tiles: &mut [Tile],
+    tiles: &mut [Box<Tile>],
     films: &mut [TileFilm],
     benches: &Mutex<Vec<Workbench>>,
 ) -> TileSum {
@@ -172,7 +190,9 @@ fn infer_tile(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench
     match source {
         Source::Nothing => reproject::begin_base(stage, number, tile),
         Source::Stay(lifted, contest) => is_changed |= stay::settle(lifted, stage, contest, number, tile),
-        Source::Contest(old, contest) => reproject::gather(old, stage, contest, number, tile),
+        Source::Contest(old, contest) => {
+            reproject::gather(old, stage, contest, number, tile, &mut bench.gathering);
+        }
     }
     bench.seconds.gather += lap();
     if !matches!(source, Source::Nothing) {

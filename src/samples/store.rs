@@ -22,6 +22,24 @@ pub const EMPTY: u32 = u32::MAX - 1;
 /// One value for each cell of a tile.
 pub type Column<T> = [T; CELLS];
 
+/// A sample goes from one cell of a tile to one of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Move {
+    /// Its new cell.
+    pub to: u16,
+    /// Its old cell.
+    pub from: u16,
+}
+
+/// Copies the values that move.
+#[inline(always)]
+pub fn copy<T: Copy>(to: &mut Column<T>, from: &Column<T>, moves: &[Move]) {
+    for way in moves {
+        // the remainders are the numbers themselves: they spare checks
+        to[usize::from(way.to) % CELLS] = from[usize::from(way.from) % CELLS];
+    }
+}
+
 /// Half floats of a colour, a column for each of R, G and B.
 pub type ColorColumns = [Column<f16>; 3];
 
@@ -155,6 +173,25 @@ impl Tile {
         self.tags.take_over(cell, &from.tags, at);
     }
 
+    /// Copies samples from `from`, with their light and their tags, a column at a time. Age and status are the
+    /// caller's.
+    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
+        copy(&mut self.x, &from.x, moves);
+        copy(&mut self.y, &from.y, moves);
+        copy(&mut self.z, &from.z, moves);
+        copy(&mut self.model, &from.model, moves);
+        copy(&mut self.triangle, &from.triangle, moves);
+        copy(&mut self.normal, &from.normal, moves);
+        copy(&mut self.facet, &from.facet, moves);
+        copy(&mut self.material, &from.material, moves);
+        copy(&mut self.from_behind, &from.from_behind, moves);
+        for i in 0..3 {
+            copy(&mut self.albedo[i], &from.albedo[i], moves);
+            copy(&mut self.lit[i], &from.lit[i], moves);
+        }
+        self.tags.take_over_all(&from.tags, moves);
+    }
+
     /// Leaves the cell without a sample.
     #[inline]
     pub fn clear(&mut self, cell: usize, status: Status) {
@@ -165,28 +202,16 @@ impl Tile {
 }
 
 /// All samples of a frame. Indices of samples run through the tiles in order.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub struct SampleStore {
     /// In rows from the top left.
-    pub tiles: Vec<Tile>,
-    tile_bytes: usize,
+    pub tiles: Vec<Box<Tile>>,
 }
 
 impl SampleStore {
-    /// `tiles` tiles without a sample.
-    pub fn empty(tiles: usize, layout: &TagLayout) -> Self {
-        Self { tiles: vec![Tile::empty(layout); tiles], tile_bytes: Tile::bytes(layout) }
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.tiles.len() * self.tile_bytes
-    }
-
-    /// The tile and the cell in it of sample number `index`.
-    #[inline]
-    pub fn locate(&self, index: u32) -> (&Tile, usize) {
-        (&self.tiles[index as usize / CELLS], index as usize % CELLS)
+    /// Bytes held, with tags as `layout` says.
+    pub fn bytes(&self, layout: &TagLayout) -> usize {
+        self.tiles.len() * Tile::bytes(layout)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY};
+use super::{CELLS, Column, EMPTY, Move, copy};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -147,16 +147,16 @@ impl TagLayout {
 /// The tags of a tile's samples for all lights: a column for each light, one after the other.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tags {
-    single: Vec<Tag>,
-    area: Vec<AreaTag>,
+    single: Vec<Column<Tag>>,
+    area: Vec<Column<AreaTag>>,
 }
 
 impl Tags {
     /// None is known.
     pub fn unknown(layout: &TagLayout) -> Self {
         Self {
-            single: vec![Tag::Unknown; layout.single * CELLS],
-            area: vec![AreaTag::UNKNOWN; layout.area * CELLS],
+            single: vec![[Tag::Unknown; CELLS]; layout.single],
+            area: vec![[AreaTag::UNKNOWN; CELLS]; layout.area],
         }
     }
 
@@ -164,8 +164,8 @@ impl Tags {
     #[inline]
     pub fn get(&self, slot: TagSlot, point: usize, cell: usize) -> Tag {
         match slot {
-            TagSlot::Single(column) => self.single[column * CELLS + cell],
-            TagSlot::Area(column) => self.area[column * CELLS + cell].get(point),
+            TagSlot::Single(column) => self.single[column][cell],
+            TagSlot::Area(column) => self.area[column][cell].get(point),
         }
     }
 
@@ -173,7 +173,7 @@ impl Tags {
     #[inline]
     pub fn single(&self, slot: TagSlot) -> &[Tag] {
         match slot {
-            TagSlot::Single(column) => &self.single[column * CELLS..][..CELLS],
+            TagSlot::Single(column) => &self.single[column],
             TagSlot::Area(_) => &[],
         }
     }
@@ -182,7 +182,7 @@ impl Tags {
     #[inline]
     pub fn single_mut(&mut self, slot: TagSlot) -> &mut [Tag] {
         match slot {
-            TagSlot::Single(column) => &mut self.single[column * CELLS..][..CELLS],
+            TagSlot::Single(column) => &mut self.single[column],
             TagSlot::Area(_) => &mut [],
         }
     }
@@ -192,11 +192,11 @@ impl Tags {
     pub fn lit(&self, slot: TagSlot, point: usize, first: usize) -> Mask {
         match slot {
             TagSlot::Single(column) => {
-                let tags = &self.single[column * CELLS + first..][..LANES];
+                let tags = &self.single[column][first..first + LANES];
                 Mask::of(|lane| tags[lane].is_lit())
             }
             TagSlot::Area(column) => {
-                let tags = &self.area[column * CELLS + first..][..LANES];
+                let tags = &self.area[column][first..first + LANES];
                 Mask::of(|lane| tags[lane].lit() >> point & 1 != 0)
             }
         }
@@ -207,7 +207,7 @@ impl Tags {
     pub fn area(&self, slot: TagSlot) -> &[AreaTag] {
         match slot {
             TagSlot::Single(_) => &[],
-            TagSlot::Area(column) => &self.area[column * CELLS..][..CELLS],
+            TagSlot::Area(column) => &self.area[column],
         }
     }
 
@@ -216,7 +216,7 @@ impl Tags {
     pub fn area_mut(&mut self, slot: TagSlot) -> &mut [AreaTag] {
         match slot {
             TagSlot::Single(_) => &mut [],
-            TagSlot::Area(column) => &mut self.area[column * CELLS..][..CELLS],
+            TagSlot::Area(column) => &mut self.area[column],
         }
     }
 
@@ -240,28 +240,38 @@ impl Tags {
     /// Copies the tags of cell `at` of `from` to `cell`.
     #[inline]
     pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
-        for (to, from) in self.single.chunks_exact_mut(CELLS).zip(from.single.chunks_exact(CELLS)) {
+        for (to, from) in self.single.iter_mut().zip(&from.single) {
             to[cell] = from[at];
         }
-        for (to, from) in self.area.chunks_exact_mut(CELLS).zip(from.area.chunks_exact(CELLS)) {
+        for (to, from) in self.area.iter_mut().zip(&from.area) {
             to[cell] = from[at];
+        }
+    }
+
+    /// The same for many cells.
+    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
+        for (to, from) in self.single.iter_mut().zip(&from.single) {
+            copy(to, from, moves);
+        }
+        for (to, from) in self.area.iter_mut().zip(&from.area) {
+            copy(to, from, moves);
         }
     }
 
     /// Forgets what is known of some cells.
     pub fn forget(&mut self, cells: &[u32]) {
-        for column in self.single.chunks_exact_mut(CELLS) {
+        for column in &mut self.single {
             cells.iter().for_each(|cell| column[*cell as usize] = Tag::Unknown);
         }
-        for column in self.area.chunks_exact_mut(CELLS) {
+        for column in &mut self.area {
             cells.iter().for_each(|cell| column[*cell as usize] = AreaTag::UNKNOWN);
         }
     }
 
     /// Forgets everything.
     pub fn forget_all(&mut self) {
-        self.single.fill(Tag::Unknown);
-        self.area.fill(AreaTag::UNKNOWN);
+        self.single.iter_mut().for_each(|column| column.fill(Tag::Unknown));
+        self.area.iter_mut().for_each(|column| column.fill(AreaTag::UNKNOWN));
     }
 }
 
