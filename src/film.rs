@@ -1,12 +1,97 @@
 //! The planes of one finished frame.
 
-/// How a plane is stored in a file. In memory every plane is `f32`.
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+
+/// How a plane is stored in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneKind {
     /// 16-bit float: colours, normals, fractions.
     Half,
     /// 32-bit float: distances, positions, motion, ids.
     Float,
+}
+
+/// Numbers of a plane, rounded to what its file will hold or finer.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Values {
+    Half(Vec<f16>),
+    Float(Vec<f32>),
+}
+
+/// The largest finite half.
+pub const HALF_MAX: f32 = 65504.0;
+
+impl Values {
+    /// As many zeros, to become halves.
+    pub fn halves(count: usize) -> Self {
+        Self::Half(vec![f16::ZERO; count])
+    }
+
+    /// As many zeros, to become floats.
+    pub fn floats(count: usize) -> Self {
+        Self::Float(vec![0.0; count])
+    }
+
+    /// `values` as a plane of that kind holds them.
+    pub fn of(kind: PlaneKind, values: &[f32]) -> Self {
+        let mut some = match kind {
+            PlaneKind::Half => Self::halves(values.len()),
+            PlaneKind::Float => Self::floats(values.len()),
+        };
+        some.put(0, values);
+        some
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Half(values) => values.len(),
+            Self::Float(values) => values.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number `index`.
+    #[inline]
+    pub fn get(&self, index: usize) -> f32 {
+        match self {
+            Self::Half(values) => values[index].to_f32(),
+            Self::Float(values) => values[index],
+        }
+    }
+
+    /// All of them.
+    pub fn to_floats(&self) -> Vec<f32> {
+        match self {
+            Self::Half(values) => values.to_f32_vec(),
+            Self::Float(values) => values.clone(),
+        }
+    }
+
+    /// Writes `values` from number `first` on. Halves end at 65504; a NaN stays one.
+    #[inline]
+    pub fn put(&mut self, first: usize, values: &[f32]) {
+        const BLOCK: usize = 256; // stays in the first-level cache, and on the stack
+        match self {
+            Self::Float(all) => all[first..first + values.len()].copy_from_slice(values),
+            Self::Half(all) => {
+                let mut clamped = [0.0_f32; BLOCK];
+                let blocks = all[first..first + values.len()].chunks_mut(BLOCK).zip(values.chunks(BLOCK));
+                for (to, from) in blocks {
+                    for (clamped, value) in clamped.iter_mut().zip(from) {
+                        *clamped = value.clamp(-HALF_MAX, HALF_MAX);
+                    }
+                    to.convert_from_f32_slice(&clamped[..from.len()]);
+                }
+            }
+        }
+    }
 }
 
 /// One channel of a frame.
@@ -17,9 +102,16 @@ pub struct Plane {
     /// How it is stored.
     pub kind: PlaneKind,
     /// `width * height` finite values, row-major, top row first.
-    pub data: Vec<f32>,
+    pub values: Values,
     /// Known to be zero throughout: a renderer need not clear it, nor a writer look at it.
     pub is_zero: bool,
+}
+
+impl Plane {
+    /// With these values, rounded as `kind` says.
+    pub fn new(name: &'static str, kind: PlaneKind, values: &[f32]) -> Self {
+        Self { name, kind, values: Values::of(kind, values), is_zero: false }
+    }
 }
 
 /// A finished frame.
@@ -44,7 +136,25 @@ impl Film {
 
     /// The values of the plane of that name.
     #[must_use]
-    pub fn values(&self, name: &str) -> Option<&[f32]> {
-        self.plane(name).map(|plane| plane.data.as_slice())
+    pub fn values(&self, name: &str) -> Option<Vec<f32>> {
+        self.plane(name).map(|plane| plane.values.to_floats())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_rounded_and_end_where_they_end() {
+        let values: Vec<f32> = (0..600).map(|i| i as f32 * 0.3 - 7.0).chain([1e9, -1e9, f32::NAN]).collect();
+        let halves = Values::of(PlaneKind::Half, &values);
+        assert_eq!(halves.len(), values.len());
+        for (index, value) in values[..600].iter().enumerate() {
+            assert_eq!(halves.get(index), f16::from_f32(*value).to_f32());
+        }
+        assert_eq!([halves.get(600), halves.get(601)], [HALF_MAX, -HALF_MAX]);
+        assert!(halves.get(602).is_nan(), "for the writer to find");
+        assert_eq!(Values::of(PlaneKind::Float, &values[..600]).to_floats(), values[..600]);
     }
 }

@@ -273,7 +273,7 @@ fn tags_save_rays_and_change_no_pixel() {
     for (kept, forgotten) in run(false).iter().zip(&run(true)) {
         for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
             let other = forgotten.film.values(plane.name).expect("the same planes");
-            let differ = plane.data.iter().zip(other).filter(|(a, b)| a != b).count();
+            let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
             assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
         }
         if kept.stats.frame > 1 {
@@ -297,7 +297,7 @@ fn layers_that_are_left_out_change_no_other() {
             for (some, all) in render(layers).iter().zip(&all) {
                 assert!(some.film.planes.len() < 12);
                 for plane in &some.film.planes {
-                    assert_eq!(all.film.values(plane.name), Some(plane.data.as_slice()), "{}", plane.name);
+                    assert_eq!(all.film.values(plane.name), Some(plane.values.to_floats()), "{}", plane.name);
                 }
             }
         }
@@ -362,7 +362,7 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
         assert_eq!(stats.audit.expect("asked for").differing, 0);
         for plane in &kept.planes {
             let other = fresh.values(plane.name).expect("the same planes");
-            let differ = plane.data.iter().zip(other).filter(|(a, b)| a != b).count();
+            let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
             assert_eq!(differ, 0, "frame {}: {}", stats.frame, plane.name);
         }
     }

@@ -64,13 +64,15 @@ fn check_planes(film: &Film, what: &str) {
     assert_eq!(names, CHANNELS.split_whitespace().collect(), "{what}");
     assert_eq!(names.len(), film.planes.len(), "{what}: each once");
     for plane in &film.planes {
-        assert_eq!(plane.data.len(), (film.width * film.height) as usize, "{what}: {}", plane.name);
+        let values = plane.values.to_floats();
+        assert_eq!(values.len(), (film.width * film.height) as usize, "{what}: {}", plane.name);
         let most = if plane.kind == PlaneKind::Half { MOST_HALF } else { f32::MAX };
-        let bad = plane.data.iter().find(|value| !value.is_finite() || value.abs() > most);
+        let bad = values.iter().find(|value| !value.is_finite() || value.abs() > most);
         assert_eq!(bad, None, "{what}: {}", plane.name);
     }
     for name in ["A", "status.base", "status.good", "status.overlapped", "status.missed", "status.obscured"] {
-        let outside = film.values(name).unwrap().iter().find(|value| !(0.0..=1.0).contains(*value));
+        let values = film.values(name).unwrap();
+        let outside = values.iter().find(|value| !(0.0..=1.0).contains(*value));
         assert_eq!(outside, None, "{what}: {name}");
     }
 }

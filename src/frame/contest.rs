@@ -105,7 +105,11 @@ mod tests {
         assert_eq!(winners[33], Some(Winner { sample: 3, overlapped: true }));
         assert!(take(&contest).iter().all(Option::is_none), "taking clears");
         contest.enter(2, 1.0, 5);
-        assert_eq!(take(&contest)[2], Some(Winner { sample: 5, overlapped: false }), "that it was crowded, too");
+        assert_eq!(
+            take(&contest)[2],
+            Some(Winner { sample: 5, overlapped: false }),
+            "that it was crowded, too"
+        );
     }
 
     #[test]

@@ -1,22 +1,26 @@
 //! Filtering: samples to pixels (the paper's "Filtering").
 //!
-//! Each tile is summed by itself into a [`TileFilm`], halo included; [`develop`](super::develop) then puts
-//! the tiles together in their order, so that the picture does not depend on who was done first.
+//! Each tile writes its own pixels into its [`Window`] of the film. Where the filter is wider than a pixel,
+//! colours stay sums in a [`TileFilm`], halo included: [`develop`](super::develop) adds up what neighbours have
+//! for each pixel, in the tiles' order, so that the picture does not depend on who was done first.
 //!
 //! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
 //! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
-use std::ops::{Add, Range};
+use std::ops::Range;
 
 use glam::Vec4;
 
-use super::enhance::Light;
+use super::channels::{Channel, Picture, Source, Written, data, sums};
+use super::enhance::{Light, Radiance};
 use super::grid::Grid;
-use super::stage::{Stage, Workbench};
+use super::placed::PlacedTile;
+use super::stage::{CellRays, Stage, Workbench};
 use super::trace_missed::is_traced;
+use super::window::{Rounding, Window};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::layers::Layers;
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TILE, Tile, load_colors};
+use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile, load_colors};
 use crate::settings::Filter;
 
 /// `Z` of the background: finite, and far behind everything.
@@ -25,113 +29,66 @@ pub const BACKGROUND_Z: f32 = 1e10;
 /// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
 const NEARNESS: f32 = 1024.0;
 
-/// The planes of sums: numbers of those that begin a group.
-pub mod sums {
-    /// Of the weights.
-    pub const WEIGHT: usize = 0;
-    /// Of samples that show a surface.
-    pub const ALPHA: usize = 1;
-    /// Three colours each, from here on.
-    pub const DIFFUSE: usize = 2;
-    /// Diffuse reflectance.
-    pub const ALBEDO: usize = 5;
-    /// Highlights.
-    pub const SPECULAR: usize = 8;
-    /// In mirrors and off glass.
-    pub const REFLECTION: usize = 11;
-    /// Through glass.
-    pub const REFRACTION: usize = 14;
-    /// All of them.
-    pub const COUNT: usize = 17;
+/// `N` planes of a tile's pixels, in rows, each from the start of its column. Keeps its memory.
+#[derive(Debug)]
+struct Planes<const N: usize> {
+    columns: Vec<Column<f32>>,
+    /// Which planes hold anything. What is in the others means nothing: they are zero throughout.
+    is_some: [bool; N],
 }
 
-/// The planes of data: numbers of those that begin a group.
-pub mod data {
-    /// Distance along the view axis.
-    pub const Z: usize = 0;
-    /// World space.
-    pub const POSITION: usize = 1;
-    /// World space.
-    pub const NORMAL: usize = 4;
-    /// Model's number, from 1 on.
-    pub const ID: usize = 7;
-    /// Frames since the sample was traced.
-    pub const AGE: usize = 8;
-    /// Share of the samples that are base, good, overlapped, missed, obscured.
-    pub const STATUS: usize = 9;
-    /// Rays: primary, verification, shadow, secondary.
-    pub const RAYS: usize = 14;
-    /// All of them.
-    pub const COUNT: usize = 18;
+impl<const N: usize> Default for Planes<N> {
+    fn default() -> Self {
+        Self { columns: vec![[0.0; CELLS]; N], is_some: [false; N] }
+    }
 }
 
-/// The pixels that one tile's samples reach, plane by plane. Keeps its memory from frame to frame.
+impl<const N: usize> Planes<N> {
+    /// Nothing in any plane.
+    fn begin(&mut self) {
+        self.is_some = [false; N];
+    }
+
+    /// Plane `number`, to be filled.
+    fn open(&mut self, number: usize) -> &mut Column<f32> {
+        self.is_some[number] = true;
+        &mut self.columns[number]
+    }
+}
+
+/// What one tile's samples add to the pixels that they reach, where the filter has a halo. Keeps its memory from
+/// frame to frame.
 #[derive(Debug, Default)]
 pub struct TileFilm {
     /// Columns and rows of the tile's own pixels in the picture.
     pixels: [Range<u32>; 2],
-    /// Pixels from one row of `data` to the next.
+    /// Pixels along the tile's edge.
     stride: usize,
     /// Pixels around the tile that its samples reach.
     halo: usize,
     /// [`sums::COUNT`] planes of the tile's own pixels and the halo around them.
     sums: Vec<f32>,
-    /// [`data::COUNT`] planes of the tile's own pixels.
-    data: Vec<f32>,
-    /// Which planes of `sums` are not zero throughout; the others are not written.
+    /// Which planes are not zero throughout; the others are not written.
     is_some: [bool; sums::COUNT],
-    /// Which planes of `data` are not zero throughout; the others are not written.
-    has_data: [bool; data::COUNT],
-    /// Nothing is written because the film shows the tile already.
-    is_shown: bool,
 }
 
 impl TileFilm {
-    /// Says that the film shows the tile already, a frame younger.
-    pub fn stay(&mut self, grid: &Grid, number: usize) {
-        self.pixels = grid.pixels(number);
-        self.is_shown = true;
-    }
-
-    /// Whether the film shows the tile already, a frame younger.
-    pub fn is_shown(&self) -> bool {
-        self.is_shown
-    }
-
-    /// Columns and rows of the tile's own pixels in the picture.
-    pub fn pixels(&self) -> [Range<usize>; 2] {
-        self.pixels.clone().map(|range| range.start as usize..range.end as usize)
-    }
-
     fn begin(&mut self, grid: &Grid, number: usize, filter: Filter) {
-        self.is_shown = false;
         self.pixels = grid.pixels(number);
         self.stride = grid.tile_pixels as usize;
         self.halo = halo(filter) as usize;
         self.sums.resize(sums::COUNT * self.edge().pow(2), 0.0);
-        self.data.resize(data::COUNT * self.stride.pow(2), 0.0);
         self.is_some = [false; sums::COUNT];
-        self.has_data = [true; data::COUNT];
     }
 
-    /// Pixels along an edge of a plane of sums.
+    /// Pixels along an edge of a plane.
     fn edge(&self) -> usize {
         self.stride + 2 * self.halo
     }
 
-    /// Whether any of these planes of the sums is not zero throughout.
+    /// Whether any of these sums is not zero throughout.
     pub fn has_sums(&self, planes: &[usize]) -> bool {
         planes.iter().any(|plane| self.is_some[*plane])
-    }
-
-    /// Whether this plane of the data is not zero throughout.
-    pub fn has_data(&self, plane: usize) -> bool {
-        self.has_data[plane]
-    }
-
-    /// Plane `plane` of the sums of a filter without a halo, in rows of [`stride`](Self::stride).
-    pub fn own_sums(&self, plane: usize) -> &[f32] {
-        &self.sums[plane * self.edge().pow(2)..][..self.edge().pow(2)]
     }
 
     /// The part of row `y` of plane `plane` of the sums that is in the picture, `width` pixels wide: its
@@ -147,21 +104,6 @@ impl TileFilm {
         let values = &self.sums[start + beyond..start + self.edge()];
         Some((first, &values[..values.len().min(width - first)]))
     }
-
-    /// A row of plane `plane` of the data, from the tile's first pixel on.
-    pub fn data_row(&self, plane: usize, row: usize) -> &[f32] {
-        &self.data[plane * self.stride.pow(2)..][row * self.stride..][..self.stride]
-    }
-
-    /// Pixels from one row to the next.
-    pub fn stride(&self) -> usize {
-        self.stride
-    }
-
-    fn plane(&mut self, plane: usize) -> &mut [f32] {
-        let size = self.edge().pow(2);
-        &mut self.sums[plane * size..][..size]
-    }
 }
 
 /// A worker's memory for this phase.
@@ -176,41 +118,120 @@ pub struct Filtering {
     y: Column<f32>,
     /// For each pixel the cell whose sample is nearest to its centre.
     nearest: Vec<u16>,
+    /// Of a filter without a halo: sums of the tile's pixels.
+    sums: Planes<{ sums::COUNT }>,
+    /// Of the tile's pixels.
+    data: Planes<{ data::COUNT }>,
+    rounding: Rounding,
 }
 
 impl Default for Filtering {
     fn default() -> Self {
         let none = [0.0; CELLS];
-        Self { alpha: none, albedo: [none; 3], x: none, y: none, nearest: Vec::new() }
+        Self {
+            alpha: none,
+            albedo: [none; 3],
+            x: none,
+            y: none,
+            nearest: Vec::new(),
+            sums: Planes::default(),
+            data: Planes::default(),
+            rounding: Rounding::default(),
+        }
     }
 }
 
-/// Sums the samples of tile number `number` into `film`.
+/// Makes pixels of the samples of tile number `number`, and writes what is finished into its `window` and what is
+/// not into `film`. Says which channels hold anything.
+#[expect(clippy::too_many_arguments, reason = "each is a thing by itself")]
 pub fn filter(
     stage: &Stage,
     number: usize,
     tile: &Tile,
     bench: &mut Workbench,
     kernel: Filter,
+    picture: &Picture,
+    window: &mut Window,
     film: &mut TileFilm,
-) {
+) -> Written {
     let grid = &*stage.view.grid;
-    film.begin(grid, number, kernel);
-    let mut filtering = std::mem::take(&mut bench.filtering);
-    prepare(stage, tile, &mut filtering);
+    let Workbench { filtering, placed, radiance, cell_rays, .. } = bench;
+    filtering.sums.begin();
+    filtering.data.begin();
+    prepare(stage, tile, filtering);
     let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
     if kernel != Filter::Box || shows_samples && grid.samples > 1 {
-        locate(stage, number, tile, &mut filtering);
+        locate(stage, number, tile, filtering);
     }
-    sum_colors(stage, tile, bench, kernel, &filtering, film);
+    if kernel != Filter::Box {
+        film.begin(grid, number, kernel);
+    }
+    sum_colors(stage, tile, radiance, kernel, filtering, film);
     if shows_samples {
-        choose_nearest(grid, &mut filtering);
-        write_data(stage, tile, &filtering.nearest, bench, film);
+        choose_nearest(grid, filtering);
+        take_data(stage, tile, placed, filtering);
     }
     if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
-        write_counts(grid, tile, bench, film);
+        count(grid, tile, cell_rays, &mut filtering.data);
     }
-    bench.filtering = filtering;
+    finish(grid, number, picture, kernel, filtering, window)
+}
+
+/// Says that the film shows tile number `number` already, a frame younger.
+pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window) -> Written {
+    const OLDEST: f32 = u16::MAX as f32;
+    let pixels = stage.view.grid.pixels(number).map(|range| range.start as usize..range.end as usize);
+    let is_age = |channel: &Channel| channel.source == Source::Data(data::AGE);
+    if let Some(age) = picture.channels.iter().position(is_age) {
+        window.count_up(age, &pixels, OLDEST);
+    }
+    Written::SHOWN
+}
+
+/// Writes what needs no neighbours.
+fn finish(
+    grid: &Grid,
+    number: usize,
+    picture: &Picture,
+    kernel: Filter,
+    filtering: &mut Filtering,
+    window: &mut Window,
+) -> Written {
+    let Filtering { sums, data, rounding, .. } = filtering;
+    let scale = (grid.samples_of_pixel() as f32).recip();
+    let stride = grid.tile_pixels as usize;
+    let pixels = grid.pixels(number).map(|range| range.start as usize..range.end as usize);
+    let mut written = Written::default();
+    let mut scaled = [0.0; CELLS];
+    for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
+        let values = match channel.source {
+            Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
+            Source::Filtered(_) if kernel != Filter::Box => continue,
+            Source::Filtered(numbers) => {
+                let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
+                some.next().map(|first| {
+                    for (pixel, sum) in scaled.iter_mut().zip(&sums.columns[*first]) {
+                        *pixel = sum * scale;
+                    }
+                    for number in some {
+                        for (pixel, sum) in scaled.iter_mut().zip(&sums.columns[*number]) {
+                            *pixel += sum * scale;
+                        }
+                    }
+                    &scaled
+                })
+            }
+        };
+        match values {
+            Some(values) => {
+                written.note(number);
+                window.put(number, &pixels, values, stride, rounding);
+            }
+            None if *was_zero => {}
+            None => window.clear(number, &pixels),
+        }
+    }
+    written
 }
 
 /// What is filtered beside light.
@@ -250,38 +271,43 @@ fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) 
 fn choose_nearest(grid: &Grid, filtering: &mut Filtering) {
     let Filtering { x, y, nearest, .. } = filtering;
     nearest.clear();
-    let pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
+    let cells = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
     if grid.samples == 1 {
-        nearest.extend(pixels.map(|cells| cells[0]));
+        nearest.extend(cells.map(|cells| cells[0]));
         return;
     }
-    let (edge, scale) = (grid.tile_pixels as usize, (grid.samples as f32).recip());
-    nearest.extend(pixels.enumerate().map(|(pixel, cells)| {
-        let centre = [(pixel % edge) as f32 + 0.5, (pixel / edge) as f32 + 0.5];
-        let distance = |cell: u16| {
-            let aside = [x[usize::from(cell)] * scale - centre[0], y[usize::from(cell)] * scale - centre[1]];
-            // in steps: of samples that are equally near but for rounding the first is shown
-            ((aside[0] * aside[0] + aside[1] * aside[1]) * NEARNESS + 0.5) as u32
-        };
-        let first = (distance(cells[0]), cells[0]);
-        let least = cells[1..].iter().map(|cell| (distance(*cell), *cell));
-        least.fold(first, |best, next| if next.0 < best.0 { next } else { best }).1
-    }));
+    // the number of a sample in its pixel comes after how near it is: the least says which one it is
+    let (scale, samples) = ((grid.samples as f32).recip(), grid.samples_of_pixel() as f32);
+    let aside = |at: f32, centre: f32| at * scale - centre;
+    let centres = grid.center_x.iter().zip(&grid.center_y).zip(&grid.number_in_pixel);
+    let mut ranks = [0.0; CELLS];
+    for ((rank, (x, y)), ((center_x, center_y), number)) in
+        ranks.iter_mut().zip(x.iter().zip(&*y)).zip(centres)
+    {
+        let [x, y] = [aside(*x, *center_x), aside(*y, *center_y)];
+        // in steps: of samples that are equally near but for rounding the first is shown
+        *rank = ((x * x + y * y) * NEARNESS + 0.5).floor() * samples + number;
+    }
+    let mut least = [0.0; CELLS];
+    reduce(grid, &ranks, f32::min, &mut least);
+    least.iter_mut().for_each(|rank| *rank -= (*rank / samples).floor() * samples);
+    nearest.extend(cells.zip(&least).map(|(cells, number)| cells[*number as usize]));
 }
 
 /// Sums all planes that are filtered.
 fn sum_colors(
     stage: &Stage,
     tile: &Tile,
-    bench: &Workbench,
+    shown: &Radiance,
     kernel: Filter,
-    filtering: &Filtering,
+    filtering: &mut Filtering,
     film: &mut TileFilm,
 ) {
-    let (grid, shown) = (&*stage.view.grid, &bench.radiance);
+    let grid = &*stage.view.grid;
+    let Filtering { alpha, albedo, sums: own, x, y, .. } = filtering;
     let colors = [
         (sums::DIFFUSE, &shown.diffuse, true),
-        (sums::ALBEDO, &filtering.albedo, stage.layers.has(Layers::ALBEDO)),
+        (sums::ALBEDO, &*albedo, stage.layers.has(Layers::ALBEDO)),
         (sums::SPECULAR, &shown.specular, shown.has_specular),
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
@@ -289,61 +315,54 @@ fn sum_colors(
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
     let planes =
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
-    let planes = std::iter::once((sums::ALPHA, &filtering.alpha)).chain(planes);
+    let planes = std::iter::once((sums::ALPHA, &*alpha)).chain(planes);
     match kernel {
         Filter::Box => {
             for (plane, column) in planes {
-                film.is_some[plane] = true;
-                let pixels = film.plane(plane);
-                sum_pixels(grid, |cell| column[cell], |pixel, sum| pixels[pixel] = sum);
+                reduce(grid, column, |sum, value| sum + value, own.open(plane));
             }
         }
         Filter::Mitchell => {
             let mut columns = [None; sums::COUNT];
             planes.for_each(|(plane, column)| columns[plane] = Some(column));
-            spread(grid, tile, filtering, &columns, film);
+            spread(grid, tile, [x, y], &columns, film);
         }
     }
 }
 
-/// Adds up, for each pixel of a tile, the `value` of its samples' cells in their order, and calls
-/// `put(pixel, sum)`.
+/// For each pixel of a tile the values of its samples' cells, `joined`.
 ///
-/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: there no table is needed.
+/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: there no table is needed,
+/// and whole blocks are joined at once.
 #[inline(always)]
-fn sum_pixels<T: Copy + Add<Output = T>>(
-    grid: &Grid,
-    value: impl Fn(usize) -> T,
-    mut put: impl FnMut(usize, T),
-) {
+fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f32, pixels: &mut Column<f32>) {
     const BLOCKS: usize = TILE / 4;
     const HALF: usize = TILE / 2;
     match grid.samples {
         1 => {
-            for cell in 0..CELLS {
-                let (block, lane) = (cell / 16, cell % 16);
-                let [x, y] = [block % BLOCKS * 4 + lane % 4, block / BLOCKS * 4 + lane / 4];
-                put(y * TILE + x, value(cell));
+            for (block, cells) in column.chunks_exact(16).enumerate() {
+                let corner = block / BLOCKS * 4 * TILE + block % BLOCKS * 4;
+                for (row, cells) in cells.chunks_exact(4).enumerate() {
+                    pixels[corner + row * TILE..][..4].copy_from_slice(cells);
+                }
             }
         }
         2 => {
-            for block in 0..CELLS / 16 {
+            for (block, cells) in column.chunks_exact(16).enumerate() {
                 let corner = block / BLOCKS * 2 * HALF + block % BLOCKS * 2;
-                for (below, right) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                    let cell = block * 16 + below * 8 + right * 2;
-                    let sum = value(cell) + value(cell + 1) + value(cell + 4) + value(cell + 5);
-                    put(corner + below * HALF + right, sum);
-                }
+                let beside: [f32; 8] =
+                    std::array::from_fn(|pair| joined(cells[2 * pair], cells[2 * pair + 1]));
+                let below = |pair: usize| joined(beside[pair], beside[pair + 2]);
+                pixels[corner..][..2].copy_from_slice(&[below(0), below(1)]);
+                pixels[corner + HALF..][..2].copy_from_slice(&[below(4), below(5)]);
             }
         }
         _ => {
-            let pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
-            for (pixel, cells) in pixels.enumerate() {
+            let cells_of_pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
+            for (pixel, cells) in pixels.iter_mut().zip(cells_of_pixels) {
                 // the remainder is the number itself: it spares a check
-                let mut values = cells.iter().map(|cell| value(usize::from(*cell) % CELLS));
-                if let Some(first) = values.next() {
-                    put(pixel, values.fold(first, |sum, value| sum + value));
-                }
+                let values = cells.iter().map(|cell| column[usize::from(*cell) % CELLS]);
+                *pixel = values.reduce(&joined).unwrap_or(0.0);
             }
         }
     }
@@ -353,33 +372,34 @@ fn sum_pixels<T: Copy + Add<Output = T>>(
 fn spread(
     grid: &Grid,
     tile: &Tile,
-    filtering: &Filtering,
+    [x, y]: [&Column<f32>; 2],
     columns: &[Option<&Column<f32>>; sums::COUNT],
     film: &mut TileFilm,
 ) {
     let (edge, scale) = (film.edge(), (grid.samples as f32).recip());
     let size = edge * edge;
     for (plane, column) in columns.iter().enumerate() {
-        film.is_some[plane] = column.is_some() || plane == sums::WEIGHT;
-        if film.is_some[plane] {
-            film.plane(plane).fill(0.0);
+        if column.is_some() || plane == sums::WEIGHT {
+            film.is_some[plane] = true;
+            film.sums[plane * size..][..size].fill(0.0);
         }
     }
+    let sums = &mut film.sums;
     // where a plane begins, and what is spread into it
     let planes: Vec<(usize, &Column<f32>)> =
         columns.iter().enumerate().filter_map(|(plane, column)| Some((plane * size, (*column)?))).collect();
     for cell in (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY) {
-        let at = [filtering.x[cell] * scale, filtering.y[cell] * scale];
+        let at = [x[cell] * scale, y[cell] * scale];
         // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
         let first = at.map(|at| (at + 0.5).floor());
         let (across, down) = (mitchell(at[0] + 0.5 - first[0]), mitchell(at[1] + 0.5 - first[1]));
         let start = first[1] as usize * edge + first[0] as usize;
         let weights = down.map(|down| Vec4::from_array(across) * down);
-        add(&mut film.sums[sums::WEIGHT * size + start..], edge, &weights, 1.0);
+        add(&mut sums[sums::WEIGHT * size + start..], edge, &weights, 1.0);
         for (begin, column) in &planes {
             // most samples have neither highlight nor mirror
             if column[cell] != 0.0 {
-                add(&mut film.sums[begin + start..], edge, &weights, column[cell]);
+                add(&mut sums[begin + start..], edge, &weights, column[cell]);
             }
         }
     }
@@ -419,88 +439,98 @@ fn mitchell(beyond: f32) -> [f32; 4] {
     [first / 6.0, second / 6.0, near(1.0 - beyond) / 6.0, far(2.0 - beyond) / 6.0]
 }
 
-/// Writes the data of each pixel's nearest sample.
-fn write_data(stage: &Stage, tile: &Tile, nearest: &[u16], bench: &mut Workbench, film: &mut TileFilm) {
-    let (size, camera) = (film.stride.pow(2), &stage.view.camera);
+/// The data of each pixel's nearest sample.
+fn take_data(stage: &Stage, tile: &Tile, placed: &mut PlacedTile, filtering: &mut Filtering) {
+    let Filtering { nearest, data, .. } = filtering;
     let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| stage.layers.has(layer));
-    let is_placed = has_place || has_normal || stage.layers.has(Layers::Z);
-    for (pixel, cell) in nearest.iter().map(|cell| usize::from(*cell)).enumerate() {
-        let mut put = |plane: usize, value: f32| film.data[plane * size + pixel] = value;
-        let mut put_vectors = |place: glam::Vec3, normal: glam::Vec3| {
-            if has_place {
-                (0..3).for_each(|axis| put(data::POSITION + axis, place[axis]));
-            }
-            if has_normal {
-                (0..3).for_each(|axis| put(data::NORMAL + axis, normal[axis]));
-            }
-        };
-        match tile.model[cell] {
-            EMPTY => continue,
-            BACKGROUND => {
-                put_vectors(glam::Vec3::ZERO, glam::Vec3::ZERO);
-                put(data::Z, BACKGROUND_Z);
-                put(data::ID, 0.0);
-            }
-            model => {
-                if is_placed {
-                    let (place, normal) = bench.placed.at(stage, tile, cell);
-                    put_vectors(place, normal);
-                    put(data::Z, (place - camera.eye).dot(camera.forward));
-                }
-                put(data::ID, (model + 1) as f32);
-            }
-        }
-        put(data::AGE, f32::from(tile.age[cell]));
+    let has_depth = stage.layers.has(Layers::Z);
+    if has_place || has_normal || has_depth {
+        placed.complete(stage, tile);
     }
-    film.has_data[data::AGE] = tile.age.iter().any(|age| *age != 0);
+    if has_place || has_depth {
+        for (axis, column) in placed.point.iter().enumerate() {
+            take(nearest, column, data.open(data::POSITION + axis));
+        }
+    }
+    if has_normal {
+        for (axis, column) in placed.normal.iter().enumerate() {
+            take(nearest, column, data.open(data::NORMAL + axis));
+        }
+    }
+    let mut models = [EMPTY; CELLS];
+    take(nearest, &tile.model, &mut models);
+    let is_surface = |first: usize| Mask::of(|lane| models[first + lane] < EMPTY);
+    if has_depth {
+        let camera = &stage.view.camera;
+        let [eye, forward] = [camera.eye, camera.forward].map(Lanes3::splat);
+        let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
+        for first in (0..CELLS).step_by(LANES) {
+            let depth = (Lanes3::load([x, y, w], first) - eye).dot(forward);
+            is_surface(first).select(depth, Lanes::splat(BACKGROUND_Z)).store(z, first);
+        }
+        data.is_some[data::Z] = true;
+    }
+    // the background is nowhere
+    for number in data::POSITION..data::NORMAL + 3 {
+        let column = &mut data.columns[number];
+        for first in (0..CELLS).step_by(LANES).take_while(|_| data.is_some[number]) {
+            is_surface(first).select(Lanes::load(column, first), Lanes::ZERO).store(column, first);
+        }
+    }
+    if stage.layers.has(Layers::ID) {
+        // the background's number is the greatest: one more is none
+        for (id, model) in data.open(data::ID).iter_mut().zip(&models) {
+            *id = model.wrapping_add(1) as f32;
+        }
+    }
+    if stage.layers.has(Layers::STATUS) && tile.age.iter().fold(0, |any, age| any | age) != 0 {
+        let mut ages = [0; CELLS];
+        take(nearest, &tile.age, &mut ages);
+        for (age, frames) in data.open(data::AGE).iter_mut().zip(ages) {
+            *age = f32::from(frames);
+        }
+    }
 }
 
-/// Bits of a count of samples of one status: a pixel has up to 256.
-const COUNT_BITS: u32 = 12;
-
-/// One sample of this status, in a word that counts each status by itself.
-fn one_of(status: Status) -> u64 {
-    let at = match status {
-        Status::Outside | Status::Empty => return 0,
-        Status::Base => 0,
-        Status::Good => 1,
-        Status::Overlapped => 2,
-        Status::Missed => 3,
-        Status::Obscured => 4,
-    };
-    1 << (at * COUNT_BITS)
+/// For each pixel what `column` holds for its nearest sample.
+fn take<T: Copy>(nearest: &[u16], column: &Column<T>, pixels: &mut Column<T>) {
+    for (pixel, cell) in pixels.iter_mut().zip(nearest) {
+        // the remainder is the number itself: it spares a check
+        *pixel = column[usize::from(*cell) % CELLS];
+    }
 }
 
 /// Counts the samples and the rays of each pixel.
-fn write_counts(grid: &Grid, tile: &Tile, bench: &Workbench, film: &mut TileFilm) {
-    let size = film.stride.pow(2);
+fn count(grid: &Grid, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
+    const STATUSES: [Status; 5] =
+        [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
     let share = (grid.samples_of_pixel() as f32).recip();
-    let seen = tile.status.iter().fold(0, |seen, status| seen | one_of(*status));
-    let counted = |counts: u64, at: usize| counts >> (at as u32 * COUNT_BITS) & ((1 << COUNT_BITS) - 1);
-    let are_there: [bool; 5] = std::array::from_fn(|at| counted(seen, at) != 0);
-    let [is_base, _, _, is_missed, is_obscured] = are_there;
-    film.has_data[data::STATUS..][..are_there.len()].copy_from_slice(&are_there);
-    film.has_data[data::RAYS] = is_base | is_missed | is_obscured;
-    let planes = &mut film.data[data::STATUS * size..];
-    sum_pixels(
-        grid,
-        |cell| one_of(tile.status[cell]),
-        |pixel, counts| {
-            for (at, is_there) in are_there.into_iter().enumerate() {
-                if is_there {
-                    planes[at * size + pixel] = counted(counts, at) as f32 * share;
-                }
+    let sum = |column: &Column<f32>, pixels: &mut Column<f32>| {
+        reduce(grid, column, |sum, value| sum + value, pixels);
+    };
+    let mut column = [0.0; CELLS];
+    let mut count_those = |number: usize, unit: f32, is_one: &dyn Fn(Status) -> bool| {
+        for (count, status) in column.iter_mut().zip(&tile.status) {
+            *count = f32::from(u8::from(is_one(*status)));
+        }
+        sum(&column, data.open(number));
+        data.columns[number].iter_mut().for_each(|count| *count *= unit);
+    };
+    for (status, number) in STATUSES.into_iter().zip(data::STATUS..) {
+        // no early way out: many are compared at once
+        if tile.status.iter().fold(false, |any, other| any | (*other == status)) {
+            count_those(number, share, &|other| other == status);
+        }
+    }
+    if tile.status.iter().fold(false, |any, status| any | is_traced(*status)) {
+        count_those(data::RAYS, 1.0, &is_traced);
+    }
+    for (number, counts) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
+        if counts.iter().fold(0, |any, count| any | count) != 0 {
+            for (count, rays) in column.iter_mut().zip(counts) {
+                *count = f32::from(*rays);
             }
-            let traced = counted(counts, 0) + counted(counts, 3) + counted(counts, 4);
-            planes[(data::RAYS - data::STATUS) * size + pixel] = traced as f32;
-        },
-    );
-    let rays = &bench.cell_rays;
-    for (plane, column) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
-        film.has_data[plane] = column.iter().fold(0, |any, count| any | count) != 0;
-        if film.has_data[plane] {
-            let pixels = &mut film.data[plane * size..][..size];
-            sum_pixels(grid, |cell| u32::from(column[cell]), |pixel, sum| pixels[pixel] = sum as f32);
+            sum(&column, data.open(number));
         }
     }
 }
@@ -510,17 +540,36 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pixels_are_summed_over_their_own_samples() {
+    fn pixels_are_made_of_their_own_samples() {
         for samples in 1..=5 {
             let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, samples));
-            let mut seen = vec![None; grid.tile_pixels.pow(2) as usize];
-            // a sum of powers tells which cells are in it, at least by number and by their places
-            let value = |cell: usize| (1 << 40) + (cell * cell) as u64;
-            sum_pixels(&grid, value, |pixel, sum| assert_eq!(seen[pixel].replace(sum), None));
+            let column = std::array::from_fn(|cell| ((cell * 37) % CELLS) as f32);
+            let (mut sums, mut least) = ([0.0; CELLS], [0.0; CELLS]);
+            reduce(&grid, &column, |sum, value| sum + value, &mut sums);
+            reduce(&grid, &column, f32::min, &mut least);
             for (pixel, cells) in grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel()).enumerate() {
-                let sum = cells.iter().map(|cell| value(usize::from(*cell))).sum();
-                assert_eq!(seen[pixel], Some(sum), "{samples} samples, pixel {pixel}");
+                let values = || cells.iter().map(|cell| column[usize::from(*cell)]);
+                assert_eq!(sums[pixel], values().sum::<f32>(), "{samples} samples, pixel {pixel}");
+                assert_eq!(least[pixel], values().fold(f32::MAX, f32::min));
             }
+        }
+    }
+
+    #[test]
+    fn a_pixel_shows_its_nearest_sample_and_of_several_the_first() {
+        let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, 2));
+        let mut filtering = Filtering::default();
+        let of_pixel = |pixel: usize| &grid.cells_of_pixels[pixel * 4..][..4];
+        // all in the centres of their cells, but for the third of pixel 18
+        for cell in 0..CELLS {
+            filtering.x[cell] = grid.place_x[cell] + 0.5;
+            filtering.y[cell] = grid.place_y[cell] + 0.5;
+        }
+        filtering.x[usize::from(of_pixel(18)[2])] += 0.2;
+        choose_nearest(&grid, &mut filtering);
+        assert_eq!(filtering.nearest.len(), 16 * 16);
+        for (pixel, nearest) in filtering.nearest.iter().enumerate() {
+            assert_eq!(*nearest, of_pixel(pixel)[if pixel == 18 { 2 } else { 0 }], "{pixel}");
         }
     }
 

@@ -32,6 +32,12 @@ pub struct Grid {
     pub place_x: Column<f32>,
     /// Rows, within its tile, of the cells of a tile.
     pub place_y: Column<f32>,
+    /// For each cell, the centre of its pixel, within its tile, in pixels.
+    pub center_x: Column<f32>,
+    /// The same, downwards.
+    pub center_y: Column<f32>,
+    /// For each cell, its number among the N x N of its pixel.
+    pub number_in_pixel: Column<f32>,
     /// The cells of a tile's pixels: N x N for each pixel, pixels in rows.
     pub cells_of_pixels: Vec<u16>,
     /// What a cell's column adds to its index.
@@ -61,6 +67,12 @@ impl Grid {
             tile_pixels,
             place_x: std::array::from_fn(|cell| place(cell)[0] as f32),
             place_y: std::array::from_fn(|cell| place(cell)[1] as f32),
+            center_x: std::array::from_fn(|cell| (place(cell)[0] / samples) as f32 + 0.5),
+            center_y: std::array::from_fn(|cell| (place(cell)[1] / samples) as f32 + 0.5),
+            number_in_pixel: std::array::from_fn(|cell| {
+                let [x, y] = place(cell).map(|at| at % samples);
+                (y * samples + x) as f32
+            }),
             cells_of_pixels: cells_of_pixels(samples, tile_pixels),
             index_of_column: (0..cells_x).map(|x| in_tiles(x, CELLS as u32, across)).collect(),
             index_of_row: (0..cells_y).map(|y| in_tiles(y, row_of_tiles, down)).collect(),

@@ -12,6 +12,7 @@
 
 pub mod audit;
 mod bounce;
+mod channels;
 mod contest;
 mod develop;
 pub mod enhance;
@@ -30,6 +31,7 @@ mod tiles;
 mod trace_missed;
 mod verify;
 pub mod view;
+mod window;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -166,8 +168,7 @@ impl<'s> Renderer<'s> {
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
-        let (mut store, mut source) =
-            begin(last, &stage, &self.layout, &mut self.contest, &mut self.lifted);
+        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut self.contest, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;

@@ -1,7 +1,5 @@
 //! Samples in world space.
 
-use glam::Vec3;
-
 use super::stage::{Stage, set_bits};
 use crate::lanes::{LANES, Lanes3};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
@@ -43,8 +41,10 @@ impl Placed {
 /// The samples of one tile that some phase has asked for: each is placed once a frame.
 #[derive(Debug)]
 pub struct PlacedTile {
-    point: [Column<f32>; 3],
-    normal: [Column<f32>; 3],
+    /// World space. What is in a cell without a surface means nothing.
+    pub point: [Column<f32>; 3],
+    /// For shading, world space.
+    pub normal: [Column<f32>; 3],
     facet: [Column<f32>; 3],
     /// For each eight cells.
     is_ready: [bool; CELLS / LANES],
@@ -73,18 +73,14 @@ impl PlacedTile {
         self.is_ready[first / LANES] = true;
         placed
     }
-}
 
-impl PlacedTile {
-    /// Point and normal of the sample in one cell.
-    #[inline]
-    pub fn at(&mut self, stage: &Stage, tile: &Tile, cell: usize) -> (Vec3, Vec3) {
-        let first = cell / LANES * LANES;
-        if !self.is_ready[cell / LANES] {
-            self.get(stage, tile, first);
+    /// Places all samples of the tile that nobody has asked for yet.
+    pub fn complete(&mut self, stage: &Stage, tile: &Tile) {
+        for first in (0..CELLS).step_by(LANES) {
+            if !self.is_ready[first / LANES] {
+                self.get(stage, tile, first);
+            }
         }
-        let read = |columns: &[Column<f32>; 3]| Vec3::from_array([0, 1, 2].map(|axis| columns[axis][cell]));
-        (read(&self.point), read(&self.normal))
     }
 }
 

@@ -18,7 +18,7 @@ use crate::samples::{
 
 /// Enters every sample of `old` in the contest for the cell that it falls into.
 pub fn scatter(old: SampleStore, stage: &Stage, contest: &Contest) -> LeavingStore {
-    let scatter_tile = |(number, tile): (usize, &Box<Tile>)| {
+    let scatter_tile = |(number, tile): (usize, &Tile)| {
         let mut last = None;
         for first in (0..CELLS).step_by(LANES) {
             let sample = (number * CELLS + first) as u32;
@@ -29,7 +29,7 @@ pub fn scatter(old: SampleStore, stage: &Stage, contest: &Contest) -> LeavingSto
         }
         last.map_or(0, |target| locate(target).0 + 1)
     };
-    let until: Vec<u32> = old.tiles.par_iter().enumerate().map(scatter_tile).collect();
+    let until: Vec<u32> = old.tiles.par_iter().map(AsRef::as_ref).enumerate().map(scatter_tile).collect();
     LeavingStore::new(old, &until)
 }
 

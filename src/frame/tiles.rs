@@ -1,16 +1,19 @@
 //! A frame's work, tile by tile: each goes through all phases while it is in the cache.
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::channels::{Picture, Written};
 use super::contest::Contest;
 use super::develop::Developer;
 use super::filter::{self, TileFilm};
 use super::grid::Grid;
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Lifted};
+use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
 use crate::samples::{LeavingStore, SampleStore, SpareTiles, Status, TagLayout, Tile};
@@ -34,6 +37,7 @@ pub struct TileSum {
     pub samples: SampleCounts,
     /// By kind.
     pub rays: RayCounts,
+    written: Written,
     worker_seconds: WorkerSeconds,
     /// Wall-clock seconds of the tiles.
     wall: f64,
@@ -77,44 +81,85 @@ pub fn run_tiles(
     let filter = settings.filter;
     // a wide filter mixes neighbours: their sums are needed whatever they show
     let may_skip = film_is_last && filter == Filter::Box;
+    let picture = Picture::over(film, settings.layers);
+    film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*stage.view.grid;
-    let mut developer = Developer::new(grid, settings, film);
+    let mut developer = Developer::new(filter);
     let mut sum = TileSum::default();
-    let in_band = band_rows(grid) * grid.tiles_x as usize;
+    let band_rows = band_rows(grid);
     let [now, before] = &mut shop.bands;
     before.clear();
-    let mut done = 0;
-    while done < grid.tiles() {
+    for first in (0..grid.tiles_y).step_by(band_rows as usize) {
         let start = Instant::now();
+        let rows = first..(first + band_rows).min(grid.tiles_y);
+        let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
         if let Source::Contest(old, _) = source {
             old.let_go(done, &mut shop.spare);
         }
-        let end = (done + in_band).min(grid.tiles());
         shop.spare.grow(store, end);
         now.resize_with(end - done, TileFilm::default);
-        let work = Work { stage, source, filter, may_skip };
-        sum = sum.plus(run_band(&work, done, &mut store.tiles[done..end], now, &shop.benches));
-        done = end;
+        let work = Work { stage, source, filter, picture: &picture, may_skip };
+        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], now, film);
+        sum = sum.plus(run_band(&work, runs, &shop.benches));
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
-        let end = (done as u32 / grid.tiles_x * grid.tile_pixels).min(grid.height);
-        developer.develop(film, before, now, end);
+        if filter != Filter::Box {
+            let end = (rows.end * grid.tile_pixels).min(grid.height);
+            developer.develop(film, &picture, before, now, end);
+            std::mem::swap(now, before);
+        }
         sum.develop += developing.elapsed().as_secs_f64();
-        std::mem::swap(now, before);
+    }
+    for (number, (plane, was_zero)) in film.planes.iter_mut().zip(&picture.was_zero).enumerate() {
+        plane.is_zero &= sum.written.is_zero(number, *was_zero);
     }
     if let Source::Contest(old, _) = source {
-        old.let_go(done, &mut shop.spare);
+        old.let_go(grid.tiles(), &mut shop.spare);
     }
     sum
 }
 
 /// Rows of tiles in a band: enough tiles for all threads, and more pixels than any filter reaches across, so
 /// that a row of pixels is reached by two bands at most.
-fn band_rows(grid: &Grid) -> usize {
-    const TILES_A_THREAD: usize = 16;
+fn band_rows(grid: &Grid) -> u32 {
+    const TILES_A_THREAD: u32 = 32;
     const LEAST_PIXELS: u32 = 8;
-    let for_threads = (TILES_A_THREAD * rayon::current_num_threads()).div_ceil(grid.tiles_x as usize);
-    for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels) as usize)
+    let for_threads = (TILES_A_THREAD * rayon::current_num_threads() as u32).div_ceil(grid.tiles_x);
+    for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels))
+}
+
+/// Tiles beside each other that one worker takes through all phases, one after the other.
+struct Run<'a> {
+    /// Number of the first one.
+    first: usize,
+    tiles: &'a mut [Box<Tile>],
+    films: &'a mut [TileFilm],
+    window: Window<'a>,
+}
+
+/// The runs of some rows of tiles.
+fn runs<'a>(
+    grid: &Grid,
+    rows: Range<u32>,
+    tiles: &'a mut [Box<Tile>],
+    films: &'a mut [TileFilm],
+    film: &'a mut Film,
+) -> Vec<Run<'a>> {
+    /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
+    const IN_RUN: usize = 4;
+    let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
+    let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
+    let width = film.width as usize;
+    let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels]);
+    let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let mut first = rows.start as usize * across;
+    let runs = tiles.zip(films).zip(windows).map(|((tiles, films), window)| {
+        let run = Run { first, tiles, films, window };
+        first += run.tiles.len();
+        run
+    });
+    runs.collect()
 }
 
 /// What is to be done with every tile.
@@ -123,44 +168,47 @@ struct Work<'a> {
     stage: &'a Stage<'a>,
     source: &'a Source<'a>,
     filter: Filter,
+    picture: &'a Picture,
     /// Whether a tile that shows what it showed in the frame before need not be made again.
     may_skip: bool,
 }
 
-/// Takes the tiles from number `first` on through all phases.
-fn run_band(
-    work: &Work,
-    first: usize,
-    tiles: &mut [Box<Tile>],
-    films: &mut [TileFilm],
-    benches: &Mutex<Vec<Workbench>>,
-) -> TileSum {
+/// Takes tiles through all phases.
+fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> TileSum {
     let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    tiles
-        .par_iter_mut()
-        .zip(films)
-        .enumerate()
+    runs.into_par_iter()
         .fold(
-            || (lock().pop().unwrap_or_default(), SampleCounts::default()),
-            |(mut bench, mut samples), (i, (tile, film))| {
-                let outcome = infer_tile(work, first + i, tile, &mut bench);
-                let begin = Instant::now();
-                match outcome {
-                    Outcome::AsBefore => film.stay(&work.stage.view.grid, first + i),
-                    Outcome::New => {
-                        filter::filter(work.stage, first + i, tile, &mut bench, work.filter, film);
-                    }
+            || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
+            |(mut bench, mut samples, mut written), run| {
+                let Run { first, tiles, films, mut window } = run;
+                for (number, (tile, film)) in (first..).zip(tiles.iter_mut().zip(films)) {
+                    let outcome = infer_tile(work, number, tile, &mut bench);
+                    let begin = Instant::now();
+                    let Work { stage, filter, picture, .. } = *work;
+                    written = written.plus(match outcome {
+                        Outcome::AsBefore => filter::stay(stage, number, picture, &mut window),
+                        Outcome::New => filter::filter(
+                            stage,
+                            number,
+                            tile,
+                            &mut bench,
+                            filter,
+                            picture,
+                            &mut window,
+                            film,
+                        ),
+                    });
+                    bench.seconds.filter += begin.elapsed().as_secs_f64();
+                    samples += count_samples(tile);
                 }
-                bench.seconds.filter += begin.elapsed().as_secs_f64();
-                samples += count_samples(tile);
-                (bench, samples)
+                (bench, samples, written)
             },
         )
-        .map(|(mut bench, samples)| {
+        .map(|(mut bench, samples, written)| {
             let rays = std::mem::take(&mut bench.counts);
             let worker_seconds = std::mem::take(&mut bench.seconds);
             lock().push(bench);
-            TileSum { samples, rays, worker_seconds, ..TileSum::default() }
+            TileSum { samples, rays, written, worker_seconds, ..TileSum::default() }
         })
         .reduce(TileSum::default, TileSum::plus)
 }
@@ -239,6 +287,7 @@ impl TileSum {
     fn plus(mut self, other: Self) -> Self {
         self.samples += other.samples;
         self.rays += other.rays;
+        self.written = self.written.plus(other.written);
         self.worker_seconds += other.worker_seconds;
         self
     }

@@ -2,7 +2,7 @@
 
 use super::stage::{Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
-use crate::samples::{BACKGROUND, Octahedral, Status, Tile, store_color};
+use crate::samples::{BACKGROUND, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayPacket};
@@ -61,10 +61,7 @@ fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
 fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
     let direction = Lanes3::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
     let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
-    let mut corners = Corners::NONE;
-    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-        corners.set(lane, mesh_of(stage, models[lane]), triangles[lane]);
-    }
+    let corners = corners_of(stage, models, triangles);
     let mut weights = [Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)];
     let mut point = corners.point(weights);
     put_on_ray(stage, direction, [models, triangles], &mut point, &mut weights);
@@ -72,9 +69,12 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let behind = seen_from_behind(stage, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
+    let (numbers, colors) = albedo_of(stage, models, triangles, weights);
     let first = owners[0] as usize;
     if owners.len() == LANES && owners[LANES - 1] as usize == first + LANES - 1 && !models.contains(&NO_HIT) {
         // eight neighbours, as in every frame that is traced in full: whole columns
+        tile.material[first..first + LANES].copy_from_slice(&numbers);
+        store_colors(colors, &mut tile.albedo, first);
         point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
         tile.model[first..first + LANES].copy_from_slice(models);
         tile.triangle[first..first + LANES].copy_from_slice(triangles);
@@ -95,28 +95,45 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
             tile.facet[cell] = facets[lane];
             tile.from_behind[cell] = behind.0[lane] != 0;
             tile.age[cell] = 0;
+            if is_hit {
+                tile.material[cell] = numbers[lane];
+                store_color(colors.lane(lane), &mut tile.albedo, cell);
+            }
         }
     }
-    keep_albedo(stage, [models, triangles], weights, owners, tile);
 }
 
-/// Keeps materials and reflectances of what eight rays met.
-fn keep_albedo(
-    stage: &Stage,
-    [models, triangles]: [&[u32]; 2],
-    weights: [Lanes; 2],
-    owners: &[u32],
-    tile: &mut Tile,
-) {
-    for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
-        if models[lane] != NO_HIT {
-            let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
-            tile.material[cell] = mesh.material_of[triangle as usize];
-            let material = &stage.scene.materials[usize::from(tile.material[cell])];
-            let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
-            store_color(albedo(stage.scene, material, uv), &mut tile.albedo, cell);
-        }
+/// The triangles that eight rays met.
+#[inline(always)]
+fn corners_of(stage: &Stage, models: &[u32], triangles: &[u32]) -> Corners {
+    let is_one = |numbers: &[u32]| numbers.iter().fold(true, |same, number| same & (*number == numbers[0]));
+    if is_one(triangles) && is_one(models) && models[0] != NO_HIT {
+        return Corners::all(mesh_of(stage, models[0]), triangles[0]);
     }
+    let mut corners = Corners::NONE;
+    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
+        corners.set(lane, mesh_of(stage, models[lane]), triangles[lane]);
+    }
+    corners
+}
+
+/// Materials and reflectances of what eight rays met.
+#[inline(always)]
+fn albedo_of(
+    stage: &Stage,
+    models: &[u32],
+    triangles: &[u32],
+    weights: [Lanes; 2],
+) -> ([u16; LANES], Lanes3) {
+    let (mut numbers, mut colors) = ([0; LANES], Lanes3::ZERO);
+    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
+        let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
+        numbers[lane] = mesh.material_of[triangle as usize];
+        let material = &stage.scene.materials[usize::from(numbers[lane])];
+        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
+        colors.set_lane(lane, albedo(stage.scene, material, uv));
+    }
+    (numbers, colors)
 }
 
 fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {

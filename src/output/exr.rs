@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::SystemTime;
 
-use openexr::{Channel, Compression, Image, SampleType};
+use openexr::{Channel, Compression, Data, Image, SampleType};
 
 use super::metadata::{FrameMeta, attributes};
-use crate::film::{Film, PlaneKind};
+use crate::film::{Film, PlaneKind, Values};
 
 /// Writes all planes and the metadata to `path`, whole or not at all. ZIPS, which loses nothing and
 /// is what compositors read fastest.
@@ -20,7 +20,11 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), opene
             PlaneKind::Half => SampleType::Half,
             PlaneKind::Float => SampleType::Float,
         };
-        Channel { name: plane.name, stored, data: &plane.data }
+        let data = match &plane.values {
+            Values::Half(values) => Data::Halves(values),
+            Values::Float(values) => Data::Floats(values),
+        };
+        Channel { name: plane.name, stored, data }
     });
     let image = Image {
         width: film.width,
@@ -57,7 +61,7 @@ mod tests {
     }
 
     fn film() -> Film {
-        let plane = |name, kind, value| Plane { name, kind, data: vec![value; 6], is_zero: false };
+        let plane = |name, kind, value| Plane::new(name, kind, &[value; 6]);
         let planes = vec![
             plane("R", PlaneKind::Half, 0.5),
             plane("Z", PlaneKind::Float, 1e6),
@@ -76,7 +80,7 @@ mod tests {
         assert_eq!(back.compression, Some(Compression::Zips));
         for plane in &film().planes {
             let channel = back.channel(plane.name).unwrap();
-            assert_eq!(channel.data, plane.data, "{}", plane.name);
+            assert_eq!(channel.data, plane.values.to_floats(), "{}", plane.name);
             assert_eq!(channel.stored == SampleType::Half, plane.kind == PlaneKind::Half);
         }
         let rate = Attribute::Rational { numerator: 24000, denominator: 1001 };
@@ -93,7 +97,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.0001.exr");
         let mut film = film();
-        film.planes[2].data[4] = f32::NAN;
+        film.planes[2].values.put(4, &[f32::NAN]);
         let text = write_exr(&path, &film, &meta()).unwrap_err().to_string();
         assert!(text.contains("\"P.X\"") && text.contains("(1, 1)"), "{text}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

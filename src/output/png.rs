@@ -39,13 +39,13 @@ impl std::error::Error for PreviewError {}
 pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
     let pixels = film.width as usize * film.height as usize;
     let plane = |name| match film.plane(name) {
-        Some(plane) if plane.data.len() == pixels => Ok(plane.data.as_slice()),
+        Some(plane) if plane.values.len() == pixels => Ok(&plane.values),
         _ => Err(PreviewError::NoPlane(name)),
     };
     let (red, green, blue) = (plane("R")?, plane("G")?, plane("B")?);
     let mut bytes = Vec::with_capacity(pixels * 3);
-    for ((&red, &green), &blue) in red.iter().zip(green).zip(blue) {
-        bytes.extend([red, green, blue].map(srgb_byte));
+    for pixel in 0..pixels {
+        bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
     }
     let mut file = Vec::new();
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
@@ -94,7 +94,7 @@ mod tests {
     fn a_preview_has_the_colours_in_place() {
         let data = [vec![1.0, 0.0], vec![0.0, 1.0], vec![0.5, 0.5]];
         let planes = ["R", "G", "B"].into_iter().zip(data);
-        let planes = planes.map(|(name, data)| Plane { name, kind: PlaneKind::Half, data, is_zero: false });
+        let planes = planes.map(|(name, data)| Plane::new(name, PlaneKind::Half, &data));
         let mut film = Film { width: 2, height: 1, planes: planes.collect(), stamp: 0 };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");

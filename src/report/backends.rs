@@ -115,7 +115,7 @@ mod tests {
     use crate::stats::{RayCounts, TracingSeconds};
 
     fn film(values: [f32; 4]) -> Film {
-        let plane = |name| Plane { name, kind: PlaneKind::Half, data: values.to_vec(), is_zero: false };
+        let plane = |name| Plane::new(name, PlaneKind::Half, &values);
         Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
     }
 

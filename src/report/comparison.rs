@@ -227,14 +227,15 @@ pub(super) mod tests {
     }
 
     fn film(values: [f32; 4]) -> Film {
-        let plane = |name| Plane { name, kind: PlaneKind::Half, data: values.to_vec(), is_zero: false };
+        let plane = |name| Plane::new(name, PlaneKind::Half, &values);
         Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
     }
 
     #[test]
     fn measures_the_mean_and_the_share_of_pixels() {
-        let difference = Difference::between(&film([0.0, 1.0, 2.0, 0.5]), &film([0.0, 1.4, 2.01, 0.5]));
-        assert!((difference.mean - 0.41 / 4.0).abs() < 1e-6, "{difference:?}");
+        let difference =
+            Difference::between(&film([0.0, 1.0, 2.0, 0.5]), &film([0.0, 1.375, 2.0078125, 0.5]));
+        assert!((difference.mean - 0.3828125 / 4.0).abs() < 1e-6, "{difference:?}");
         assert_eq!(difference.percent_above, 25.0);
         let nan = Difference::between(&film([f32::NAN; 4]), &film([0.0; 4]));
         assert_eq!(nan.percent_above, 100.0);

@@ -53,7 +53,7 @@ pub fn hex([r, g, b]: [u8; 3]) -> String {
 /// The picture as a viewer shows it: sRGB, clipped. `None` where the film has no picture.
 pub fn beauty(film: &Film) -> Option<String> {
     let planes = [film.values("R")?, film.values("G")?, film.values("B")?];
-    Some(data_uri(film, |pixel| planes.map(|plane| plane[pixel])))
+    Some(data_uri(film, |pixel| planes.each_ref().map(|plane| plane[pixel])))
 }
 
 /// Each pixel in the colours of its samples' statuses. `None` where the film has no statuses.
@@ -135,12 +135,7 @@ mod tests {
 
     fn film(width: u32, height: u32, names: &[(&'static str, f32)]) -> Film {
         let data = |value| vec![value; (width * height) as usize];
-        let planes = names.iter().map(|&(name, value)| Plane {
-            name,
-            kind: PlaneKind::Half,
-            data: data(value),
-            is_zero: false,
-        });
+        let planes = names.iter().map(|&(name, value)| Plane::new(name, PlaneKind::Half, &data(value)));
         Film { width, height, planes: planes.collect(), stamp: 0 }
     }
 

@@ -62,6 +62,21 @@ impl Corners {
         }
     }
 
+    /// `triangle` of `mesh` in all lanes.
+    #[inline(always)]
+    pub fn all(mesh: &Mesh, triangle: u32) -> Self {
+        let mut one = Self::NONE;
+        one.set(0, mesh, triangle);
+        let all = |corner: Lanes3| Lanes3::splat(corner.lane(0));
+        Self {
+            first: all(one.first),
+            second: all(one.second),
+            third: all(one.third),
+            normals: one.normals.map(all),
+            is_smooth: Mask([one.is_smooth.0[0]; LANES]),
+        }
+    }
+
     /// The points with these barycentric weights of the second and third corner.
     #[inline(always)]
     pub fn point(&self, [u, v]: [Lanes; 2]) -> Lanes3 {

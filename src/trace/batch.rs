@@ -153,7 +153,7 @@ impl RayBatch {
     pub fn push_lanes(&mut self, origin: Lanes3, direction: Lanes3, far: Lanes, wanted: u8) {
         self.make_room();
         let (at, lane) = (self.len / LANES, self.len % LANES);
-        if wanted == u8::MAX && lane % HALF == 0 {
+        if wanted == u8::MAX && lane + HALF <= LANES {
             let packet = &mut self.packets[at];
             for (axis, (origin, direction)) in
                 [(origin.x, direction.x), (origin.y, direction.y), (origin.z, direction.z)]
@@ -184,10 +184,16 @@ impl RayBatch {
         wanted: u8,
     ) {
         self.make_room();
-        for (at, i) in (self.len..).zip((0..HALF).filter(|i| wanted >> i & 1 != 0)) {
-            let packet = &mut self.packets[at / LANES];
-            packet.own_model[at % LANES] = models[i];
-            packet.own_triangle[at % LANES] = triangles[i];
+        let (at, lane) = (self.len / LANES, self.len % LANES);
+        if wanted == u8::MAX && lane + HALF <= LANES {
+            self.packets[at].own_model[lane..lane + HALF].copy_from_slice(models);
+            self.packets[at].own_triangle[lane..lane + HALF].copy_from_slice(triangles);
+        } else {
+            for (at, i) in (self.len..).zip((0..HALF).filter(|i| wanted >> i & 1 != 0)) {
+                let packet = &mut self.packets[at / LANES];
+                packet.own_model[at % LANES] = models[i];
+                packet.own_triangle[at % LANES] = triangles[i];
+            }
         }
         self.push_lanes(origin, direction, far, wanted);
     }

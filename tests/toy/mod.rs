@@ -114,7 +114,7 @@ pub fn render(scene: &Scene, settings: &Settings, last: i32) -> Vec<Finished> {
 /// One pixel of a plane.
 pub fn pixel(finished: &Finished, plane: &str, x: u32, y: u32) -> f32 {
     let film = &finished.film;
-    film.plane(plane).expect("the plane is there").data[(y * film.width + x) as usize]
+    film.plane(plane).expect("the plane is there").values.get((y * film.width + x) as usize)
 }
 
 /// The picture's colour at a pixel.
@@ -124,8 +124,7 @@ pub fn color(finished: &Finished, x: u32, y: u32) -> Vec3 {
 
 /// Mean of how much two frames differ in a plane, pixel by pixel.
 pub fn mean_difference(a: &Finished, b: &Finished, plane: &str) -> f32 {
-    let values =
-        |finished: &'_ Finished| finished.film.plane(plane).expect("the plane is there").data.clone();
+    let values = |finished: &'_ Finished| finished.film.values(plane).expect("the plane is there");
     let (a, b) = (values(a), values(b));
     a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
 }

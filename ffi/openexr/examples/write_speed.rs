@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use openexr::{Channel, Compression, Image, SampleType, write_at_level};
+use openexr::{Channel, Compression, Data, Image, SampleType, write_at_level};
 
 const WIDTH: usize = 1280;
 const HEIGHT: usize = 720;
@@ -25,7 +25,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         if index < HALVES { SampleType::Half } else { SampleType::Float }
     };
     let channels: Vec<Channel<'_>> = (0..CHANNELS)
-        .map(|index| Channel { name: &names[index], stored: stored(index), data: &planes[index] })
+        .map(|index| Channel {
+            name: &names[index],
+            stored: stored(index),
+            data: Data::Floats(&planes[index]),
+        })
         .collect();
     println!("OpenEXR {}, {} threads", openexr::version(), rayon::current_num_threads());
     println!("method level seconds processor-seconds megabytes");

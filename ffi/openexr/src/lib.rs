@@ -5,7 +5,7 @@
 //! hidden temporary name beside its final one and renamed when it is complete, so that a reader never
 //! sees half a frame. [`read()`] is for tests and for `info`: it takes every scanline file's first part.
 //!
-//! Planes are `f32`, row-major, top row first, `width * height` long. No NaN and no infinity goes into
+//! Planes are `f32` or halves, row-major, top row first, `width * height` long. No NaN and no infinity goes into
 //! a file.
 
 mod attributes;
@@ -44,7 +44,26 @@ pub struct Channel<'a> {
     /// The type in the file.
     pub stored: SampleType,
     /// `width * height` finite values, row-major, top row first.
-    pub data: &'a [f32],
+    pub data: Data<'a>,
+}
+
+/// The values of a plane in memory.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Data<'a> {
+    Floats(&'a [f32]),
+    /// Made for channels that are stored as [`SampleType::Half`]; others are converted.
+    Halves(&'a [half::f16]),
+}
+
+impl Data<'_> {
+    /// How many there are.
+    fn len(&self) -> usize {
+        match self {
+            Self::Floats(values) => values.len(),
+            Self::Halves(values) => values.len(),
+        }
+    }
 }
 
 /// A value of the header.

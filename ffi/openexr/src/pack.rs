@@ -1,4 +1,4 @@
-//! From planes of `f32` to the bytes of a chunk: line by line, and in it channel by channel.
+//! From planes to the bytes of a chunk: line by line, and in it channel by channel.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::ops::Range;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use crate::{Channel, SampleType};
+use crate::{Channel, Data, SampleType};
 
 /// The largest finite half.
 const HALF_MAX: f32 = 65504.0;
@@ -37,22 +37,42 @@ pub(crate) fn pack_lines(
     packed.clear();
     for line in lines {
         for channel in channels {
-            let values = &channel.data[line * width..(line + 1) * width];
-            check_finite(channel.name, line, values)?;
-            pack_values(channel.stored, values, packed);
+            let columns = line * width..(line + 1) * width;
+            match channel.data {
+                Data::Floats(values) => {
+                    check_finite(channel.name, line, &values[columns.clone()], f32::is_finite, |value| {
+                        value
+                    })?;
+                    pack_values(channel.stored, &values[columns], packed);
+                }
+                Data::Halves(values) => {
+                    let values = &values[columns];
+                    check_finite(channel.name, line, values, f16::is_finite, f16::to_f32)?;
+                    match channel.stored {
+                        SampleType::Half => extend(packed, values, f16::to_le_bytes),
+                        other => pack_values(other, &values.to_f32_vec(), packed),
+                    }
+                }
+            }
         }
     }
     Ok(())
 }
 
-fn check_finite(channel: &str, line: usize, values: &[f32]) -> Result<(), NotFinite> {
+fn check_finite<T: Copy>(
+    channel: &str,
+    line: usize,
+    values: &[T],
+    is_finite: impl Fn(T) -> bool,
+    to_float: impl Fn(T) -> f32,
+) -> Result<(), NotFinite> {
     // The branch-free sum vectorises; only a line that fails it is searched.
-    let all_finite = values.iter().fold(true, |finite, value| finite & value.is_finite());
+    let all_finite = values.iter().fold(true, |finite, value| finite & is_finite(*value));
     if all_finite {
         return Ok(());
     }
-    let column = values.iter().position(|value| !value.is_finite()).unwrap_or(0);
-    Err(NotFinite { channel: channel.to_owned(), column, line, value: values[column] })
+    let column = values.iter().position(|value| !is_finite(*value)).unwrap_or(0);
+    Err(NotFinite { channel: channel.to_owned(), column, line, value: to_float(values[column]) })
 }
 
 fn pack_values(stored: SampleType, values: &[f32], packed: &mut Vec<u8>) {

@@ -6,14 +6,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use openexr::{Attribute, Channel, Compression, Error, Image, SampleType, read, write};
+use openexr::{Attribute, Channel, Compression, Data, Error, Image, SampleType, read, write};
 use tempfile::tempdir;
 
 const SIDE: u32 = 300;
 
 fn attempt(path: &Path, names: &[&str], data: &[f32]) -> Result<(), Error> {
     let stored = SampleType::Half;
-    let channels = names.iter().map(|name| Channel { name, stored, data }).collect();
+    let channels = names.iter().map(|name| Channel { name, stored, data: Data::Floats(data) }).collect();
     let (attributes, compression) = (Vec::new(), Compression::Zips);
     write(path, &Image { width: SIDE, height: SIDE, channels, attributes, compression })
 }
@@ -89,7 +89,7 @@ fn bad_attributes_are_refused() {
         ("channels", Attribute::Int(1)), // not of that type
     ];
     for (name, value) in cases {
-        let channels = vec![Channel { name: "R", stored: SampleType::Half, data: &[1.0] }];
+        let channels = vec![Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&[1.0]) }];
         let attributes = vec![(name.to_owned(), value)];
         let compression = Compression::Zips;
         let image = Image { width: 1, height: 1, channels, attributes, compression };

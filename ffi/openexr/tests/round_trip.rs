@@ -4,7 +4,7 @@
 
 use std::process::Command;
 
-use openexr::{Attribute, Channel, Compression, Image, SampleType, read, write};
+use openexr::{Attribute, Channel, Compression, Data, Image, SampleType, read, write};
 use tempfile::tempdir;
 
 const WIDTH: u32 = 37;
@@ -34,6 +34,27 @@ fn image<'a>(channels: Vec<Channel<'a>>, compression: Compression) -> Image<'a> 
 }
 
 #[test]
+fn halves_in_memory_come_back_whatever_they_are_stored_as() {
+    use half::f16;
+    let halves: Vec<f16> = exact_halves().into_iter().map(f16::from_f32).collect();
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("halves.exr");
+    let data = Data::Halves(&halves);
+    let channels = vec![
+        Channel { name: "as float", stored: SampleType::Float, data },
+        Channel { name: "as half", stored: SampleType::Half, data },
+    ];
+    write(&path, &image(channels, Compression::Zips)).unwrap();
+    let back = read(&path).unwrap();
+    assert!(back.channels.iter().all(|channel| channel.data == exact_halves()));
+    let mut spoilt = halves.clone();
+    spoilt[WIDTH as usize + 3] = f16::NAN;
+    let channels = vec![Channel { name: "R", stored: SampleType::Half, data: Data::Halves(&spoilt) }];
+    let text = write(&path, &image(channels, Compression::Zips)).unwrap_err().to_string();
+    assert!(text.contains("\"R\"") && text.contains("(3, 1)"), "{text}");
+}
+
+#[test]
 fn planes_of_all_types_come_back_with_every_compression() {
     let (half, float, uint) = (exact_halves(), noise(), numbers());
     let folder = tempdir().unwrap();
@@ -41,9 +62,9 @@ fn planes_of_all_types_come_back_with_every_compression() {
     for compression in methods {
         let path = folder.path().join(format!("{compression:?}.exr"));
         let channels = vec![
-            Channel { name: "id.object", stored: SampleType::Uint, data: &uint },
-            Channel { name: "R", stored: SampleType::Half, data: &half },
-            Channel { name: "P.X", stored: SampleType::Float, data: &float },
+            Channel { name: "id.object", stored: SampleType::Uint, data: Data::Floats(&uint) },
+            Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&half) },
+            Channel { name: "P.X", stored: SampleType::Float, data: Data::Floats(&float) },
         ];
         write(&path, &image(channels, compression)).unwrap();
         let back = read(&path).unwrap();
@@ -65,7 +86,7 @@ fn one_pixel_and_one_line_are_images() {
     for (width, height) in [(1, 1), (1, 7), (3, 1)] {
         let path = folder.path().join("small.exr");
         let data = vec![0.5; (width * height) as usize];
-        let channels = vec![Channel { name: "Y", stored: SampleType::Half, data: &data }];
+        let channels = vec![Channel { name: "Y", stored: SampleType::Half, data: Data::Floats(&data) }];
         let compression = Compression::Zips;
         let image = Image { width, height, channels, attributes: Vec::new(), compression };
         write(&path, &image).unwrap();
@@ -98,7 +119,7 @@ fn attributes_come_back() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("attributes.exr");
     let data = exact_halves();
-    let channels = vec![Channel { name: "R", stored: SampleType::Half, data: &data }];
+    let channels = vec![Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&data) }];
     let mut image = image(channels, Compression::Zips);
     image.attributes = all_attributes();
     write(&path, &image).unwrap();
@@ -115,9 +136,9 @@ fn values_beyond_the_largest_half_become_it() {
     let path = folder.path().join("large.exr");
     let data = [65504.0, 65519.9, 65520.0, 1e30, -1e30, f32::MAX, -0.0, 1e-30];
     let channels = vec![
-        Channel { name: "float", stored: SampleType::Float, data: &data },
-        Channel { name: "half", stored: SampleType::Half, data: &data },
-        Channel { name: "uint", stored: SampleType::Uint, data: &data },
+        Channel { name: "float", stored: SampleType::Float, data: Data::Floats(&data) },
+        Channel { name: "half", stored: SampleType::Half, data: Data::Floats(&data) },
+        Channel { name: "uint", stored: SampleType::Uint, data: Data::Floats(&data) },
     ];
     let (compression, attributes) = (Compression::Zips, Vec::new());
     write(&path, &Image { width: 8, height: 1, channels, attributes, compression }).unwrap();
@@ -140,8 +161,8 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
         .map(|&threads| {
             let path = folder.path().join(format!("{threads}.exr"));
             let channels = vec![
-                Channel { name: "R", stored: SampleType::Half, data: &half },
-                Channel { name: "Z", stored: SampleType::Float, data: &float },
+                Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&half) },
+                Channel { name: "Z", stored: SampleType::Float, data: Data::Floats(&float) },
             ];
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| write(&path, &image(channels, Compression::Zips))).unwrap();
@@ -157,8 +178,8 @@ fn the_tools_of_openexr_accept_the_file() {
     let path = folder.path().join("tools.exr");
     let (half, float) = (exact_halves(), noise());
     let channels = vec![
-        Channel { name: "R", stored: SampleType::Half, data: &half },
-        Channel { name: "P.X", stored: SampleType::Float, data: &float },
+        Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&half) },
+        Channel { name: "P.X", stored: SampleType::Float, data: Data::Floats(&float) },
     ];
     let mut image = image(channels, Compression::Zips);
     image.attributes = all_attributes();

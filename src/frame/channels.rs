@@ -1,0 +1,181 @@
+//! The planes of a picture, and what is made into each.
+
+use crate::film::{Film, PlaneKind, Values};
+use crate::layers::Layers;
+
+/// The planes of sums: numbers of those that begin a group.
+pub mod sums {
+    /// Of the weights.
+    pub const WEIGHT: usize = 0;
+    /// Of samples that show a surface.
+    pub const ALPHA: usize = 1;
+    /// Three colours each, from here on.
+    pub const DIFFUSE: usize = 2;
+    /// Diffuse reflectance.
+    pub const ALBEDO: usize = 5;
+    /// Highlights.
+    pub const SPECULAR: usize = 8;
+    /// In mirrors and off glass.
+    pub const REFLECTION: usize = 11;
+    /// Through glass.
+    pub const REFRACTION: usize = 14;
+    /// All of them.
+    pub const COUNT: usize = 17;
+}
+
+/// The planes of data: numbers of those that begin a group.
+pub mod data {
+    /// Distance along the view axis.
+    pub const Z: usize = 0;
+    /// World space.
+    pub const POSITION: usize = 1;
+    /// World space.
+    pub const NORMAL: usize = 4;
+    /// Model's number, from 1 on.
+    pub const ID: usize = 7;
+    /// Frames since the sample was traced.
+    pub const AGE: usize = 8;
+    /// Share of the samples that are base, good, overlapped, missed, obscured.
+    pub const STATUS: usize = 9;
+    /// Rays: primary, verification, shadow, secondary.
+    pub const RAYS: usize = 14;
+    /// All of them.
+    pub const COUNT: usize = 18;
+}
+
+/// Where a plane's value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// These sums together, over the sum of weights.
+    Filtered(&'static [usize]),
+    /// This datum.
+    Data(usize),
+}
+
+/// A plane of the picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Channel {
+    /// As files have it.
+    pub name: &'static str,
+    /// As files have it.
+    pub kind: PlaneKind,
+    /// What it shows.
+    pub source: Source,
+}
+
+impl Channel {
+    const fn half(name: &'static str, source: Source) -> Self {
+        Self { name, kind: PlaneKind::Half, source }
+    }
+
+    const fn float(name: &'static str, source: Source) -> Self {
+        Self { name, kind: PlaneKind::Float, source }
+    }
+
+    /// Room for `count` values of it.
+    pub fn room(&self, count: usize) -> Values {
+        // ages are counted up where they stand: halves would stop at 2048
+        match (self.kind, self.source) {
+            (PlaneKind::Float, _) | (_, Source::Data(data::AGE)) => Values::floats(count),
+            (PlaneKind::Half, _) => Values::halves(count),
+        }
+    }
+}
+
+/// The contract's planes.
+const CHANNELS: [Channel; 37] = {
+    use Source::{Data, Filtered};
+    use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
+    use sums::{ALBEDO, ALPHA, DIFFUSE, REFLECTION, REFRACTION, SPECULAR};
+    [
+        Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
+        Channel::half("G", Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
+        Channel::half("B", Filtered(&[DIFFUSE + 2, SPECULAR + 2, REFLECTION + 2, REFRACTION + 2])),
+        Channel::half("A", Filtered(&[ALPHA])),
+        Channel::half("diffuse.R", Filtered(&[DIFFUSE])),
+        Channel::half("diffuse.G", Filtered(&[DIFFUSE + 1])),
+        Channel::half("diffuse.B", Filtered(&[DIFFUSE + 2])),
+        Channel::half("specular.R", Filtered(&[SPECULAR])),
+        Channel::half("specular.G", Filtered(&[SPECULAR + 1])),
+        Channel::half("specular.B", Filtered(&[SPECULAR + 2])),
+        Channel::half("reflection.R", Filtered(&[REFLECTION])),
+        Channel::half("reflection.G", Filtered(&[REFLECTION + 1])),
+        Channel::half("reflection.B", Filtered(&[REFLECTION + 2])),
+        Channel::half("refraction.R", Filtered(&[REFRACTION])),
+        Channel::half("refraction.G", Filtered(&[REFRACTION + 1])),
+        Channel::half("refraction.B", Filtered(&[REFRACTION + 2])),
+        Channel::half("albedo.R", Filtered(&[ALBEDO])),
+        Channel::half("albedo.G", Filtered(&[ALBEDO + 1])),
+        Channel::half("albedo.B", Filtered(&[ALBEDO + 2])),
+        Channel::float("Z", Data(Z)),
+        Channel::float("P.X", Data(POSITION)),
+        Channel::float("P.Y", Data(POSITION + 1)),
+        Channel::float("P.Z", Data(POSITION + 2)),
+        Channel::half("N.X", Data(NORMAL)),
+        Channel::half("N.Y", Data(NORMAL + 1)),
+        Channel::half("N.Z", Data(NORMAL + 2)),
+        Channel::float("id.object", Data(ID)),
+        Channel::half("status.age", Data(AGE)),
+        Channel::half("status.base", Data(STATUS)),
+        Channel::half("status.good", Data(STATUS + 1)),
+        Channel::half("status.overlapped", Data(STATUS + 2)),
+        Channel::half("status.missed", Data(STATUS + 3)),
+        Channel::half("status.obscured", Data(STATUS + 4)),
+        Channel::half("rays.primary", Data(RAYS)),
+        Channel::half("rays.verification", Data(RAYS + 1)),
+        Channel::half("rays.shadow", Data(RAYS + 2)),
+        Channel::half("rays.secondary", Data(RAYS + 3)),
+    ]
+};
+
+/// Those of `layers`.
+pub fn channels(layers: Layers) -> impl Iterator<Item = Channel> {
+    CHANNELS.into_iter().filter(move |channel| layers.has_plane(channel.name))
+}
+
+/// What is to be written.
+#[derive(Debug)]
+pub struct Picture {
+    /// Of the film's planes.
+    pub channels: Vec<Channel>,
+    /// For each plane, whether it was zero throughout before this frame.
+    pub was_zero: Vec<bool>,
+}
+
+impl Picture {
+    /// Of `layers`, to be written over what `film` shows.
+    pub fn over(film: &Film, layers: Layers) -> Self {
+        let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
+        Self { channels: channels(layers).collect(), was_zero }
+    }
+}
+
+/// Which channels of some tiles are not zero throughout, a bit each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Written {
+    some: u64,
+    /// Whether the film showed any of the tiles already, so that it was left as it is.
+    pub any_shown: bool,
+}
+
+const _: () = assert!(CHANNELS.len() <= u64::BITS as usize);
+
+impl Written {
+    /// Of a tile that the film showed already.
+    pub const SHOWN: Self = Self { some: 0, any_shown: true };
+
+    /// Notes that channel `number` holds something.
+    pub fn note(&mut self, number: usize) {
+        self.some |= 1 << number;
+    }
+
+    /// Of more tiles.
+    pub fn plus(self, other: Self) -> Self {
+        Self { some: self.some | other.some, any_shown: self.any_shown | other.any_shown }
+    }
+
+    /// Whether plane `number` is zero throughout now.
+    pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
+        self.some >> number & 1 == 0 && (was_zero || !self.any_shown)
+    }
+}

@@ -1,0 +1,186 @@
+//! Where tiles write their pixels: the film is cut up into windows, so that many may write at once, each while
+//! what it writes is in its cache.
+
+use std::ops::Range;
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+
+use crate::film::{HALF_MAX, Plane, Values};
+use crate::samples::{CELLS, Column};
+
+/// The part of a film that some tiles beside each other show, in all planes.
+#[derive(Debug)]
+pub struct Window<'f> {
+    /// The first column and row.
+    corner: [usize; 2],
+    planes: Vec<Rows<'f>>,
+}
+
+/// The rows of a plane in a window.
+#[derive(Debug)]
+enum Rows<'f> {
+    Half(Vec<&'f mut [f16]>),
+    Float(Vec<&'f mut [f32]>),
+}
+
+/// A worker's memory for the way from floats to halves.
+#[derive(Debug)]
+pub struct Rounding {
+    clamped: Column<f32>,
+    halves: Column<f16>,
+}
+
+impl Default for Rounding {
+    fn default() -> Self {
+        Self { clamped: [0.0; CELLS], halves: [f16::ZERO; CELLS] }
+    }
+}
+
+/// Cuts some rows of planes that are `width` wide into windows of `size` columns and rows, from left to
+/// right and down. The last ones in a row and in a column are as large as what is left.
+pub fn cut(planes: &mut [Plane], width: usize, rows: Range<usize>, size: [usize; 2]) -> Vec<Window<'_>> {
+    let corners =
+        rows.clone().step_by(size[1]).flat_map(|y| (0..width).step_by(size[0]).map(move |x| [x, y]));
+    let mut windows: Vec<Window> =
+        corners.map(|corner| Window { corner, planes: Vec::with_capacity(planes.len()) }).collect();
+    let pixels = rows.start * width..rows.end * width;
+    let rows_of = planes.par_iter_mut().map(|plane| match &mut plane.values {
+        Values::Half(values) => {
+            cut_plane(&mut values[pixels.clone()], width, size).map(Rows::Half).collect::<Vec<_>>()
+        }
+        Values::Float(values) => {
+            cut_plane(&mut values[pixels.clone()], width, size).map(Rows::Float).collect()
+        }
+    });
+    for plane in rows_of.collect::<Vec<_>>() {
+        windows.iter_mut().zip(plane).for_each(|(window, rows)| window.planes.push(rows));
+    }
+    windows
+}
+
+/// Some rows of a plane, in windows.
+fn cut_plane<T>(values: &mut [T], width: usize, size: [usize; 2]) -> impl Iterator<Item = Vec<&mut [T]>> {
+    let across = width.div_ceil(size[0]);
+    values.chunks_mut(width * size[1]).flat_map(move |band| {
+        let count = band.len() / width;
+        let mut windows: Vec<Vec<&mut [T]>> = (0..across).map(|_| Vec::with_capacity(count)).collect();
+        for row in band.chunks_mut(width) {
+            windows.iter_mut().zip(row.chunks_mut(size[0])).for_each(|(window, row)| window.push(row));
+        }
+        windows
+    })
+}
+
+impl Window<'_> {
+    /// Writes the pixels of a tile that covers these columns and rows of the picture into plane number `number`:
+    /// `values` in rows of `stride`. Halves end at 65504; a NaN stays one.
+    pub fn put(
+        &mut self,
+        number: usize,
+        pixels: &[Range<usize>; 2],
+        values: &Column<f32>,
+        stride: usize,
+        rounding: &mut Rounding,
+    ) {
+        let [left, top] = self.corner;
+        let columns = pixels[0].start - left..pixels[0].end - left;
+        match &mut self.planes[number] {
+            Rows::Float(rows) => {
+                let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
+                for (to, from) in rows.iter_mut().zip(values.chunks_exact(stride)) {
+                    copy(&mut to[columns.clone()], from);
+                }
+            }
+            Rows::Half(rows) => {
+                let Rounding { clamped, halves } = rounding;
+                for (clamped, value) in clamped.iter_mut().zip(values) {
+                    *clamped = value.clamp(-HALF_MAX, HALF_MAX);
+                }
+                let count = stride * stride;
+                halves[..count].convert_from_f32_slice(&clamped[..count]);
+                let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
+                for (to, from) in rows.iter_mut().zip(halves.chunks_exact(stride)) {
+                    copy(&mut to[columns.clone()], from);
+                }
+            }
+        }
+    }
+
+    /// Writes zeros.
+    pub fn clear(&mut self, number: usize, pixels: &[Range<usize>; 2]) {
+        let [left, top] = self.corner;
+        let columns = pixels[0].start - left..pixels[0].end - left;
+        let rows_of = pixels[1].start - top..pixels[1].end - top;
+        match &mut self.planes[number] {
+            Rows::Half(rows) => rows[rows_of].iter_mut().for_each(|row| row[columns.clone()].fill(f16::ZERO)),
+            Rows::Float(rows) => rows[rows_of].iter_mut().for_each(|row| row[columns.clone()].fill(0.0)),
+        }
+    }
+
+    /// One more for each pixel, up to `most`. Halves are left alone: they cannot count far.
+    pub fn count_up(&mut self, number: usize, pixels: &[Range<usize>; 2], most: f32) {
+        let [left, top] = self.corner;
+        if let Rows::Float(rows) = &mut self.planes[number] {
+            for row in &mut rows[pixels[1].start - top..pixels[1].end - top] {
+                let counts = &mut row[pixels[0].start - left..pixels[0].end - left];
+                counts.iter_mut().for_each(|count| *count = (*count + 1.0).min(most));
+            }
+        }
+    }
+}
+
+/// Copies as many values as `to` has room for, many at a time: rows of tiles are too short to be worth a call.
+#[inline(always)]
+fn copy<T: Copy>(to: &mut [T], from: &[T]) {
+    const MANY: usize = 16;
+    let from = &from[..to.len()];
+    let (mut all_to, all_from) = (to.chunks_exact_mut(MANY), from.chunks_exact(MANY));
+    let rest = all_from.remainder();
+    for (to, from) in all_to.by_ref().zip(all_from) {
+        to.copy_from_slice(from);
+    }
+    all_to.into_remainder().copy_from_slice(rest);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::PlaneKind;
+
+    #[test]
+    fn every_pixel_is_in_one_window() {
+        let (width, height) = (21, 10);
+        let blank = vec![0.0; width * height];
+        let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
+            .map(|(name, kind)| Plane::new(name, kind, &blank));
+        // tiles of 4 x 4, two beside each other in a window
+        for rows in [0..4, 4..10] {
+            let top = rows.start;
+            for (number, mut window) in cut(&mut planes, width, rows, [8, 4]).into_iter().enumerate() {
+                let [x, y] = window.corner;
+                assert_eq!([x, y], [number % 3 * 8, top + number / 3 * 4]);
+                for left in (x..(x + 8).min(width)).step_by(4) {
+                    let pixels = [left..(left + 4).min(width), y..(y + 4).min(height)];
+                    let mut values = [-1.0; CELLS];
+                    for (i, value) in values[..16].iter_mut().enumerate() {
+                        *value = ((y + i / 4) * width + left + i % 4) as f32;
+                    }
+                    window.put(0, &pixels, &values, 4, &mut Rounding::default());
+                    window.put(1, &pixels, &values, 4, &mut Rounding::default());
+                    if left == 16 {
+                        window.count_up(1, &pixels, 40.0);
+                        window.clear(0, &pixels);
+                    }
+                }
+            }
+        }
+        for at in 0..width * height {
+            let is_marked = (16..20).contains(&(at % width));
+            assert_eq!(planes[0].values.get(at), if is_marked { 0.0 } else { at as f32 });
+            let counted = if is_marked { (at as f32 + 1.0).min(40.0) } else { at as f32 };
+            assert_eq!(planes[1].values.get(at), counted);
+        }
+    }
+}
