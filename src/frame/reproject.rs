@@ -13,7 +13,7 @@ use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes};
 use crate::samples::{
-    BACKGROUND, CELLS, EMPTY, LeavingStore, Move, Octahedral, SampleStore, Status, Tile, copy, locate,
+    BACKGROUND, CELLS, EMPTY, LeavingStore, Move, Octahedral, SampleStore, Status, Tile, locate,
 };
 
 /// Enters every sample of `old` in the contest for the cell that it falls into.
@@ -56,6 +56,8 @@ pub struct Gathering {
     /// The first `used` are of the tile at work; the others keep their memory.
     sources: Vec<(u32, Vec<Move>)>,
     used: usize,
+    /// The one that was named last.
+    latest: usize,
 }
 
 impl Gathering {
@@ -65,13 +67,14 @@ impl Gathering {
     }
 
     /// Notes that a sample of tile `tile` moves.
-    #[inline]
+    #[inline(always)]
     fn note(&mut self, tile: u32, way: Move) {
-        // neighbours come from the same tile, mostly: the latest is asked first
-        let latest_first = (0..self.used).rev();
-        let known = latest_first.into_iter().find(|source| self.sources[*source].0 == tile);
-        let source = known.unwrap_or_else(|| self.open(tile));
-        self.sources[source].1.push(way);
+        // neighbours come from the same tile, mostly
+        if self.used == 0 || self.sources[self.latest].0 != tile {
+            let known = self.sources[..self.used].iter().position(|(number, _)| *number == tile);
+            self.latest = known.unwrap_or_else(|| self.open(tile));
+        }
+        self.sources[self.latest].1.push(way);
     }
 
     #[cold]
@@ -112,7 +115,6 @@ pub fn gather(
     for (source, moves) in &gathering.sources[..gathering.used] {
         if let Some(from) = old.tile(*source) {
             tile.take_over_all(from, moves);
-            copy(&mut tile.age, &from.age, moves);
         }
     }
     grow_older(tile);

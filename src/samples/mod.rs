@@ -16,7 +16,7 @@ mod tag;
 pub use octahedral::Octahedral;
 pub use spare::{LeavingStore, SpareTiles, locate};
 pub use store::{
-    BACKGROUND, CELLS, ColorColumns, Column, EMPTY, Move, Sample, SampleStore, TILE, Tile, copy, load_color,
+    BACKGROUND, CELLS, ColorColumns, Column, EMPTY, Move, Sample, SampleStore, TILE, Tile, load_color,
     load_colors, store_color, store_colors,
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};

@@ -31,12 +31,15 @@ pub struct Move {
     pub from: u16,
 }
 
-/// Copies the values that move.
+/// Copies the values that move, in some columns at once: what leads to a cell is worth more than one value.
 #[inline(always)]
-pub fn copy<T: Copy>(to: &mut Column<T>, from: &Column<T>, moves: &[Move]) {
+pub fn copy<T: Copy, const N: usize>(to: [&mut Column<T>; N], from: [&Column<T>; N], moves: &[Move]) {
     for way in moves {
         // the remainders are the numbers themselves: they spare checks
-        to[usize::from(way.to) % CELLS] = from[usize::from(way.from) % CELLS];
+        let (at, old) = (usize::from(way.to) % CELLS, usize::from(way.from) % CELLS);
+        for column in 0..N {
+            to[column][at] = from[column][old];
+        }
     }
 }
 
@@ -173,22 +176,18 @@ impl Tile {
         self.tags.take_over(cell, &from.tags, at);
     }
 
-    /// Copies samples from `from`, with their light and their tags, a column at a time. Age and status are the
+    /// Copies samples from `from`, with their light, tags and age, some columns at a time. The status is the
     /// caller's.
     pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
-        copy(&mut self.x, &from.x, moves);
-        copy(&mut self.y, &from.y, moves);
-        copy(&mut self.z, &from.z, moves);
-        copy(&mut self.model, &from.model, moves);
-        copy(&mut self.triangle, &from.triangle, moves);
-        copy(&mut self.normal, &from.normal, moves);
-        copy(&mut self.facet, &from.facet, moves);
-        copy(&mut self.material, &from.material, moves);
-        copy(&mut self.from_behind, &from.from_behind, moves);
-        for i in 0..3 {
-            copy(&mut self.albedo[i], &from.albedo[i], moves);
-            copy(&mut self.lit[i], &from.lit[i], moves);
-        }
+        copy([&mut self.x, &mut self.y, &mut self.z], [&from.x, &from.y, &from.z], moves);
+        let numbers = [&mut self.model, &mut self.triangle];
+        copy(numbers, [&from.model, &from.triangle], moves);
+        let normals = [&mut self.normal, &mut self.facet];
+        copy(normals, [&from.normal, &from.facet], moves);
+        copy(self.albedo.each_mut(), from.albedo.each_ref(), moves);
+        copy(self.lit.each_mut(), from.lit.each_ref(), moves);
+        copy([&mut self.material, &mut self.age], [&from.material, &from.age], moves);
+        copy([&mut self.from_behind], [&from.from_behind], moves);
         self.tags.take_over_all(&from.tags, moves);
     }
 

@@ -1,6 +1,7 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, Move, copy};
+use super::store::copy;
+use super::{CELLS, Column, EMPTY, Move};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -251,10 +252,10 @@ impl Tags {
     /// The same for many cells.
     pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
         for (to, from) in self.single.iter_mut().zip(&from.single) {
-            copy(to, from, moves);
+            copy([to], [from], moves);
         }
         for (to, from) in self.area.iter_mut().zip(&from.area) {
-            copy(to, from, moves);
+            copy([to], [from], moves);
         }
     }
 
