@@ -406,3 +406,14 @@ fn the_automatic_mode_traces_where_nothing_is_seen_again() {
     let slowly = modes(goes(TARGET, TARGET + DVec3::X));
     assert_eq!(slowly[1..], ["reproject"; FRAMES as usize - 1]);
 }
+
+#[test]
+fn the_automatic_mode_traces_where_all_that_was_seen_falls_into_few_cells() {
+    let automatic = Settings { width: 320, height: 240, mode: Mode::Auto, ..toy::settings(2) };
+    let mode_after = |fov: f64| {
+        let mut scene = world();
+        scene.camera.fov = toy::keys(&[(1.0, 20.0), (2.0, fov)]);
+        toy::render(&scene, &automatic, 2)[1].stats.mode
+    };
+    assert_eq!((mode_after(21.0), mode_after(80.0)), ("reproject", "base"));
+}

@@ -2,6 +2,7 @@
 
 use crate::film::{Film, PlaneKind, Values};
 use crate::layers::Layers;
+use crate::settings::{Filter, Settings};
 
 /// The planes of sums: numbers of those that begin a group.
 pub mod sums {
@@ -136,6 +137,8 @@ pub fn channels(layers: Layers) -> impl Iterator<Item = Channel> {
 /// What is to be written.
 #[derive(Debug)]
 pub struct Picture {
+    /// From samples to pixels.
+    pub filter: Filter,
     /// Of the film's planes.
     pub channels: Vec<Channel>,
     /// For each plane, whether it was zero throughout before this frame.
@@ -143,10 +146,10 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Of `layers`, to be written over what `film` shows.
-    pub fn over(film: &Film, layers: Layers) -> Self {
+    /// To be written over what `film` shows.
+    pub fn over(film: &Film, settings: &Settings) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
-        Self { channels: channels(layers).collect(), was_zero }
+        Self { filter: settings.filter, channels: channels(settings.layers).collect(), was_zero }
     }
 }
 

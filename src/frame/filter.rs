@@ -4,8 +4,7 @@
 //! colours stay sums in a [`TileFilm`], halo included: [`develop`](super::develop) adds up what neighbours have
 //! for each pixel, in the tiles' order, so that the picture does not depend on who was done first.
 //!
-//! Colours are filtered. Data (distance, position, normal, id, age) is never mixed: a pixel shows those of
-//! its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
+//! Colours are filtered; what is never mixed is in [`pixels`](super::pixels).
 
 use std::ops::Range;
 
@@ -14,47 +13,14 @@ use glam::Vec4;
 use super::channels::{Channel, Picture, Source, Written, data, sums};
 use super::enhance::{Light, Radiance};
 use super::grid::Grid;
-use super::placed::PlacedTile;
-use super::stage::{CellRays, Stage, Workbench};
+use super::pixels::{Planes, choose_nearest, count, reduce, take_data};
+use super::stage::{Stage, Workbench};
 use super::trace_missed::is_traced;
 use super::window::{Rounding, Window};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::layers::Layers;
-use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile, load_colors};
+use crate::samples::{CELLS, Column, EMPTY, Tile, load_colors};
 use crate::settings::Filter;
-
-/// `Z` of the background: finite, and far behind everything.
-pub const BACKGROUND_Z: f32 = 1e10;
-
-/// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
-const NEARNESS: f32 = 1024.0;
-
-/// `N` planes of a tile's pixels, in rows, each from the start of its column. Keeps its memory.
-#[derive(Debug)]
-struct Planes<const N: usize> {
-    columns: Vec<Column<f32>>,
-    /// Which planes hold anything. What is in the others means nothing: they are zero throughout.
-    is_some: [bool; N],
-}
-
-impl<const N: usize> Default for Planes<N> {
-    fn default() -> Self {
-        Self { columns: vec![[0.0; CELLS]; N], is_some: [false; N] }
-    }
-}
-
-impl<const N: usize> Planes<N> {
-    /// Nothing in any plane.
-    fn begin(&mut self) {
-        self.is_some = [false; N];
-    }
-
-    /// Plane `number`, to be filled.
-    fn open(&mut self, number: usize) -> &mut Column<f32> {
-        self.is_some[number] = true;
-        &mut self.columns[number]
-    }
-}
 
 /// What one tile's samples add to the pixels that they reach, where the filter has a halo. Keeps its memory from
 /// frame to frame.
@@ -143,13 +109,11 @@ impl Default for Filtering {
 
 /// Makes pixels of the samples of tile number `number`, and writes what is finished into its `window` and what is
 /// not into `film`. Says which channels hold anything.
-#[expect(clippy::too_many_arguments, reason = "each is a thing by itself")]
 pub fn filter(
     stage: &Stage,
     number: usize,
     tile: &Tile,
     bench: &mut Workbench,
-    kernel: Filter,
     picture: &Picture,
     window: &mut Window,
     film: &mut TileFilm,
@@ -160,21 +124,22 @@ pub fn filter(
     filtering.data.begin();
     prepare(stage, tile, filtering);
     let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
-    if kernel != Filter::Box || shows_samples && grid.samples > 1 {
+    if picture.filter != Filter::Box || shows_samples && grid.samples > 1 {
         locate(stage, number, tile, filtering);
     }
-    if kernel != Filter::Box {
-        film.begin(grid, number, kernel);
+    if picture.filter != Filter::Box {
+        film.begin(grid, number, picture.filter);
     }
-    sum_colors(stage, tile, radiance, kernel, filtering, film);
+    sum_colors(stage, tile, radiance, picture.filter, filtering, film);
+    let Filtering { x, y, nearest, data, .. } = &mut **filtering;
     if shows_samples {
-        choose_nearest(grid, filtering);
-        take_data(stage, tile, placed, filtering);
+        choose_nearest(grid, [x, y], nearest);
+        take_data(stage, tile, placed, nearest, data);
     }
     if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
-        count(grid, tile, cell_rays, &mut filtering.data);
+        count(grid, tile, cell_rays, data);
     }
-    finish(grid, number, picture, kernel, filtering, window)
+    finish(grid, number, picture, filtering, window)
 }
 
 /// Says that the film shows tile number `number` already, a frame younger.
@@ -193,7 +158,6 @@ fn finish(
     grid: &Grid,
     number: usize,
     picture: &Picture,
-    kernel: Filter,
     filtering: &mut Filtering,
     window: &mut Window,
 ) -> Written {
@@ -206,7 +170,7 @@ fn finish(
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
         let values = match channel.source {
             Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
-            Source::Filtered(_) if kernel != Filter::Box => continue,
+            Source::Filtered(_) if picture.filter != Filter::Box => continue,
             Source::Filtered(numbers) => {
                 let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
                 some.next().map(|first| {
@@ -267,33 +231,6 @@ fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) 
     }
 }
 
-/// For each pixel the sample nearest to its centre; of several the first.
-fn choose_nearest(grid: &Grid, filtering: &mut Filtering) {
-    let Filtering { x, y, nearest, .. } = filtering;
-    nearest.clear();
-    let cells = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
-    if grid.samples == 1 {
-        nearest.extend(cells.map(|cells| cells[0]));
-        return;
-    }
-    // the number of a sample in its pixel comes after how near it is: the least says which one it is
-    let (scale, samples) = ((grid.samples as f32).recip(), grid.samples_of_pixel() as f32);
-    let aside = |at: f32, centre: f32| at * scale - centre;
-    let centres = grid.center_x.iter().zip(&grid.center_y).zip(&grid.number_in_pixel);
-    let mut ranks = [0.0; CELLS];
-    for ((rank, (x, y)), ((center_x, center_y), number)) in
-        ranks.iter_mut().zip(x.iter().zip(&*y)).zip(centres)
-    {
-        let [x, y] = [aside(*x, *center_x), aside(*y, *center_y)];
-        // in steps: of samples that are equally near but for rounding the first is shown
-        *rank = ((x * x + y * y) * NEARNESS + 0.5).floor() * samples + number;
-    }
-    let mut least = [0.0; CELLS];
-    reduce(grid, &ranks, f32::min, &mut least);
-    least.iter_mut().for_each(|rank| *rank -= (*rank / samples).floor() * samples);
-    nearest.extend(cells.zip(&least).map(|(cells, number)| cells[*number as usize]));
-}
-
 /// Sums all planes that are filtered.
 fn sum_colors(
     stage: &Stage,
@@ -326,44 +263,6 @@ fn sum_colors(
             let mut columns = [None; sums::COUNT];
             planes.for_each(|(plane, column)| columns[plane] = Some(column));
             spread(grid, tile, [x, y], &columns, film);
-        }
-    }
-}
-
-/// For each pixel of a tile the values of its samples' cells, `joined`.
-///
-/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: there no table is needed,
-/// and whole blocks are joined at once.
-#[inline(always)]
-fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f32, pixels: &mut Column<f32>) {
-    const BLOCKS: usize = TILE / 4;
-    const HALF: usize = TILE / 2;
-    match grid.samples {
-        1 => {
-            for (block, cells) in column.chunks_exact(16).enumerate() {
-                let corner = block / BLOCKS * 4 * TILE + block % BLOCKS * 4;
-                for (row, cells) in cells.chunks_exact(4).enumerate() {
-                    pixels[corner + row * TILE..][..4].copy_from_slice(cells);
-                }
-            }
-        }
-        2 => {
-            for (block, cells) in column.chunks_exact(16).enumerate() {
-                let corner = block / BLOCKS * 2 * HALF + block % BLOCKS * 2;
-                let beside: [f32; 8] =
-                    std::array::from_fn(|pair| joined(cells[2 * pair], cells[2 * pair + 1]));
-                let below = |pair: usize| joined(beside[pair], beside[pair + 2]);
-                pixels[corner..][..2].copy_from_slice(&[below(0), below(1)]);
-                pixels[corner + HALF..][..2].copy_from_slice(&[below(4), below(5)]);
-            }
-        }
-        _ => {
-            let cells_of_pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
-            for (pixel, cells) in pixels.iter_mut().zip(cells_of_pixels) {
-                // the remainder is the number itself: it spares a check
-                let values = cells.iter().map(|cell| column[usize::from(*cell) % CELLS]);
-                *pixel = values.reduce(&joined).unwrap_or(0.0);
-            }
         }
     }
 }
@@ -439,139 +338,9 @@ fn mitchell(beyond: f32) -> [f32; 4] {
     [first / 6.0, second / 6.0, near(1.0 - beyond) / 6.0, far(2.0 - beyond) / 6.0]
 }
 
-/// The data of each pixel's nearest sample.
-fn take_data(stage: &Stage, tile: &Tile, placed: &mut PlacedTile, filtering: &mut Filtering) {
-    let Filtering { nearest, data, .. } = filtering;
-    let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| stage.layers.has(layer));
-    let has_depth = stage.layers.has(Layers::Z);
-    if has_place || has_normal || has_depth {
-        placed.complete(stage, tile);
-    }
-    if has_place || has_depth {
-        for (axis, column) in placed.point.iter().enumerate() {
-            take(nearest, column, data.open(data::POSITION + axis));
-        }
-    }
-    if has_normal {
-        for (axis, column) in placed.normal.iter().enumerate() {
-            take(nearest, column, data.open(data::NORMAL + axis));
-        }
-    }
-    let mut models = [EMPTY; CELLS];
-    take(nearest, &tile.model, &mut models);
-    let is_surface = |first: usize| Mask::of(|lane| models[first + lane] < EMPTY);
-    if has_depth {
-        let camera = &stage.view.camera;
-        let [eye, forward] = [camera.eye, camera.forward].map(Lanes3::splat);
-        let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
-        for first in (0..CELLS).step_by(LANES) {
-            let depth = (Lanes3::load([x, y, w], first) - eye).dot(forward);
-            is_surface(first).select(depth, Lanes::splat(BACKGROUND_Z)).store(z, first);
-        }
-        data.is_some[data::Z] = true;
-    }
-    // the background is nowhere
-    for number in data::POSITION..data::NORMAL + 3 {
-        let column = &mut data.columns[number];
-        for first in (0..CELLS).step_by(LANES).take_while(|_| data.is_some[number]) {
-            is_surface(first).select(Lanes::load(column, first), Lanes::ZERO).store(column, first);
-        }
-    }
-    if stage.layers.has(Layers::ID) {
-        // the background's number is the greatest: one more is none
-        for (id, model) in data.open(data::ID).iter_mut().zip(&models) {
-            *id = model.wrapping_add(1) as f32;
-        }
-    }
-    if stage.layers.has(Layers::STATUS) && tile.age.iter().fold(0, |any, age| any | age) != 0 {
-        let mut ages = [0; CELLS];
-        take(nearest, &tile.age, &mut ages);
-        for (age, frames) in data.open(data::AGE).iter_mut().zip(ages) {
-            *age = f32::from(frames);
-        }
-    }
-}
-
-/// For each pixel what `column` holds for its nearest sample.
-fn take<T: Copy>(nearest: &[u16], column: &Column<T>, pixels: &mut Column<T>) {
-    for (pixel, cell) in pixels.iter_mut().zip(nearest) {
-        // the remainder is the number itself: it spares a check
-        *pixel = column[usize::from(*cell) % CELLS];
-    }
-}
-
-/// Counts the samples and the rays of each pixel.
-fn count(grid: &Grid, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
-    const STATUSES: [Status; 5] =
-        [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
-    let share = (grid.samples_of_pixel() as f32).recip();
-    let sum = |column: &Column<f32>, pixels: &mut Column<f32>| {
-        reduce(grid, column, |sum, value| sum + value, pixels);
-    };
-    let mut column = [0.0; CELLS];
-    let mut count_those = |number: usize, unit: f32, is_one: &dyn Fn(Status) -> bool| {
-        for (count, status) in column.iter_mut().zip(&tile.status) {
-            *count = f32::from(u8::from(is_one(*status)));
-        }
-        sum(&column, data.open(number));
-        data.columns[number].iter_mut().for_each(|count| *count *= unit);
-    };
-    for (status, number) in STATUSES.into_iter().zip(data::STATUS..) {
-        // no early way out: many are compared at once
-        if tile.status.iter().fold(false, |any, other| any | (*other == status)) {
-            count_those(number, share, &|other| other == status);
-        }
-    }
-    if tile.status.iter().fold(false, |any, status| any | is_traced(*status)) {
-        count_those(data::RAYS, 1.0, &is_traced);
-    }
-    for (number, counts) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
-        if counts.iter().fold(0, |any, count| any | count) != 0 {
-            for (count, rays) in column.iter_mut().zip(counts) {
-                *count = f32::from(*rays);
-            }
-            sum(&column, data.open(number));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn pixels_are_made_of_their_own_samples() {
-        for samples in 1..=5 {
-            let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, samples));
-            let column = std::array::from_fn(|cell| ((cell * 37) % CELLS) as f32);
-            let (mut sums, mut least) = ([0.0; CELLS], [0.0; CELLS]);
-            reduce(&grid, &column, |sum, value| sum + value, &mut sums);
-            reduce(&grid, &column, f32::min, &mut least);
-            for (pixel, cells) in grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel()).enumerate() {
-                let values = || cells.iter().map(|cell| column[usize::from(*cell)]);
-                assert_eq!(sums[pixel], values().sum::<f32>(), "{samples} samples, pixel {pixel}");
-                assert_eq!(least[pixel], values().fold(f32::MAX, f32::min));
-            }
-        }
-    }
-
-    #[test]
-    fn a_pixel_shows_its_nearest_sample_and_of_several_the_first() {
-        let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, 2));
-        let mut filtering = Filtering::default();
-        let of_pixel = |pixel: usize| &grid.cells_of_pixels[pixel * 4..][..4];
-        // all in the centres of their cells, but for the third of pixel 18
-        for cell in 0..CELLS {
-            filtering.x[cell] = grid.place_x[cell] + 0.5;
-            filtering.y[cell] = grid.place_y[cell] + 0.5;
-        }
-        filtering.x[usize::from(of_pixel(18)[2])] += 0.2;
-        choose_nearest(&grid, &mut filtering);
-        assert_eq!(filtering.nearest.len(), 16 * 16);
-        for (pixel, nearest) in filtering.nearest.iter().enumerate() {
-            assert_eq!(*nearest, of_pixel(pixel)[if pixel == 18 { 2 } else { 0 }], "{pixel}");
-        }
-    }
 
     #[test]
     fn mitchells_weights_add_up_to_one_wherever_the_sample_is() {

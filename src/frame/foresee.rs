@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::grid::Grid;
 use super::plan::{CameraChange, LightChange};
 use super::reproject::{scatter_lanes, seen_from_behind};
 use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
@@ -46,12 +47,12 @@ pub struct Foreseen {
     asked: Vec<u8>,
 }
 
-/// Whether inferring this frame from `old` is cheaper than tracing it. Eight samples a tile are projected
-/// and, where the eye moved, verified.
+/// Whether inferring this frame from `old` is cheaper than tracing it. Eight samples of some tiles are
+/// projected and, where the eye moved, verified.
 pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let mut asked = vec![0; old.tiles.len()];
     let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
-        ask_tiles(number * TILES_AT_ONCE, tiles, stage, asked)
+        ask_tiles(number * TILES_AT_ONCE, tiles, old.tiles.len(), stage, asked)
     };
     let groups = old.tiles.par_chunks(TILES_AT_ONCE).zip(asked.par_chunks_mut(TILES_AT_ONCE)).enumerate();
     let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
@@ -64,7 +65,7 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let gained = share(sum.seen[AT_REST]) * surface
         + share(sum.seen[MOVED]) * cost::MOVED
         + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;
-    Foreseen { pays: gained > spent, asked }
+    Foreseen { pays: gained * sum.spread(fields(&stage.view.grid)) > spent, asked }
 }
 
 impl Foreseen {
@@ -74,6 +75,26 @@ impl Foreseen {
         rays.verification += u64::from(asked.count_ones());
         set_bits(asked).for_each(|lane| cells.verification[first_asked(number) + lane] += 1);
     }
+}
+
+/// How many fields are across and down: no more than tiles.
+fn fields(grid: &Grid) -> [usize; 2] {
+    [grid.tiles_x, grid.tiles_y].map(|tiles| FIELDS.min(tiles as usize))
+}
+
+/// Column and row of the field that tile number `number` is in.
+fn field(grid: &Grid, number: usize) -> [usize; 2] {
+    let ([across, down], [tiles_x, tiles_y]) = (fields(grid), [grid.tiles_x as usize, grid.tiles_y as usize]);
+    [number % tiles_x * across / tiles_x, number / tiles_x * down / tiles_y]
+}
+
+/// Whether tile number `number` of `tiles` is asked: of many tiles some that are spread over the picture.
+fn is_asked(number: usize, tiles: usize) -> bool {
+    // some 2000 samples: their share is right to a hundredth
+    const ENOUGH: usize = 256;
+    // the golden section's share of a word: neighbours in a row or a column are far apart in this order
+    let place = (number as u32).wrapping_mul(0x9e37_79b9);
+    tiles <= ENOUGH || (place as usize) < (ENOUGH << 32) / tiles
 }
 
 /// The first of the eight samples of tile number `number` that are asked: another eight in each.
@@ -90,7 +111,12 @@ struct Asked {
     verified: u64,
     /// Still seen, by what they show.
     seen: [u64; 3],
+    /// How many fell into each of the picture's [`fields`], row by row.
+    fallen: [[u64; FIELDS]; FIELDS],
 }
+
+/// Fields along an edge of the picture, at most, to tell whether samples fall into all of it.
+const FIELDS: usize = 8;
 
 /// What samples show: surfaces that did not move, surfaces that did, and the background.
 const AT_REST: usize = 0;
@@ -103,19 +129,35 @@ impl Asked {
             asked: self.asked + other.asked,
             verified: self.verified + other.verified,
             seen: std::array::from_fn(|what| self.seen[what] + other.seen[what]),
+            fallen: std::array::from_fn(|y| std::array::from_fn(|x| self.fallen[y][x] + other.fallen[y][x])),
         }
+    }
+
+    /// The share of the samples that fall into the picture which can have a cell of their own: where the eye has
+    /// gone far back, all that was seen falls into a few.
+    fn spread(&self, [across, down]: [usize; 2]) -> f32 {
+        // as many as an even share may be by chance
+        const CROWD: f32 = 1.3;
+        let room = CROWD * self.asked as f32 / (across * down) as f32;
+        let counts = || self.fallen.iter().flatten().map(|count| *count as f32);
+        counts().map(|count| count.min(room)).sum::<f32>() / counts().sum::<f32>().max(1.0)
     }
 }
 
-/// Asks eight samples of each tile, and notes which of them needed a ray.
-fn ask_tiles(number: usize, tiles: &[Box<Tile>], stage: &Stage, asked: &mut [u8]) -> Asked {
+/// Asks eight samples of some tiles, of as many as there are, and notes which of them needed a ray.
+fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked: &mut [u8]) -> Asked {
     let casts = stage.plan.camera == CameraChange::Moved;
     let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());
     let mut sum = Asked::default();
-    for (i, (tile, asked)) in tiles.iter().zip(asked).enumerate() {
+    let all = tiles.iter().zip(asked).enumerate();
+    for (i, (tile, asked)) in all.filter(|(i, _)| is_asked(number + i, of)) {
         let first = first_asked(number + i);
         let mut inside = 0_u8;
-        scatter_lanes(stage, tile, first, |lane, _, _| inside |= 1 << lane);
+        scatter_lanes(stage, tile, first, |lane, _, target| {
+            inside |= 1 << lane;
+            let [x, y] = field(&stage.view.grid, target as usize / CELLS);
+            sum.fallen[y][x] += 1;
+        });
         inside &= !seen_from_behind(stage, tile, first);
         let models = &tile.model[first..first + LANES];
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
@@ -141,4 +183,23 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], stage: &Stage, asked: &mut [u8]
         sum.seen[shown] -= 1;
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_tiles_enough_are_asked_everywhere() {
+        assert!((0..256).all(|number| is_asked(number, 256)));
+        for (across, down) in [(40, 23), (80, 45), (480, 270)] {
+            let asked = |rows: std::ops::Range<usize>| {
+                let numbers = rows.start * across..rows.end * across;
+                numbers.filter(|number| is_asked(*number, across * down)).count()
+            };
+            assert!((230..280).contains(&asked(0..down)), "{}", asked(0..down));
+            let halves = [asked(0..down / 2), asked(down / 2..down)];
+            assert!(halves.iter().all(|half| *half > 100), "{halves:?}");
+        }
+    }
 }

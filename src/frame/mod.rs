@@ -21,6 +21,7 @@ mod foresee;
 pub mod grid;
 pub mod light;
 mod movers;
+pub mod pixels;
 mod placed;
 pub mod plan;
 mod reproject;

@@ -81,7 +81,7 @@ pub fn run_tiles(
     let filter = settings.filter;
     // a wide filter mixes neighbours: their sums are needed whatever they show
     let may_skip = film_is_last && filter == Filter::Box;
-    let picture = Picture::over(film, settings.layers);
+    let picture = Picture::over(film, settings);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*stage.view.grid;
     let mut developer = Developer::new(filter);
@@ -98,7 +98,7 @@ pub fn run_tiles(
         }
         shop.spare.grow(store, end);
         now.resize_with(end - done, TileFilm::default);
-        let work = Work { stage, source, filter, picture: &picture, may_skip };
+        let work = Work { stage, source, picture: &picture, may_skip };
         let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], now, film);
         sum = sum.plus(run_band(&work, runs, &shop.benches));
         let developing = Instant::now();
@@ -167,7 +167,6 @@ fn runs<'a>(
 struct Work<'a> {
     stage: &'a Stage<'a>,
     source: &'a Source<'a>,
-    filter: Filter,
     picture: &'a Picture,
     /// Whether a tile that shows what it showed in the frame before need not be made again.
     may_skip: bool,
@@ -184,19 +183,12 @@ fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> Til
                 for (number, (tile, film)) in (first..).zip(tiles.iter_mut().zip(films)) {
                     let outcome = infer_tile(work, number, tile, &mut bench);
                     let begin = Instant::now();
-                    let Work { stage, filter, picture, .. } = *work;
+                    let Work { stage, picture, .. } = *work;
                     written = written.plus(match outcome {
                         Outcome::AsBefore => filter::stay(stage, number, picture, &mut window),
-                        Outcome::New => filter::filter(
-                            stage,
-                            number,
-                            tile,
-                            &mut bench,
-                            filter,
-                            picture,
-                            &mut window,
-                            film,
-                        ),
+                        Outcome::New => {
+                            filter::filter(stage, number, tile, &mut bench, picture, &mut window, film)
+                        }
                     });
                     bench.seconds.filter += begin.elapsed().as_secs_f64();
                     samples += count_samples(tile);
