@@ -21,7 +21,7 @@ pub enum Values {
 }
 
 /// The largest finite half.
-pub const HALF_MAX: f32 = 65504.0;
+const HALF_MAX: f32 = 65504.0;
 
 impl Values {
     /// As many zeros, to become halves.
@@ -77,20 +77,23 @@ impl Values {
     /// Writes `values` from number `first` on. Halves end at 65504; a NaN stays one.
     #[inline]
     pub fn put(&mut self, first: usize, values: &[f32]) {
-        const BLOCK: usize = 256; // stays in the first-level cache, and on the stack
+        let places = first..first + values.len();
         match self {
-            Self::Float(all) => all[first..first + values.len()].copy_from_slice(values),
-            Self::Half(all) => {
-                let mut clamped = [0.0_f32; BLOCK];
-                let blocks = all[first..first + values.len()].chunks_mut(BLOCK).zip(values.chunks(BLOCK));
-                for (to, from) in blocks {
-                    for (clamped, value) in clamped.iter_mut().zip(from) {
-                        *clamped = value.clamp(-HALF_MAX, HALF_MAX);
-                    }
-                    to.convert_from_f32_slice(&clamped[..from.len()]);
-                }
-            }
+            Self::Float(all) => all[places].copy_from_slice(values),
+            Self::Half(all) => round_to_halves(values, &mut all[places]),
         }
+    }
+}
+
+/// Rounds as many values to halves. What is greater than the greatest half becomes it; a NaN stays one.
+pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
+    const BLOCK: usize = 256; // stays in the first-level cache, and on the stack
+    let mut clamped = [0.0_f32; BLOCK];
+    for (to, from) in halves.chunks_mut(BLOCK).zip(values.chunks(BLOCK)) {
+        for (clamped, value) in clamped.iter_mut().zip(from) {
+            *clamped = value.clamp(-HALF_MAX, HALF_MAX);
+        }
+        to.convert_from_f32_slice(&clamped[..from.len()]);
     }
 }
 

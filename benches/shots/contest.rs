@@ -86,7 +86,7 @@ impl Arena<'_> {
             }
         }
         let costs = best.iter().map(|frames| mean(frames)).collect();
-        // both halves of the store are there after the frames that were reprojected
+        // inferring takes more tiles than tracing, and they stay
         self.run(Contestant::Reprojected, frames.start..frames.start + 2)?;
         Ok(Outcome { costs, bytes_per_sample: self.renderer.memory().bytes_per_sample })
     }

@@ -158,7 +158,7 @@ impl Picture {
 pub struct Written {
     some: u64,
     /// Whether the film showed any of the tiles already, so that it was left as it is.
-    pub any_shown: bool,
+    any_shown: bool,
 }
 
 const _: () = assert!(CHANNELS.len() <= u64::BITS as usize);

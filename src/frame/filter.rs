@@ -9,6 +9,7 @@
 use std::ops::Range;
 
 use glam::Vec4;
+use half::f16;
 
 use super::channels::{Channel, Picture, Source, Written, data, sums};
 use super::enhance::{Light, Radiance};
@@ -16,7 +17,7 @@ use super::grid::Grid;
 use super::pixels::{Planes, choose_nearest, count, reduce, take_data};
 use super::stage::{Stage, Workbench};
 use super::trace_missed::is_traced;
-use super::window::{Rounding, Window};
+use super::window::Window;
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Tile, load_colors};
@@ -88,7 +89,8 @@ pub struct Filtering {
     sums: Planes<{ sums::COUNT }>,
     /// Of the tile's pixels.
     data: Planes<{ data::COUNT }>,
-    rounding: Rounding,
+    /// On the way to the film.
+    halves: Column<f16>,
 }
 
 impl Default for Filtering {
@@ -102,7 +104,7 @@ impl Default for Filtering {
             nearest: Vec::new(),
             sums: Planes::default(),
             data: Planes::default(),
-            rounding: Rounding::default(),
+            halves: [f16::ZERO; CELLS],
         }
     }
 }
@@ -161,7 +163,7 @@ fn finish(
     filtering: &mut Filtering,
     window: &mut Window,
 ) -> Written {
-    let Filtering { sums, data, rounding, .. } = filtering;
+    let Filtering { sums, data, halves, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
     let pixels = grid.pixels(number).map(|range| range.start as usize..range.end as usize);
@@ -189,7 +191,7 @@ fn finish(
         match values {
             Some(values) => {
                 written.note(number);
-                window.put(number, &pixels, values, stride, rounding);
+                window.put(number, &pixels, values, stride, halves);
             }
             None if *was_zero => {}
             None => window.clear(number, &pixels),

@@ -94,7 +94,7 @@ fn is_asked(number: usize, tiles: usize) -> bool {
     const ENOUGH: usize = 256;
     // the golden section's share of a word: neighbours in a row or a column are far apart in this order
     let place = (number as u32).wrapping_mul(0x9e37_79b9);
-    tiles <= ENOUGH || (place as usize) < (ENOUGH << 32) / tiles
+    tiles <= ENOUGH || u64::from(place) < ((ENOUGH as u64) << 32) / tiles as u64
 }
 
 /// The first of the eight samples of tile number `number` that are asked: another eight in each.

@@ -67,8 +67,8 @@ impl Workshop {
 ///
 /// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
-/// Tiles go in bands of whole rows: when a band is done, all rows of pixels that no later band reaches are
-/// written.
+/// Tiles go in bands of whole rows: between them old tiles that nobody wants any more are given back, and with a
+/// wide filter all rows of pixels that no later band reaches are written.
 pub fn run_tiles(
     stage: &Stage,
     source: &mut Source,

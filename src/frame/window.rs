@@ -4,11 +4,10 @@
 use std::ops::Range;
 
 use half::f16;
-use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
-use crate::film::{HALF_MAX, Plane, Values};
-use crate::samples::{CELLS, Column};
+use crate::film::{Plane, Values, round_to_halves};
+use crate::samples::Column;
 
 /// The part of a film that some tiles beside each other show, in all planes.
 #[derive(Debug)]
@@ -23,19 +22,6 @@ pub struct Window<'f> {
 enum Rows<'f> {
     Half(Vec<&'f mut [f16]>),
     Float(Vec<&'f mut [f32]>),
-}
-
-/// A worker's memory for the way from floats to halves.
-#[derive(Debug)]
-pub struct Rounding {
-    clamped: Column<f32>,
-    halves: Column<f16>,
-}
-
-impl Default for Rounding {
-    fn default() -> Self {
-        Self { clamped: [0.0; CELLS], halves: [f16::ZERO; CELLS] }
-    }
 }
 
 /// Cuts some rows of planes that are `width` wide into windows of `size` columns and rows, from left to
@@ -75,14 +61,14 @@ fn cut_plane<T>(values: &mut [T], width: usize, size: [usize; 2]) -> impl Iterat
 
 impl Window<'_> {
     /// Writes the pixels of a tile that covers these columns and rows of the picture into plane number `number`:
-    /// `values` in rows of `stride`. Halves end at 65504; a NaN stays one.
+    /// `values` in rows of `stride`, rounded in `halves` where the plane holds such.
     pub fn put(
         &mut self,
         number: usize,
         pixels: &[Range<usize>; 2],
         values: &Column<f32>,
         stride: usize,
-        rounding: &mut Rounding,
+        halves: &mut Column<f16>,
     ) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
@@ -94,12 +80,8 @@ impl Window<'_> {
                 }
             }
             Rows::Half(rows) => {
-                let Rounding { clamped, halves } = rounding;
-                for (clamped, value) in clamped.iter_mut().zip(values) {
-                    *clamped = value.clamp(-HALF_MAX, HALF_MAX);
-                }
                 let count = stride * stride;
-                halves[..count].convert_from_f32_slice(&clamped[..count]);
+                round_to_halves(&values[..count], &mut halves[..count]);
                 let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
                 for (to, from) in rows.iter_mut().zip(halves.chunks_exact(stride)) {
                     copy(&mut to[columns.clone()], from);
@@ -148,6 +130,7 @@ fn copy<T: Copy>(to: &mut [T], from: &[T]) {
 mod tests {
     use super::*;
     use crate::film::PlaneKind;
+    use crate::samples::CELLS;
 
     #[test]
     fn every_pixel_is_in_one_window() {
@@ -167,8 +150,8 @@ mod tests {
                     for (i, value) in values[..16].iter_mut().enumerate() {
                         *value = ((y + i / 4) * width + left + i % 4) as f32;
                     }
-                    window.put(0, &pixels, &values, 4, &mut Rounding::default());
-                    window.put(1, &pixels, &values, 4, &mut Rounding::default());
+                    window.put(0, &pixels, &values, 4, &mut [f16::ZERO; CELLS]);
+                    window.put(1, &pixels, &values, 4, &mut [f16::ZERO; CELLS]);
                     if left == 16 {
                         window.count_up(1, &pixels, 40.0);
                         window.clear(0, &pixels);
