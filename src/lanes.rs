@@ -100,6 +100,23 @@ impl Lanes {
         Self(each!(0.0, i => f32::from_bits(self.0[i].to_bits() ^ (other.0[i].to_bits() & (1 << 31)))))
     }
 
+    /// The greatest whole numbers that are not greater, for numbers in 0 .. 2^22.
+    #[inline(always)]
+    pub fn floor(self) -> Self {
+        // adding and taking away 2^23 rounds to a whole number
+        const ROUND: f32 = 8_388_608.0;
+        let nearest = (self + Self::splat(ROUND)) - Self::splat(ROUND);
+        nearest - nearest.gt(self).select(Self::splat(1.0), Self::ZERO)
+    }
+
+    /// Whole numbers in 0 .. 2^22 as such.
+    #[inline(always)]
+    pub fn to_whole(self) -> [u32; LANES] {
+        const BASE: f32 = 8_388_608.0;
+        // bits of 2^23 + whole count up by whole
+        (self + Self::splat(BASE)).0.map(|sum| sum.to_bits().wrapping_sub(BASE.to_bits()))
+    }
+
     /// Where this is less. No for what is not a number.
     #[inline(always)]
     pub fn lt(self, other: Self) -> Mask {

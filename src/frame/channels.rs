@@ -4,7 +4,8 @@ use crate::film::{Film, PlaneKind, Values};
 use crate::layers::Layers;
 use crate::settings::{Filter, Settings};
 
-/// The planes of sums: numbers of those that begin a group.
+/// The planes of sums: numbers of those that begin a colour. Those that are summed together most are within the
+/// same eight.
 pub mod sums {
     /// Of the weights.
     pub const WEIGHT: usize = 0;
@@ -19,12 +20,12 @@ pub mod sums {
     /// In mirrors and off glass.
     pub const REFLECTION: usize = 11;
     /// Through glass.
-    pub const REFRACTION: usize = 14;
+    pub const REFRACTION: usize = 16;
     /// All of them.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 19;
 }
 
-/// The planes of data: numbers of those that begin a group.
+/// The planes of data: numbers of those that begin a vector or a table.
 pub mod data {
     /// Distance along the view axis.
     pub const Z: usize = 0;

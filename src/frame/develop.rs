@@ -1,18 +1,21 @@
 //! A film to write on; and, where a filter reaches across tiles, from the sums of tiles to its planes.
 //!
 //! Rows of pixels are written as soon as all tiles that reach them are done, while they are still in the
-//! cache. Each pixel's sums are added in the order of the tiles.
+//! cache. Each pixel's sums are added in the order of the tiles, so that the picture does not depend on who was
+//! done first.
 
 use std::ops::Range;
 
+use half::f16;
 use rayon::prelude::*;
 
-use super::channels::{Channel, Picture, Source, channels, sums};
-use super::filter::{TileFilm, halo};
+use super::channels::{Channel, Picture, Source, Written, channels, sums};
 use super::grid::Grid;
-use crate::film::{Film, Plane, Values};
+use super::mitchell::{GROUPS, HALO, TileFilm};
+use super::window::{Window, cut};
+use crate::film::{Film, Plane};
+use crate::lanes::{LANES, Lanes};
 use crate::layers::Layers;
-use crate::settings::Filter;
 
 /// An undeveloped frame, to be written over `used` where that is of the same size. What a plane holds is
 /// known only where it says that it is zero.
@@ -33,90 +36,126 @@ pub fn blank(grid: &Grid, layers: Layers, used: Option<Film>) -> Film {
     Film { width, height, planes: planes.collect(), stamp: 0 }
 }
 
+/// What the tiles of two bands add to their pixels. Of the band above it is the last tiles that count.
+#[derive(Clone, Copy)]
+pub struct Bands<'a> {
+    /// Of the band above.
+    pub before: &'a [TileFilm],
+    /// Of the band at work.
+    pub now: &'a [TileFilm],
+    /// Number of the first tile of `now`.
+    pub first: usize,
+}
+
+impl<'a> Bands<'a> {
+    fn film(&self, tile: usize) -> &'a TileFilm {
+        match tile.checked_sub(self.first) {
+            Some(place) => &self.now[place],
+            None => &self.before[self.before.len() + tile - self.first],
+        }
+    }
+}
+
 /// Writes what reaches across tiles: rows of a film from top to bottom, band by band of tiles.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Developer {
-    filter: Filter,
     /// The first row that is not written yet.
     next: u32,
 }
 
-impl Developer {
-    /// Begins with the top row.
-    pub fn new(filter: Filter) -> Self {
-        Self { filter, next: 0 }
-    }
+/// Columns and rows that are added up at once: their sums stay in the first-level cache.
+const PIECE: [usize; 2] = [32, 8];
 
-    /// Writes into `film` what the tiles of band `now` complete; `before` is the band above it, and the
-    /// tiles of the next band begin with row `end` (the picture's height, if there is none).
+const PIXELS: usize = PIECE[0] * PIECE[1];
+
+impl Developer {
+    /// Writes into `film` the filtered planes of those rows that `bands` complete; the tiles of the next band
+    /// begin with row `end` (the picture's height, if there is none). Says which channels hold anything.
     pub fn develop(
         &mut self,
         film: &mut Film,
         picture: &Picture,
-        before: &[TileFilm],
-        now: &[TileFilm],
+        grid: &Grid,
+        bands: Bands,
         end: u32,
-    ) {
-        let (width, height) = (film.width as usize, film.height);
-        let reached = if end < height { end - halo(self.filter) } else { height };
-        let rows = self.next..reached.max(self.next);
-        self.next = rows.end;
-        let bands = [before, now];
-        let scales = scales(bands, rows.clone(), width);
-        let planes = film.planes.par_iter_mut().zip(&picture.channels).zip(&picture.was_zero);
-        planes.for_each(|((plane, channel), was_zero)| {
-            let Source::Filtered(sums) = channel.source else { return };
-            let is_zero = bands.into_iter().flatten().all(|tile| !tile.has_sums(sums));
-            plane.is_zero &= is_zero;
-            if !is_zero || !was_zero {
-                let most = if channel.name == "A" { 1.0 } else { f32::INFINITY };
-                write_sums(sums, bands, rows.clone(), &scales, most, &mut plane.values, width);
+    ) -> Written {
+        let reached = if end < grid.height { end - HALO } else { grid.height };
+        let rows = self.next as usize..reached as usize;
+        self.next = reached;
+        let width = film.width as usize;
+        let windows = cut(&mut film.planes, width, rows.clone(), [width, PIECE[1]]);
+        let write_rows = |(mut window, top): (Window, usize)| {
+            let rows = top..(top + PIECE[1]).min(rows.end);
+            let columns = (0..width).step_by(PIECE[0]).map(|left| left..(left + PIECE[0]).min(width));
+            columns.fold(Written::default(), |written, columns| {
+                written.plus(write_piece(picture, grid, bands, &[columns, rows.clone()], &mut window))
+            })
+        };
+        let tops: Vec<usize> = rows.clone().step_by(PIECE[1]).collect();
+        windows.into_par_iter().zip(tops).map(write_rows).reduce(Written::default, Written::plus)
+    }
+}
+
+/// Writes the filtered planes of the rectangle `pixels`.
+///
+/// The filter's negative lobes must make neither negative light nor coverage of more than all.
+fn write_piece(
+    picture: &Picture,
+    grid: &Grid,
+    bands: Bands,
+    pixels: &[Range<usize>; 2],
+    window: &mut Window,
+) -> Written {
+    let mut groups = [[Lanes::ZERO; PIXELS]; GROUPS];
+    let mut is_some = [false; sums::COUNT];
+    for tile in tiles_that_reach(grid, pixels) {
+        let film = bands.film(tile);
+        film.for_each_run(grid, tile, pixels, |group, [x, y], run| {
+            let start = (y - pixels[1].start) * PIECE[0] + x - pixels[0].start;
+            for (sum, more) in groups[group][start..].iter_mut().zip(run) {
+                *sum = *sum + *more;
             }
         });
+        is_some.iter_mut().enumerate().for_each(|(plane, is_some)| *is_some |= film.has(&[plane]));
     }
-}
-
-/// One over the sum of the weights of each pixel of some rows.
-fn scales(bands: [&[TileFilm]; 2], rows: Range<u32>, width: usize) -> Vec<f32> {
-    let mut weights = vec![0.0; rows.len() * width];
-    weights.par_chunks_mut(width).zip(rows.into_par_iter()).for_each(|(out, y)| {
-        add_up(&[sums::WEIGHT], bands, y, out);
-        out.iter_mut().for_each(|weight| *weight = weight.recip());
-    });
-    weights
-}
-
-/// Writes the sums of tiles that share pixels, added up and scaled.
-///
-/// The Mitchell filter's negative lobes must make neither negative light nor more than `most`.
-fn write_sums(
-    sums: &[usize],
-    bands: [&[TileFilm]; 2],
-    rows: Range<u32>,
-    scales: &[f32],
-    most: f32,
-    out: &mut Values,
-    width: usize,
-) {
-    let mut row = vec![0.0; width];
-    for (y, scales) in rows.zip(scales.chunks(width)) {
-        row.fill(0.0);
-        add_up(sums, bands, y, &mut row);
-        for (sum, scale) in row.iter_mut().zip(scales) {
-            *sum = (*sum * scale).max(0.0).min(most);
-        }
-        out.put(y as usize * width, &row);
+    let mut columns = [[0.0; PIXELS]; sums::COUNT];
+    for (plane, column) in columns.iter_mut().enumerate().filter(|(plane, _)| is_some[*plane]) {
+        let (group, lane) = (&groups[plane / LANES], plane % LANES);
+        *column = std::array::from_fn(|pixel| group[pixel].0[lane]);
     }
-}
-
-/// Adds to row `y` of the picture what the tiles have for it in `planes`, in the tiles' order.
-fn add_up(planes: &[usize], bands: [&[TileFilm]; 2], y: u32, out: &mut [f32]) {
-    for tile in bands.into_iter().flatten() {
-        for plane in planes {
-            let Some((first, sums)) = tile.sums_in_row(*plane, y, out.len()) else { continue };
-            for (out, sum) in out[first..].iter_mut().zip(sums) {
-                *out += sum;
+    let scales = columns[sums::WEIGHT].map(f32::recip);
+    let mut written = Written::default();
+    let mut halves = [f16::ZERO; PIXELS];
+    for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
+        let Source::Filtered(planes) = channel.source else { continue };
+        let mut some = planes.iter().filter(|plane| is_some[**plane]);
+        let Some(first) = some.next() else {
+            if !was_zero {
+                window.clear(number, pixels);
             }
+            continue;
+        };
+        let mut values = columns[*first];
+        for plane in some {
+            values.iter_mut().zip(&columns[*plane]).for_each(|(value, more)| *value += more);
         }
+        let most = if channel.name == "A" { 1.0 } else { f32::INFINITY };
+        for (value, scale) in values.iter_mut().zip(&scales) {
+            *value = (*value * scale).max(0.0).min(most);
+        }
+        written.note(number);
+        window.put(number, pixels, &values, PIECE[0], &mut halves);
     }
+    written
+}
+
+/// Numbers of the tiles whose samples reach any of these pixels, in order.
+fn tiles_that_reach(grid: &Grid, pixels: &[Range<usize>; 2]) -> impl Iterator<Item = usize> + use<> {
+    let (edge, halo) = (grid.tile_pixels as usize, HALO as usize);
+    let across = grid.tiles_x as usize;
+    let [columns, rows] =
+        [(&pixels[0], across), (&pixels[1], grid.tiles_y as usize)].map(|(pixels, tiles)| {
+            pixels.start.saturating_sub(halo) / edge..((pixels.end + halo - 1) / edge + 1).min(tiles)
+        });
+    rows.flat_map(move |row| columns.clone().map(move |column| row * across + column))
 }

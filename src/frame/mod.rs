@@ -20,6 +20,7 @@ pub mod filter;
 mod foresee;
 pub mod grid;
 pub mod light;
+mod mitchell;
 mod movers;
 pub mod pixels;
 mod placed;

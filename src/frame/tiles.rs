@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 use super::channels::{Picture, Written};
 use super::contest::Contest;
-use super::develop::Developer;
-use super::filter::{self, TileFilm};
+use super::develop::{Bands, Developer};
+use super::filter;
 use super::grid::Grid;
+use super::mitchell::TileFilm;
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Lifted};
 use super::window::{Window, cut};
@@ -84,7 +85,7 @@ pub fn run_tiles(
     let picture = Picture::over(film, settings);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*stage.view.grid;
-    let mut developer = Developer::new(filter);
+    let mut developer = Developer::default();
     let mut sum = TileSum::default();
     let band_rows = band_rows(grid);
     let [now, before] = &mut shop.bands;
@@ -105,7 +106,8 @@ pub fn run_tiles(
         sum.wall += (developing - start).as_secs_f64();
         if filter != Filter::Box {
             let end = (rows.end * grid.tile_pixels).min(grid.height);
-            developer.develop(film, &picture, before, now, end);
+            let bands = Bands { before, now, first: done };
+            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, end));
             std::mem::swap(now, before);
         }
         sum.develop += developing.elapsed().as_secs_f64();

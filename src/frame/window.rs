@@ -7,7 +7,6 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::film::{Plane, Values, round_to_halves};
-use crate::samples::Column;
 
 /// The part of a film that some tiles beside each other show, in all planes.
 #[derive(Debug)]
@@ -60,15 +59,15 @@ fn cut_plane<T>(values: &mut [T], width: usize, size: [usize; 2]) -> impl Iterat
 }
 
 impl Window<'_> {
-    /// Writes the pixels of a tile that covers these columns and rows of the picture into plane number `number`:
-    /// `values` in rows of `stride`, rounded in `halves` where the plane holds such.
+    /// Writes pixels that cover these columns and rows of the picture into plane number `number`: `values` in rows
+    /// of `stride`, rounded in `halves` (as many) where the plane holds such.
     pub fn put(
         &mut self,
         number: usize,
         pixels: &[Range<usize>; 2],
-        values: &Column<f32>,
+        values: &[f32],
         stride: usize,
-        halves: &mut Column<f16>,
+        halves: &mut [f16],
     ) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
@@ -80,7 +79,7 @@ impl Window<'_> {
                 }
             }
             Rows::Half(rows) => {
-                let count = stride * stride;
+                let count = pixels[1].len() * stride;
                 round_to_halves(&values[..count], &mut halves[..count]);
                 let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
                 for (to, from) in rows.iter_mut().zip(halves.chunks_exact(stride)) {

@@ -1,0 +1,208 @@
+//! Mitchell's filter: a sample spreads over all pixels within two of it, those of other tiles included.
+//!
+//! What a tile's samples add to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds up what
+//! neighbours have for each pixel.
+
+use std::ops::Range;
+
+use super::channels::sums;
+use super::grid::Grid;
+use crate::lanes::{LANES, Lanes};
+use crate::samples::{CELLS, Column, EMPTY, Tile};
+
+/// How far, in pixels, a sample reaches beyond its own pixel.
+pub const HALO: u32 = 2;
+
+/// Eight planes of sums make a group: a pixel's eight sums lie side by side, and grow together.
+pub const GROUPS: usize = sums::COUNT.div_ceil(LANES);
+
+/// What one tile's samples add to the pixels that they reach. Keeps its memory from frame to frame.
+#[derive(Debug, Default)]
+pub struct TileFilm {
+    /// For each group the tile's pixels and the halo around them, in rows. What is in a group without any plane
+    /// means nothing.
+    groups: [Vec<Lanes>; GROUPS],
+    /// Which planes are not zero throughout.
+    is_some: [bool; sums::COUNT],
+}
+
+/// Pixels along an edge of a tile with its halo.
+fn edge(grid: &Grid) -> usize {
+    (grid.tile_pixels + 2 * HALO) as usize
+}
+
+impl TileFilm {
+    /// Whether any of these sums is not zero throughout.
+    pub fn has(&self, planes: &[usize]) -> bool {
+        planes.iter().any(|plane| self.is_some[*plane])
+    }
+
+    fn has_group(&self, group: usize) -> bool {
+        self.is_some.chunks(LANES).nth(group).is_some_and(|planes| planes.contains(&true))
+    }
+
+    /// Calls `add(group, at, sums)` for all pixels of the rectangle `pixels` that samples of the tile reach; this
+    /// is the film of tile number `number`. `at` is the column and row of the first of `sums`, a pixel each, from
+    /// left to right.
+    pub fn for_each_run(
+        &self,
+        grid: &Grid,
+        number: usize,
+        pixels: &[Range<usize>; 2],
+        mut add: impl FnMut(usize, [usize; 2], &[Lanes]),
+    ) {
+        let (edge, halo) = (edge(grid), HALO as usize);
+        let corner = grid.pixel_corner(number).map(|at| at as usize);
+        let common = [0, 1].map(|axis| {
+            let reached = corner[axis].saturating_sub(halo)..corner[axis] + edge - halo;
+            pixels[axis].start.max(reached.start)..pixels[axis].end.min(reached.end)
+        });
+        let [columns, rows] = &common;
+        if columns.is_empty() {
+            return;
+        }
+        for group in (0..GROUPS).filter(|group| self.has_group(*group)) {
+            for y in rows.clone() {
+                let start = (y + halo - corner[1]) * edge + columns.start + halo - corner[0];
+                add(group, [columns.start, y], &self.groups[group][start..][..columns.len()]);
+            }
+        }
+    }
+}
+
+/// Spreads each sample of a tile over the pixels that it reaches. `x` and `y` say where it is seen, in cells from
+/// the tile's corner; `columns` what is to be summed, where there is anything but zeros.
+pub fn spread(
+    grid: &Grid,
+    tile: &Tile,
+    [x, y]: [&Column<f32>; 2],
+    columns: &[Option<&Column<f32>>; sums::COUNT],
+    film: &mut TileFilm,
+) {
+    static NOTHING: Column<f32> = [0.0; CELLS];
+    static ONE: Column<f32> = [1.0; CELLS];
+    let (edge, scale) = (edge(grid), Lanes::splat((grid.samples as f32).recip()));
+    film.is_some = columns.map(|column| column.is_some());
+    film.is_some[sums::WEIGHT] = true;
+    let has_group: [bool; GROUPS] = std::array::from_fn(|group| film.has_group(group));
+    for (sums, _) in film.groups.iter_mut().zip(has_group).filter(|(_, has_any)| *has_any) {
+        sums.clear();
+        sums.resize(edge * edge, Lanes::ZERO);
+    }
+    let column = |plane: usize| match plane {
+        sums::WEIGHT => &ONE,
+        _ => columns.get(plane).copied().flatten().unwrap_or(&NOTHING),
+    };
+    let columns: [[&Column<f32>; LANES]; GROUPS] =
+        std::array::from_fn(|group| std::array::from_fn(|lane| column(group * LANES + lane)));
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let at = [x, y].map(|at| Lanes::load(at, first) * scale);
+        let reach = Reach::of(at, edge);
+        for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
+            for group in (0..GROUPS).filter(|group| has_group[*group]) {
+                let value = Lanes(columns[group].map(|column| column[first + lane]));
+                // most samples have neither highlight nor mirror
+                if group == 0 || value != Lanes::ZERO {
+                    reach.add(lane, value, edge, &mut film.groups[group]);
+                }
+            }
+        }
+    }
+}
+
+/// The 4 x 4 pixels that each of eight samples reaches.
+struct Reach {
+    /// The first one: its number in rows of `edge` pixels, halo included.
+    start: [u32; LANES],
+    /// In rows.
+    weights: [[Lanes; 4]; 4],
+}
+
+impl Reach {
+    /// Of samples `at` places from the tile's corner, in pixels.
+    #[inline(always)]
+    fn of(at: [Lanes; 2], edge: usize) -> Self {
+        // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
+        let [x, y] = at.map(|at| at + Lanes::splat(0.5));
+        let first = [x.floor(), y.floor()];
+        let (across, down) = (mitchell(x - first[0]), mitchell(y - first[1]));
+        Self {
+            start: (first[1] * Lanes::splat(edge as f32) + first[0]).to_whole(),
+            weights: down.map(|down| across.map(|across| across * down)),
+        }
+    }
+
+    /// Adds `value`, that of sample `lane`, to its pixels.
+    #[inline(always)]
+    fn add(&self, lane: usize, value: Lanes, edge: usize, pixels: &mut [Lanes]) {
+        let pixels = &mut pixels[self.start[lane] as usize..][..3 * edge + 4];
+        for (row, weights) in self.weights.iter().enumerate() {
+            let four = &mut pixels[row * edge..row * edge + 4];
+            for (pixel, weight) in four.iter_mut().zip(weights) {
+                *pixel = *pixel + value * Lanes::splat(weight.0[lane]);
+            }
+        }
+    }
+}
+
+/// Weights of the four pixels around samples that lie `beyond` (0 to 1) the second one's centre: the cubic
+/// with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988,
+/// equation 8).
+#[inline(always)]
+fn mitchell(beyond: Lanes) -> [Lanes; 4] {
+    const B: f32 = 1.0 / 3.0;
+    const C: f32 = 1.0 / 3.0;
+    const NEAR: [f32; 4] = [12.0 - 9.0 * B - 6.0 * C, -18.0 + 12.0 * B + 6.0 * C, 0.0, 6.0 - 2.0 * B];
+    const FAR: [f32; 4] = [-B - 6.0 * C, 6.0 * B + 30.0 * C, -12.0 * B - 48.0 * C, 8.0 * B + 24.0 * C];
+    let cubic = |terms: [f32; 4], x: Lanes| {
+        let sum = terms.into_iter().fold(Lanes::ZERO, |sum, term| sum * x + Lanes::splat(term));
+        sum / Lanes::splat(6.0)
+    };
+    let [one, two] = [1.0, 2.0].map(Lanes::splat);
+    [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_add_up_to_one_wherever_the_sample_is() {
+        for step in 0..=20 {
+            let weights = mitchell(Lanes::splat(step as f32 / 20.0));
+            let sum: f32 = weights.iter().map(|weight| weight.0[5]).sum();
+            assert!((sum - 1.0).abs() < 1e-6, "{step}: {sum}");
+        }
+        let on_a_centre = mitchell(Lanes::ZERO);
+        let wanted = [1.0 / 18.0, 8.0 / 9.0, 1.0 / 18.0, 0.0];
+        assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a.0[2] - b).abs() < 1e-6), "{on_a_centre:?}");
+    }
+
+    #[test]
+    fn a_sample_reaches_the_pixels_around_it() {
+        let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, 1));
+        let mut tile = Tile::empty(&crate::samples::TagLayout::of(std::iter::empty()));
+        // the cell in column 5 of row 2, a little right of its centre and above it
+        let cell = grid.index_of(5, 2) as usize;
+        tile.model[cell] = 0;
+        let (mut x, mut y, mut value) = ([0.0; CELLS], [0.0; CELLS], [0.0; CELLS]);
+        (x[cell], y[cell], value[cell]) = (5.75, 2.25, 3.0);
+        let mut columns = [None; sums::COUNT];
+        columns[sums::SPECULAR + 1] = Some(&value);
+        let mut film = TileFilm::default();
+        spread(&grid, &tile, [&x, &y], &columns, &mut film);
+        assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
+        let (across, down) = (mitchell(Lanes::splat(0.25)), mitchell(Lanes::splat(0.75)));
+        let mut reached = 0;
+        film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {
+            for (x, sums) in (left..).zip(run).filter(|(_, sums)| **sums != Lanes::ZERO) {
+                let weight = across[x - 4].0[0] * down[y].0[0];
+                let plane = [sums::WEIGHT, (sums::SPECULAR + 1) % LANES][group];
+                assert_eq!(sums.0[plane], weight * [1.0, 3.0][group], "{x} {y}");
+                reached += 1;
+            }
+        });
+        assert_eq!(reached, 2 * 4 * 4);
+    }
+}
