@@ -9,7 +9,7 @@ use crate::settings::Settings;
 /// Seconds of wall-clock time, by phase.
 ///
 /// The phases of a frame run tile by tile on all threads: their time is split by what the threads spent in
-/// each. `reproject` has the pose, the commit to the tracer and the contest as well, `enhance` the shadow
+/// each. `reproject` has the pose, the commit to the tracer and scattering as well, `enhance` the shadow
 /// rays of samples. `total` is the whole frame with what is in no phase, without the audit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::grid::Grid;
 use super::plan::{CameraChange, LightChange};
-use super::reproject::{scatter_lanes, seen_from_behind};
+use super::reproject::{project_lanes, seen_from_behind};
 use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
 use super::verify::segments;
 use crate::lanes::LANES;
@@ -152,13 +152,12 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
     let all = tiles.iter().zip(asked).enumerate();
     for (i, (tile, asked)) in all.filter(|(i, _)| is_asked(number + i, of)) {
         let first = first_asked(number + i);
-        let mut inside = 0_u8;
-        scatter_lanes(stage, tile, first, |lane, _, target| {
-            inside |= 1 << lane;
-            let [x, y] = field(&stage.view.grid, target as usize / CELLS);
+        let fall = project_lanes(stage, tile, first);
+        for lane in set_bits(fall.which) {
+            let [x, y] = field(&stage.view.grid, fall.cells[lane] as usize / CELLS);
             sum.fallen[y][x] += 1;
-        });
-        inside &= !seen_from_behind(stage, tile, first);
+        }
+        let inside = fall.which & !seen_from_behind(stage, tile, first);
         let models = &tile.model[first..first + LANES];
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
         let shown = |lane: usize| match (surfaces >> lane & 1, moved >> lane & 1) {

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::lanes::{LANES, Lanes, Mask};
 use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
 
@@ -89,12 +90,20 @@ impl Grid {
         (self.samples * self.samples) as usize
     }
 
-    /// Index of the cell that holds a point of cell space, in the store's order; `None` outside.
-    #[inline]
-    pub fn cell_at(&self, x: f32, y: f32) -> Option<u32> {
-        // false for NaN as well
-        let inside = x >= 0.0 && y >= 0.0 && x < self.cells_x as f32 && y < self.cells_y as f32;
-        inside.then(|| self.index_of(x as u32, y as u32))
+    /// Which of eight points of cell space are in the picture. No for what is not a number.
+    #[inline(always)]
+    pub fn inside(&self, x: Lanes, y: Lanes) -> Mask {
+        let within = |at: Lanes, cells: u32| Lanes::ZERO.le(at) & at.lt(Lanes::splat(cells as f32));
+        within(x, self.cells_x) & within(y, self.cells_y)
+    }
+
+    /// Indices of the cells that hold eight points of cell space, in the store's order; of a cell at the rim for
+    /// what is not [inside](Self::inside).
+    #[inline(always)]
+    pub fn cells_at(&self, x: Lanes, y: Lanes) -> [u32; LANES] {
+        let place = |at: Lanes, cells: u32| at.floor().to_whole().map(|at| at.min(cells - 1));
+        let (columns, rows) = (place(x, self.cells_x), place(y, self.cells_y));
+        std::array::from_fn(|lane| self.index_of(columns[lane], rows[lane]))
     }
 
     /// Index of the cell in column `x` and row `y`.
@@ -218,9 +227,13 @@ pub(super) mod tests {
     #[test]
     fn there_is_nothing_beyond_the_rim() {
         let grid = Grid::new(&settings(64, 64, 1));
-        assert_eq!(grid.cell_at(f32::NAN, 3.0), None);
-        assert_eq!(grid.cell_at(64.0, 3.0), None);
-        assert_eq!(grid.cell_at(3.0, -0.001), None);
-        assert_eq!(grid.cell_at(63.9, 63.9), Some(grid.index_of(63, 63)));
+        let inside = |x: f32, y: f32| grid.inside(Lanes::splat(x), Lanes::splat(y)) == Mask::ALL;
+        assert!(!inside(f32::NAN, 3.0));
+        assert!(!inside(64.0, 3.0));
+        assert!(!inside(3.0, -0.001));
+        assert!(inside(63.9, 63.9) && inside(0.0, -0.0));
+        let cell_at = |x: f32, y: f32| grid.cells_at(Lanes::splat(x), Lanes::splat(y))[3];
+        assert_eq!(cell_at(63.9, -0.0), grid.index_of(63, 0));
+        assert_eq!(cell_at(f32::NAN, 1e9) as usize / CELLS, grid.tiles() - 1, "somewhere");
     }
 }

@@ -6,9 +6,9 @@
 //! ([`trace_missed`]), [lit](light) and [enhanced](enhance) with what depends on the eye, and
 //! [filtered](filter) to pixels. What may be skipped is decided once a frame by the [plan].
 //!
-//! After the contest for cells all phases work tile by tile: a tile's samples go through all of them while
-//! they are in the cache, and tiles share nothing but what is only read. So frames are the same to the bit
-//! for any number of threads.
+//! Once it is known what falls into which tile, all phases work tile by tile: a tile's samples go through all
+//! of them while they are in the cache, and tiles share nothing but what is only read. So frames are the same
+//! to the bit for any number of threads.
 
 pub mod audit;
 mod bounce;
@@ -48,7 +48,7 @@ use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
-use contest::Contest;
+use contest::Falls;
 use foresee::{Foreseen, foresee};
 use grid::Grid;
 use movers::{Bounds, Movers};
@@ -71,7 +71,7 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
     last: Option<Last>,
-    contest: Contest,
+    falls: Falls,
     lifted: Lifted,
     /// Frames rendered so far: the stamp of the film of the last one.
     rendered: u64,
@@ -120,7 +120,7 @@ impl<'s> Renderer<'s> {
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
-            contest: Contest::default(),
+            falls: Falls::default(),
             lifted: Lifted::default(),
             rendered: 0,
             used_film: None,
@@ -170,7 +170,7 @@ impl<'s> Renderer<'s> {
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
-        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut self.contest, &mut self.lifted);
+        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut self.falls, &mut self.lifted);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
@@ -222,7 +222,7 @@ impl<'s> Renderer<'s> {
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
         let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
-        let bytes = (store + self.workshop.spare.bytes() + self.contest.bytes()) as u64;
+        let bytes = (store + self.workshop.spare.bytes() + self.falls.bytes()) as u64;
         let samples = u64::from(self.settings.width)
             * u64::from(self.settings.height)
             * u64::from(self.settings.samples).pow(2);
@@ -255,20 +255,20 @@ fn begin<'c>(
     last: Option<Last>,
     stage: &Stage,
     layout: &TagLayout,
-    contest: &'c mut Contest,
+    falls: &'c mut Falls,
     lifted: &'c mut Lifted,
 ) -> (SampleStore, Source<'c>) {
     match last {
         Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
-            contest.open(stage.view.grid.tiles());
+            falls.open(stage.view.grid.tiles());
             stay::lift(&mut store, stage, layout, lifted);
-            stay::scatter(lifted, stage, contest);
-            (store, Source::Stay(lifted, contest))
+            stay::scatter(lifted, stage, falls);
+            (store, Source::Stay(lifted, falls))
         }
         Some((old, _)) => {
-            contest.open(stage.view.grid.tiles());
-            let old = reproject::scatter(old, stage, contest);
-            (SampleStore::default(), Source::Contest(old, contest))
+            falls.open(stage.view.grid.tiles());
+            let old = reproject::scatter(old, stage, falls);
+            (SampleStore::default(), Source::Fall(old, falls))
         }
         None => (SampleStore::default(), Source::Nothing),
     }

@@ -1,92 +1,48 @@
 //! Reprojection: the samples of the frame before move with their models and fall into the cells of this
 //! frame's camera (the paper's "Reprojection Phase").
 //!
-//! Two passes. [`scatter`] projects every old sample and enters it in the [`Contest`] for its cell;
-//! [`gather`] then brings each cell's winner, tile by tile, into the new store.
+//! Two passes. [`scatter`] projects every old sample and puts it on the list of the tile that it falls into
+//! ([`Falls`]); [`gather`] then brings each cell's winner, tile by tile, into the new store.
 
 use rayon::prelude::*;
 
-use super::contest::Contest;
+use super::contest::{Contest, Falls, LanesFall, Sorter};
 use super::foresee::LEAST_REUSED;
 use super::grid::holds;
 use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes};
-use crate::samples::{
-    BACKGROUND, CELLS, EMPTY, LeavingStore, Move, Octahedral, SampleStore, Status, Tile, locate,
-};
+use crate::lanes::{LANES, Lanes, Mask};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, LeavingStore, Octahedral, SampleStore, Status, Tile};
 
-/// Enters every sample of `old` in the contest for the cell that it falls into.
-pub fn scatter(old: SampleStore, stage: &Stage, contest: &Contest) -> LeavingStore {
-    let scatter_tile = |(number, tile): (usize, &Tile)| {
-        let mut last = None;
+/// Puts every sample of `old` on the list of the tile that it falls into.
+pub fn scatter(old: SampleStore, stage: &Stage, falls: &Falls) -> LeavingStore {
+    /// Tiles that a worker takes at least before others may have the rest.
+    const AT_LEAST: usize = 8;
+    let scatter_tile = |sorter: &mut Sorter, (number, tile): (usize, &Tile)| {
         for first in (0..CELLS).step_by(LANES) {
-            let sample = (number * CELLS + first) as u32;
-            scatter_lanes(stage, tile, first, |lane, depth, target| {
-                contest.enter(target, depth, sample + lane);
-                last = last.max(Some(target));
-            });
+            sorter.add(first, project_lanes(stage, tile, first));
         }
-        last.map_or(0, |target| locate(target).0 + 1)
+        sorter.send(number as u32, falls)
     };
-    let until: Vec<u32> = old.tiles.par_iter().map(AsRef::as_ref).enumerate().map(scatter_tile).collect();
+    let tiles = old.tiles.par_iter().map(AsRef::as_ref).enumerate().with_min_len(AT_LEAST);
+    let until: Vec<u32> = tiles.map_init(Sorter::default, scatter_tile).collect();
     LeavingStore::new(old, &until)
 }
 
-/// Calls `fall(lane, depth, cell)` for each of eight samples that falls into a cell of the picture, at a
-/// depth that is infinite for the background.
+/// Where eight samples of `tile`, from cell `first` on, fall. The background is infinitely deep.
 #[inline(always)]
-pub fn scatter_lanes(stage: &Stage, tile: &Tile, first: usize, mut fall: impl FnMut(u32, f32, u32)) {
+pub fn project_lanes(stage: &Stage, tile: &Tile, first: usize) -> LanesFall {
     let models = &tile.model[first..first + LANES];
     let seen = stage.view.project(stage.offsets(tile, first));
-    for (lane, model) in models.iter().enumerate().filter(|(_, model)| **model != EMPTY) {
-        let depth = seen.depth.0[lane];
-        // false for NaN as well
-        let is_before = depth > f32::MIN_POSITIVE;
-        let cell = stage.view.grid.cell_at(seen.x.0[lane], seen.y.0[lane]);
-        if let Some(cell) = cell.filter(|_| is_before) {
-            fall(lane as u32, if *model == BACKGROUND { f32::INFINITY } else { depth }, cell);
-        }
-    }
-}
-
-/// A worker's memory for this phase: for each tile of the old store that samples come from, which ones.
-#[derive(Debug, Default)]
-pub struct Gathering {
-    /// The first `used` are of the tile at work; the others keep their memory.
-    sources: Vec<(u32, Vec<Move>)>,
-    used: usize,
-    /// The one that was named last.
-    latest: usize,
-}
-
-impl Gathering {
-    /// Forgets all moves.
-    fn clear(&mut self) {
-        self.used = 0;
-    }
-
-    /// Notes that a sample of tile `tile` moves.
-    #[inline(always)]
-    fn note(&mut self, tile: u32, way: Move) {
-        // neighbours come from the same tile, mostly
-        if self.used == 0 || self.sources[self.latest].0 != tile {
-            let known = self.sources[..self.used].iter().position(|(number, _)| *number == tile);
-            self.latest = known.unwrap_or_else(|| self.open(tile));
-        }
-        self.sources[self.latest].1.push(way);
-    }
-
-    #[cold]
-    fn open(&mut self, tile: u32) -> usize {
-        if self.used == self.sources.len() {
-            self.sources.push(Default::default());
-        }
-        let (number, moves) = &mut self.sources[self.used];
-        *number = tile;
-        moves.clear();
-        self.used += 1;
-        self.used - 1
+    let grid = &stage.view.grid;
+    let [is_sample, is_background] =
+        [Mask::of(|lane| models[lane] != EMPTY), Mask::of(|lane| models[lane] == BACKGROUND)];
+    // no for what is not a number as well
+    let is_before = seen.depth.gt(Lanes::splat(f32::MIN_POSITIVE));
+    LanesFall {
+        which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
+        depth: is_background.select(Lanes::splat(f32::INFINITY), seen.depth),
+        cells: grid.cells_at(seen.x, seen.y),
     }
 }
 
@@ -97,24 +53,25 @@ impl Gathering {
 pub fn gather(
     old: &LeavingStore,
     stage: &Stage,
-    contest: &Contest,
+    falls: &Falls,
     number: usize,
     tile: &mut Tile,
-    gathering: &mut Gathering,
+    contest: &mut Contest,
 ) {
-    let extent = stage.view.grid.extent(number);
-    gathering.clear();
-    contest.take_tile(number, |cell, winner| match winner {
-        Some(winner) => {
-            let (source, from) = locate(winner.sample);
-            gathering.note(source, Move { to: cell as u16, from });
-            tile.status[cell] = if winner.overlapped { Status::Overlapped } else { Status::Good };
-        }
-        None => tile.clear(cell, if holds(extent, cell) { Status::Missed } else { Status::Outside }),
+    falls.take(number, |list| {
+        contest.hold(list, |source, moves| {
+            if let Some(from) = old.tile(source) {
+                tile.take_over_all(from, moves);
+            }
+        });
     });
-    for (source, moves) in &gathering.sources[..gathering.used] {
-        if let Some(from) = old.tile(*source) {
-            tile.take_over_all(from, moves);
+    let extent = stage.view.grid.extent(number);
+    for cell in 0..CELLS {
+        match contest.is_crowded(cell) {
+            Some(is_crowded) => {
+                tile.status[cell] = if is_crowded { Status::Overlapped } else { Status::Good }
+            }
+            None => tile.clear(cell, if holds(extent, cell) { Status::Missed } else { Status::Outside }),
         }
     }
     grow_older(tile);

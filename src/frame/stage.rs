@@ -178,7 +178,7 @@ pub struct Workbench {
     /// Of the phase that follows rays beyond the first surface.
     pub bounces: super::bounce::Bounces,
     /// Of the phase that brings samples from the frame before.
-    pub gathering: super::reproject::Gathering,
+    pub contest: Box<super::contest::Contest>,
     /// Of the phase that lights samples.
     pub lighting: super::light::Lighting,
     /// Of the phase that makes pixels.

@@ -1,28 +1,24 @@
 //! Reprojection when the camera neither moves nor turns nor zooms: what stands still stays in its cell, and
 //! only the samples of models that moved are projected.
 //!
-//! [`lift`] takes these out of the store, [`scatter`] enters them in the [`Contest`] for the cells that they
-//! fall into now, and [`settle`] puts the winners down, tile by tile, where no nearer sample stayed.
-
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+//! [`lift`] takes these out of the store, [`scatter`] puts them on the lists of the tiles that they fall into now
+//! ([`Falls`]), and [`settle`] puts the winners down, tile by tile, where no nearer sample stayed.
 
 use rayon::prelude::*;
 
-use super::contest::Contest;
-use super::reproject::{scatter_lanes, seen_from_behind};
+use super::contest::{Contest, Falls, Sorter};
+use super::reproject::{project_lanes, seen_from_behind};
 use super::stage::{Stage, set_bits};
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, SampleStore, Status, TagLayout, Tile};
+use crate::samples::{CELLS, EMPTY, Move, SampleStore, Status, TagLayout, Tile};
 
 /// Samples that have been taken out of a store. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
 pub struct Lifted {
-    /// For each row of tiles, its samples, packed into as many tiles as they need.
+    /// For each row of tiles, its samples, packed into as many tiles as they need: no more than it has.
     rows: Vec<Row>,
-    /// Sample numbers of a row: as many as it has cells.
-    in_row: usize,
-    /// For each tile of the picture, whether a sample fell into it.
-    touched: Vec<AtomicBool>,
+    /// Tiles in a row.
+    tiles_x: usize,
 }
 
 #[derive(Debug, Default)]
@@ -32,10 +28,10 @@ struct Row {
 }
 
 impl Lifted {
-    /// The tile and the cell in it of sample number `sample`.
-    fn locate(&self, sample: u32) -> (&Tile, usize) {
-        let (row, at) = (sample as usize / self.in_row, sample as usize % self.in_row);
-        (&self.rows[row].tiles[at / CELLS], at % CELLS)
+    /// Tile number `number`, counted as if all rows were full.
+    fn tile(&self, number: u32) -> &Tile {
+        let number = number as usize;
+        &self.rows[number / self.tiles_x].tiles[number % self.tiles_x]
     }
 }
 
@@ -43,10 +39,8 @@ impl Lifted {
 pub fn lift(store: &mut SampleStore, stage: &Stage, layout: &TagLayout, lifted: &mut Lifted) {
     let tiles_x = stage.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
-    lifted.in_row = tiles_x * CELLS;
+    lifted.tiles_x = tiles_x;
     lifted.rows.resize_with(rows, Row::default);
-    lifted.touched.resize_with(store.tiles.len(), AtomicBool::default);
-    lifted.touched.iter_mut().for_each(|touched| *touched.get_mut() = false);
     if !stage.plan.any_moved {
         lifted.rows.iter_mut().for_each(|row| row.len = 0);
         return;
@@ -84,23 +78,29 @@ impl Row {
     }
 }
 
-/// Enters the samples that were lifted in the contest for the cells that they fall into.
-pub fn scatter(lifted: &Lifted, stage: &Stage, contest: &Contest) {
-    lifted.rows.par_iter().enumerate().for_each(|(row, samples)| {
-        for first in (0..samples.len).step_by(LANES) {
-            let tile = &samples.tiles[first / CELLS];
-            let number = (row * lifted.in_row + first) as u32;
-            scatter_lanes(stage, tile, first % CELLS, |lane, depth, target| {
-                contest.enter(target, depth, number + lane);
-                lifted.touched[target as usize / CELLS].store(true, Relaxed);
-            });
+/// Puts the samples that were lifted on the lists of the tiles that they fall into.
+pub fn scatter(lifted: &Lifted, stage: &Stage, falls: &Falls) {
+    lifted.rows.par_iter().enumerate().for_each_init(Sorter::default, |sorter, (row, samples)| {
+        for (number, start) in (row * lifted.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
+            let tile = &samples.tiles[start / CELLS];
+            for first in (0..CELLS.min(samples.len - start)).step_by(LANES) {
+                sorter.add(first, project_lanes(stage, tile, first));
+            }
+            sorter.send(number as u32, falls);
         }
     });
 }
 
 /// Makes tile number `number` that of this frame: samples grow older, and winners of the contest take their
 /// cells where nothing nearer stayed. Whether any did.
-pub fn settle(lifted: &Lifted, stage: &Stage, contest: &Contest, number: usize, tile: &mut Tile) -> bool {
+pub fn settle(
+    lifted: &Lifted,
+    stage: &Stage,
+    falls: &Falls,
+    number: usize,
+    tile: &mut Tile,
+    contest: &mut Contest,
+) -> bool {
     let cells = tile.status.iter_mut().zip(&mut tile.age).zip(&tile.model);
     for ((status, age), _) in
         cells.filter(|((status, _), model)| **status != Status::Outside && **model != EMPTY)
@@ -108,17 +108,19 @@ pub fn settle(lifted: &Lifted, stage: &Stage, contest: &Contest, number: usize, 
         *status = Status::Good;
         *age = age.saturating_add(1);
     }
-    if !lifted.touched[number].load(Relaxed) {
-        return false;
-    }
-    let mut any = false;
-    contest.take_tile(number, |cell, winner| {
-        if let Some(winner) = winner {
-            let (from, at) = lifted.locate(winner.sample);
-            any |= put_down(stage, tile, cell, from, at, winner.overlapped);
+    falls.take(number, |list| {
+        if list.is_empty() {
+            return false;
         }
-    });
-    any
+        let mut winners = Vec::new();
+        contest.hold(list, |source, moves| winners.extend(moves.iter().map(|way| (source, *way))));
+        let put_down = |any, (source, way): (u32, Move)| {
+            let [to, from] = [way.to, way.from].map(usize::from);
+            let is_crowded = contest.is_crowded(to) == Some(true);
+            put_down(stage, tile, to, lifted.tile(source), from, is_crowded) | any
+        };
+        winners.into_iter().fold(false, put_down)
+    })
 }
 
 /// Puts the sample in cell `at` of `from` into `cell`, unless a nearer one stayed there, or the eye sees it

@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::channels::{Picture, Written};
-use super::contest::Contest;
+use super::contest::Falls;
 use super::develop::{Bands, Developer};
 use super::filter;
 use super::grid::Grid;
@@ -26,9 +26,9 @@ pub enum Source<'c> {
     /// A base frame: nowhere.
     Nothing,
     /// The camera stands: they are where they were, but for those of models that moved.
-    Stay(&'c Lifted, &'c Contest),
-    /// The store of the frame before, and who won which cell.
-    Contest(LeavingStore, &'c Contest),
+    Stay(&'c Lifted, &'c Falls),
+    /// The store of the frame before, and what falls from it.
+    Fall(LeavingStore, &'c Falls),
 }
 
 /// What the tiles of a frame add up to.
@@ -94,7 +94,7 @@ pub fn run_tiles(
         let start = Instant::now();
         let rows = first..(first + band_rows).min(grid.tiles_y);
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
-        if let Source::Contest(old, _) = source {
+        if let Source::Fall(old, _) = source {
             old.let_go(done, &mut shop.spare);
         }
         shop.spare.grow(store, end);
@@ -115,7 +115,7 @@ pub fn run_tiles(
     for (number, (plane, was_zero)) in film.planes.iter_mut().zip(&picture.was_zero).enumerate() {
         plane.is_zero &= sum.written.is_zero(number, *was_zero);
     }
-    if let Source::Contest(old, _) = source {
+    if let Source::Fall(old, _) = source {
         old.let_go(grid.tiles(), &mut shop.spare);
     }
     sum
@@ -231,9 +231,11 @@ fn infer_tile(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench
     }
     match source {
         Source::Nothing => reproject::begin_base(stage, number, tile),
-        Source::Stay(lifted, contest) => is_changed |= stay::settle(lifted, stage, contest, number, tile),
-        Source::Contest(old, contest) => {
-            reproject::gather(old, stage, contest, number, tile, &mut bench.gathering);
+        Source::Stay(lifted, falls) => {
+            is_changed |= stay::settle(lifted, stage, falls, number, tile, &mut bench.contest);
+        }
+        Source::Fall(old, falls) => {
+            reproject::gather(old, stage, falls, number, tile, &mut bench.contest);
         }
     }
     bench.seconds.gather += lap();

@@ -95,7 +95,8 @@ pub(super) mod tests {
                 let centre = [x, y].map(|at| Lanes::splat(at as f32 + 0.5));
                 let direction = view.directions(centre[0], centre[1]).lane(4);
                 let seen = view.project_one(direction * 7.3).expect("before the eye");
-                assert_eq!(view.grid.cell_at(seen.x, seen.y), Some(view.grid.index_of(x, y)));
+                let cells = view.grid.cells_at(Lanes::splat(seen.x), Lanes::splat(seen.y));
+                assert_eq!(cells[0], view.grid.index_of(x, y));
                 assert!((seen.z - 7.3).abs() < 1e-5);
             }
         }

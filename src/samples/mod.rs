@@ -14,7 +14,7 @@ mod store;
 mod tag;
 
 pub use octahedral::Octahedral;
-pub use spare::{LeavingStore, SpareTiles, locate};
+pub use spare::{LeavingStore, SpareTiles};
 pub use store::{
     BACKGROUND, CELLS, ColorColumns, Column, EMPTY, Move, Sample, SampleStore, TILE, Tile, load_color,
     load_colors, store_color, store_colors,

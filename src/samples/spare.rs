@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::{CELLS, SampleStore, TagLayout, Tile};
+use super::{SampleStore, TagLayout, Tile};
 
 /// Tiles whose samples nobody needs, to be written over.
 #[derive(Debug)]
@@ -72,12 +72,6 @@ impl LeavingStore {
             self.gone += 1;
         }
     }
-}
-
-/// The tile that sample number `sample` is in, and its cell there.
-#[inline]
-pub fn locate(sample: u32) -> (u32, u16) {
-    (sample / CELLS as u32, (sample % CELLS as u32) as u16)
 }
 
 #[cfg(test)]

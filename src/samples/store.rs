@@ -23,7 +23,7 @@ pub const EMPTY: u32 = u32::MAX - 1;
 pub type Column<T> = [T; CELLS];
 
 /// A sample goes from one cell of a tile to one of another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Move {
     /// Its new cell.
     pub to: u16,
