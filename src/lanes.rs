@@ -1,4 +1,4 @@
-//! Eight values at a time: arithmetic on small arrays that compilers turn into vector instructions.
+//! Eight values at a time: arithmetic that becomes vector instructions.
 //!
 //! Only what shading needs, and no fused multiply-add: the same operations in the same order give the same
 //! bits on every processor. Nothing here branches; a choice is a [`Mask`] and [`Mask::select`].
@@ -7,19 +7,18 @@ use std::f32::consts::LN_2;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::Vec3;
+use wide::{CmpLe, CmpLt, CmpNe, f32x8, i32x8, u32x8};
 
 /// How many.
 pub const LANES: usize = 8;
 
 /// Eight floats.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(32))]
-pub struct Lanes(pub [f32; LANES]);
+pub struct Lanes(f32x8);
 
-/// Eight answers: all bits set for yes, none for no.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(align(32))]
-pub struct Mask(pub [u32; LANES]);
+/// Eight answers.
+#[derive(Debug, Clone, Copy)]
+pub struct Mask(f32x8);
 
 /// Eight vectors, or eight colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,103 +29,138 @@ pub struct Lanes3 {
     pub z: Lanes,
 }
 
-/// One array from one or two others, lane by lane.
-macro_rules! each {
-    ($start:expr, $lane:ident => $value:expr) => {{
-        let mut out = [$start; LANES];
-        for $lane in 0..LANES {
-            out[$lane] = $value;
-        }
-        out
-    }};
-}
-
 impl Lanes {
     /// Eight zeros.
-    pub const ZERO: Self = Self([0.0; LANES]);
+    pub const ZERO: Self = Self::all(0.0);
+
+    /// Eight ones.
+    pub const ONE: Self = Self::all(1.0);
+
+    /// Eight times the same, as a constant.
+    const fn all(value: f32) -> Self {
+        Self::of([value; LANES])
+    }
+
+    /// These eight.
+    #[inline(always)]
+    pub const fn of(values: [f32; LANES]) -> Self {
+        Self(f32x8::new(values))
+    }
 
     /// Eight times the same.
     #[inline(always)]
     pub fn splat(value: f32) -> Self {
-        Self([value; LANES])
+        Self(f32x8::splat(value))
     }
 
     /// The eight values of `column` from `first` on.
     #[inline(always)]
     pub fn load(column: &[f32], first: usize) -> Self {
-        let eight = &column[first..first + LANES];
-        Self(each!(0.0, i => eight[i]))
+        let mut eight = [0.0; LANES];
+        eight.copy_from_slice(&column[first..first + LANES]);
+        Self::of(eight)
     }
 
     /// Writes the eight values to `column` from `first` on.
     #[inline(always)]
     pub fn store(self, column: &mut [f32], first: usize) {
-        column[first..first + LANES].copy_from_slice(&self.0);
+        column[first..first + LANES].copy_from_slice(self.values());
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn values(&self) -> &[f32; LANES] {
+        self.0.as_array_ref()
+    }
+
+    /// All of them, to be changed.
+    #[inline(always)]
+    pub fn values_mut(&mut self) -> &mut [f32; LANES] {
+        self.0.as_array_mut()
+    }
+
+    /// One of the eight.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> f32 {
+        self.values()[lane]
+    }
+
+    /// Writes one of the eight.
+    #[inline(always)]
+    pub fn set_lane(&mut self, lane: usize, value: f32) {
+        self.values_mut()[lane] = value;
     }
 
     /// The smaller of the two; the other one where one is not a number.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        Self(each!(0.0, i => if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+        self.lt(other).select(self, other)
     }
 
     /// The greater of the two; `other` where one is not a number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        Self(each!(0.0, i => if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+        self.gt(other).select(self, other)
     }
 
     /// Without signs.
     #[inline(always)]
     pub fn abs(self) -> Self {
-        Self(each!(0.0, i => self.0[i].abs()))
+        Self(self.0.abs())
     }
 
     /// Square roots.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        Self(each!(0.0, i => self.0[i].sqrt()))
+        Self(self.0.sqrt())
     }
 
     /// These values with the signs of `other`.
     #[inline(always)]
     pub fn with_sign_of(self, other: Self) -> Self {
-        Self(each!(0.0, i => self.0[i].copysign(other.0[i])))
+        Self(self.0.copysign(other.0))
     }
 
     /// These values, negated where `other` has a sign.
     #[inline(always)]
     pub fn with_sign_changed_by(self, other: Self) -> Self {
-        Self(each!(0.0, i => f32::from_bits(self.0[i].to_bits() ^ (other.0[i].to_bits() & (1 << 31)))))
+        Self(self.0.flip_signs(other.0))
     }
 
-    /// The greatest whole numbers that are not greater, for numbers in 0 .. 2^22.
+    /// Towards zero, as whole numbers. What is beyond these becomes the last of them, and what is not a number 0.
     #[inline(always)]
-    pub fn floor(self) -> Self {
-        // adding and taking away 2^23 rounds to a whole number
-        const ROUND: f32 = 8_388_608.0;
-        let nearest = (self + Self::splat(ROUND)) - Self::splat(ROUND);
-        nearest - nearest.gt(self).select(Self::splat(1.0), Self::ZERO)
+    pub fn to_whole(self) -> i32x8 {
+        self.0.trunc_int()
     }
 
-    /// Whole numbers in 0 .. 2^22 as such.
+    /// Bits of the floats.
     #[inline(always)]
-    pub fn to_whole(self) -> [u32; LANES] {
-        const BASE: f32 = 8_388_608.0;
-        // bits of 2^23 + whole count up by whole
-        (self + Self::splat(BASE)).0.map(|sum| sum.to_bits().wrapping_sub(BASE.to_bits()))
+    pub fn to_bits(self) -> u32x8 {
+        u32x8::new(self.0.to_array().map(f32::to_bits))
+    }
+
+    /// Floats of these bits.
+    #[inline(always)]
+    pub fn from_bits(bits: u32x8) -> Self {
+        Self::of(bits.to_array().map(f32::from_bits))
+    }
+
+    /// Whole numbers with a sign, as floats.
+    #[inline(always)]
+    pub fn from_whole(whole: i32x8) -> Self {
+        Self(f32x8::from_i32x8(whole))
     }
 
     /// Where this is less. No for what is not a number.
     #[inline(always)]
     pub fn lt(self, other: Self) -> Mask {
-        Mask(each!(0, i => u32::from(self.0[i] < other.0[i]).wrapping_neg()))
+        Mask(self.0.cmp_lt(other.0))
     }
 
     /// Where this is not greater. No for what is not a number.
     #[inline(always)]
     pub fn le(self, other: Self) -> Mask {
-        Mask(each!(0, i => u32::from(self.0[i] <= other.0[i]).wrapping_neg()))
+        Mask(self.0.cmp_le(other.0))
     }
 
     /// Where this is greater. No for what is not a number.
@@ -150,15 +184,12 @@ impl Lanes {
     #[inline(always)]
     fn log2(self) -> Self {
         const ROOT_HALF: u32 = 0x3f35_04f3;
-        let mut mantissa = [0.0; LANES];
-        let mut exponent = [0.0; LANES];
-        for i in 0..LANES {
-            let beyond = self.0[i].to_bits().wrapping_sub(ROOT_HALF) as i32;
-            exponent[i] = (beyond >> 23) as f32;
-            mantissa[i] = f32::from_bits(((beyond & 0x007f_ffff) as u32).wrapping_add(ROOT_HALF));
-        }
-        let (mantissa, exponent) = (Self(mantissa), Self(exponent));
-        let s = (mantissa - Self::splat(1.0)) / (mantissa + Self::splat(1.0));
+        const MANTISSA: u32 = 0x007f_ffff;
+        let root = u32x8::splat(ROOT_HALF);
+        let beyond = self.to_bits() - root;
+        let exponent = Self::from_whole(signed(beyond) >> 23);
+        let mantissa = Self::from_bits((beyond & u32x8::splat(MANTISSA)) + root);
+        let s = (mantissa - Self::ONE) / (mantissa + Self::ONE);
         let s2 = s * s;
         // 2 / ln 2 times 1, 1/3, 1/5, 1/7, 1/9
         let series = [0.320_598_9, 0.412_198_58, 0.577_078, 0.961_796_7, 2.885_39];
@@ -171,17 +202,28 @@ impl Lanes {
     fn exp2(self) -> Self {
         // adding and taking away 1.5 * 2^23 rounds to a whole number
         const ROUND: f32 = 12_582_912.0;
+        const BIAS: u32 = 127;
         let whole = (self + Self::splat(ROUND)) - Self::splat(ROUND);
         let rest = self - whole;
         // (ln 2)^n / n! for n = 6 .. 0
         let series = [1.540_353e-4, 1.333_356e-3, 9.618_129e-3, 5.550_411e-2, 0.240_226_5, LN_2, 1.0];
         let sum = series.into_iter().fold(Self::ZERO, |sum, term| sum * rest + Self::splat(term));
-        sum * Self(each!(0.0, i => {
-            // bits of 1.5 * 2^23 + whole count up by whole
-            let steps = (whole.0[i] + ROUND).to_bits().wrapping_sub(ROUND.to_bits());
-            f32::from_bits(steps.wrapping_add(127) << 23)
-        }))
+        // bits of 1.5 * 2^23 + whole count up by whole
+        let steps = (whole + Self::splat(ROUND)).to_bits() - u32x8::splat(ROUND.to_bits());
+        sum * Self::from_bits((steps + u32x8::splat(BIAS)) << 23)
     }
+}
+
+/// The same bits, with a sign.
+#[inline(always)]
+pub fn signed(bits: u32x8) -> i32x8 {
+    i32x8::new(bits.to_array().map(|bits| bits as i32))
+}
+
+/// The same bits, without a sign.
+#[inline(always)]
+pub fn unsigned(bits: i32x8) -> u32x8 {
+    u32x8::new(bits.to_array().map(|bits| bits as u32))
 }
 
 macro_rules! lane_by_lane {
@@ -190,7 +232,7 @@ macro_rules! lane_by_lane {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                Self(each!(0.0, i => self.0[i] $sign other.0[i]))
+                Self(self.0 $sign other.0)
             }
         }
         impl $op for Lanes3 {
@@ -215,20 +257,49 @@ impl Neg for Lanes {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(each!(0.0, i => -self.0[i]))
+        Self(self.0 ^ f32x8::splat(-0.0))
     }
 }
 
 impl Mask {
     /// Yes throughout.
-    pub const ALL: Self = Self([u32::MAX; LANES]);
+    pub const ALL: Self = Self(f32x8::new([f32::from_bits(u32::MAX); LANES]));
     /// No throughout.
-    pub const NONE: Self = Self([0; LANES]);
+    pub const NONE: Self = Self(f32x8::new([0.0; LANES]));
 
     /// Yes where `holds(lane)`.
     #[inline(always)]
     pub fn of(mut holds: impl FnMut(usize) -> bool) -> Self {
-        Self(each!(0, i => u32::from(holds(i)).wrapping_neg()))
+        Self::of_bits(u32x8::new(std::array::from_fn(|lane| u32::from(holds(lane)).wrapping_neg())))
+    }
+
+    /// Yes where one of eight numbers is `wanted`.
+    #[inline(always)]
+    pub fn equal(numbers: &[u32], wanted: u32) -> Self {
+        Self::of_bits(eight(numbers).cmp_eq(u32x8::splat(wanted)))
+    }
+
+    /// Yes where one of eight numbers is less than `border`.
+    #[inline(always)]
+    pub fn less(numbers: &[u32], border: u32) -> Self {
+        Self::of_bits(eight(numbers).cmp_lt(u32x8::splat(border)))
+    }
+
+    #[inline(always)]
+    fn of_bits(bits: u32x8) -> Self {
+        Self(Lanes::from_bits(bits).0)
+    }
+
+    /// Answer number `lane`.
+    #[inline(always)]
+    pub fn lane(self, lane: usize) -> bool {
+        self.0.as_array_ref()[lane].to_bits() != 0
+    }
+
+    /// Makes answer number `lane` a yes.
+    #[inline(always)]
+    pub fn set_lane(&mut self, lane: usize) {
+        self.0.as_array_mut()[lane] = f32::from_bits(u32::MAX);
     }
 
     /// Whether any answer is yes.
@@ -240,19 +311,13 @@ impl Mask {
     /// Bit `i` is answer `i`.
     #[inline(always)]
     pub fn bits(self) -> u8 {
-        let mut bits = 0;
-        for i in 0..LANES {
-            bits |= ((self.0[i] >> 31) as u8) << i;
-        }
-        bits
+        self.0.move_mask() as u8
     }
 
     /// `yes` where the answer is yes, `no` elsewhere.
     #[inline(always)]
     pub fn select(self, yes: Lanes, no: Lanes) -> Lanes {
-        Lanes(each!(0.0, i => {
-            f32::from_bits((yes.0[i].to_bits() & self.0[i]) | (no.0[i].to_bits() & !self.0[i]))
-        }))
+        Lanes(self.0.blend(yes.0, no.0))
     }
 
     /// `yes` where the answer is yes, `no` elsewhere.
@@ -262,11 +327,19 @@ impl Mask {
     }
 }
 
+/// Eight numbers of a column.
+#[inline(always)]
+pub fn eight(numbers: &[u32]) -> u32x8 {
+    let mut eight = [0; LANES];
+    eight.copy_from_slice(numbers);
+    u32x8::new(eight)
+}
+
 impl BitAnd for Mask {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
-        Self(each!(0, i => self.0[i] & other.0[i]))
+        Self(self.0 & other.0)
     }
 }
 
@@ -274,7 +347,7 @@ impl BitOr for Mask {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(each!(0, i => self.0[i] | other.0[i]))
+        Self(self.0 | other.0)
     }
 }
 
@@ -282,7 +355,7 @@ impl Not for Mask {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(each!(0, i => !self.0[i]))
+        Self(!self.0)
     }
 }
 
@@ -313,13 +386,14 @@ impl Lanes3 {
     /// One of the eight.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Vec3 {
-        Vec3::new(self.x.0[lane], self.y.0[lane], self.z.0[lane])
+        Vec3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
     }
 
     /// Writes one of the eight.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, value: Vec3) {
-        [self.x.0[lane], self.y.0[lane], self.z.0[lane]] = value.to_array();
+        let axes = [&mut self.x, &mut self.y, &mut self.z];
+        axes.into_iter().zip(value.to_array()).for_each(|(axis, value)| axis.set_lane(lane, value));
     }
 
     /// Scalar products.
@@ -359,8 +433,7 @@ impl Lanes3 {
     /// Where any coordinate is not zero.
     #[inline(always)]
     pub fn is_some(self) -> Mask {
-        let zero = Lanes::ZERO;
-        let differs = |a: Lanes| Mask(each!(0, i => u32::from(a.0[i] != zero.0[i]).wrapping_neg()));
+        let differs = |a: Lanes| Mask(a.0.cmp_ne(f32x8::ZERO));
         differs(self.x) | differs(self.y) | differs(self.z)
     }
 }
@@ -382,7 +455,7 @@ mod tests {
         let bases = (0..=2000).map(|i| i as f32 / 2000.0).chain([0.999_999, 1e-30, 1.0 - f32::EPSILON]);
         for base in bases {
             for exponent in [0.5, 1.0, 2.0, 10.0, 96.078_43, 1000.0] {
-                let got = f64::from(Lanes::splat(base).power(Lanes::splat(exponent)).0[3]);
+                let got = f64::from(Lanes::splat(base).power(Lanes::splat(exponent)).lane(3));
                 let wanted = f64::from(base).powf(f64::from(exponent));
                 assert!(
                     (got - wanted).abs() <= 1e-6 + 2e-6 * wanted,
@@ -394,10 +467,10 @@ mod tests {
 
     #[test]
     fn masks_choose_lane_by_lane() {
-        let count = Lanes([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
+        let count = Lanes::of([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
         let few = count.lt(Lanes::splat(3.0));
         assert_eq!((few.bits(), (!few).bits()), (0b0000_0111, 0b1111_1000));
-        assert_eq!(few.select(count, Lanes::ZERO).0, [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(*few.select(count, Lanes::ZERO).values(), [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(Mask::of(|lane| lane == 7).bits(), 0b1000_0000);
         assert!((few | !few).bits() == Mask::ALL.bits() && !(few & !few).any());
     }
@@ -407,7 +480,7 @@ mod tests {
         let (a, b) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.5, 4.0, -1.0));
         let (x, y) = (Lanes3::splat(a), Lanes3::splat(b));
         assert_eq!(x.cross(y).lane(5), a.cross(b));
-        assert_eq!(x.dot(y).0[2], a.dot(b));
+        assert_eq!(x.dot(y).lane(2), a.dot(b));
         assert!((x.normalize().lane(0) - a.normalize()).length() < 1e-6);
     }
 }

@@ -135,7 +135,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
         let facet = transform.normal(facet.lane(lane));
         let from_behind = facet.dot(bounces[lane].direction) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
-        let uv = || uv_at(mesh(lane), triangle, weights.map(|weight| weight.0[lane]));
+        let uv = || uv_at(mesh(lane), triangle, weights.map(|weight| weight.lane(lane)));
         let surface = Surface {
             point: transform.point(point.lane(lane)),
             normal: transform.normal(normal.lane(lane)) * side,

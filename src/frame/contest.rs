@@ -109,7 +109,7 @@ impl Sorter {
         let LanesFall { which, depth, cells } = fall;
         let in_tile = |lane: usize| (cells[lane] % CELLS as u32) as u16;
         let falls: [u64; LANES] = std::array::from_fn(|lane| {
-            Fall::new(depth.0[lane], Move { to: in_tile(lane), from: (first + lane) as u16 }).0
+            Fall::new(depth.lane(lane), Move { to: in_tile(lane), from: (first + lane) as u16 }).0
         });
         // neighbours fall into the same tile, mostly
         let latest = self.piles.get_mut(self.latest).filter(|_| self.used > 0);

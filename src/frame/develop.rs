@@ -121,7 +121,7 @@ fn write_piece(
     let mut columns = [[0.0; PIXELS]; sums::COUNT];
     for (plane, column) in columns.iter_mut().enumerate().filter(|(plane, _)| is_some[*plane]) {
         let (group, lane) = (&groups[plane / LANES], plane % LANES);
-        *column = std::array::from_fn(|pixel| group[pixel].0[lane]);
+        *column = std::array::from_fn(|pixel| group[pixel].lane(lane));
     }
     let scales = columns[sums::WEIGHT].map(f32::recip);
     let mut written = Written::default();

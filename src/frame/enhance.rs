@@ -88,7 +88,7 @@ pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let surfaces = surface_bits(models);
-        let lit = Mask::of(|lane| models[lane] < EMPTY).select3(load_colors(&tile.lit, first), Lanes3::ZERO);
+        let lit = Mask::less(models, EMPTY).select3(load_colors(&tile.lit, first), Lanes3::ZERO);
         let [r, g, b] = &mut bench.radiance.diffuse;
         cut(lit).store([r, g, b], first);
         if surfaces != u8::MAX {
@@ -158,7 +158,7 @@ fn highlights(
     incoming: Lanes3,
 ) -> Lanes3 {
     let models = &tile.model[first..first + LANES];
-    let is_surface = Mask::of(|lane| models[lane] < EMPTY);
+    let is_surface = Mask::less(models, EMPTY);
     let mut sum = Lanes3::ZERO;
     for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
         let aim = Aim::at(light, tile.points(first));

@@ -148,7 +148,7 @@ fn finish(
 fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let is_surface = Mask::of(|lane| models[lane] < EMPTY);
+        let is_surface = Mask::less(models, EMPTY);
         is_surface.select(Lanes::splat(1.0), Lanes::ZERO).store(&mut filtering.alpha, first);
         if stage.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;

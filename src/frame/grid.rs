@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use wide::i32x8;
+
 use crate::lanes::{LANES, Lanes, Mask};
 use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
@@ -101,9 +103,11 @@ impl Grid {
     /// what is not [inside](Self::inside).
     #[inline(always)]
     pub fn cells_at(&self, x: Lanes, y: Lanes) -> [u32; LANES] {
-        let place = |at: Lanes, cells: u32| at.floor().to_whole().map(|at| at.min(cells - 1));
+        let place = |at: Lanes, cells: u32| {
+            at.to_whole().max(i32x8::ZERO).min(i32x8::splat(cells as i32 - 1)).to_array()
+        };
         let (columns, rows) = (place(x, self.cells_x), place(y, self.cells_y));
-        std::array::from_fn(|lane| self.index_of(columns[lane], rows[lane]))
+        std::array::from_fn(|lane| self.index_of(columns[lane] as u32, rows[lane] as u32))
     }
 
     /// Index of the cell in column `x` and row `y`.
@@ -227,13 +231,13 @@ pub(super) mod tests {
     #[test]
     fn there_is_nothing_beyond_the_rim() {
         let grid = Grid::new(&settings(64, 64, 1));
-        let inside = |x: f32, y: f32| grid.inside(Lanes::splat(x), Lanes::splat(y)) == Mask::ALL;
+        let inside = |x: f32, y: f32| grid.inside(Lanes::splat(x), Lanes::splat(y)).bits() == u8::MAX;
         assert!(!inside(f32::NAN, 3.0));
         assert!(!inside(64.0, 3.0));
         assert!(!inside(3.0, -0.001));
         assert!(inside(63.9, 63.9) && inside(0.0, -0.0));
         let cell_at = |x: f32, y: f32| grid.cells_at(Lanes::splat(x), Lanes::splat(y))[3];
         assert_eq!(cell_at(63.9, -0.0), grid.index_of(63, 0));
-        assert_eq!(cell_at(f32::NAN, 1e9) as usize / CELLS, grid.tiles() - 1, "somewhere");
+        assert_eq!(cell_at(f32::NAN, 1e9), grid.index_of(0, 63), "at the rim");
     }
 }

@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use wide::i32x8;
+
 use super::channels::sums;
 use super::grid::Grid;
 use crate::lanes::{LANES, Lanes};
@@ -101,7 +103,7 @@ pub fn spread(
         let reach = Reach::of(at, edge);
         for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
             for group in (0..GROUPS).filter(|group| has_group[*group]) {
-                let value = Lanes(columns[group].map(|column| column[first + lane]));
+                let value = Lanes::of(columns[group].map(|column| column[first + lane]));
                 // most samples have neither highlight nor mirror
                 if group == 0 || value != Lanes::ZERO {
                     reach.add(lane, value, edge, &mut film.groups[group]);
@@ -114,7 +116,7 @@ pub fn spread(
 /// The 4 x 4 pixels that each of eight samples reaches.
 struct Reach {
     /// The first one: its number in rows of `edge` pixels, halo included.
-    start: [u32; LANES],
+    start: [i32; LANES],
     /// In rows.
     weights: [[Lanes; 4]; 4],
 }
@@ -125,10 +127,11 @@ impl Reach {
     fn of(at: [Lanes; 2], edge: usize) -> Self {
         // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
         let [x, y] = at.map(|at| at + Lanes::splat(0.5));
-        let first = [x.floor(), y.floor()];
+        let whole = [x, y].map(Lanes::to_whole);
+        let first = whole.map(Lanes::from_whole);
         let (across, down) = (mitchell(x - first[0]), mitchell(y - first[1]));
         Self {
-            start: (first[1] * Lanes::splat(edge as f32) + first[0]).to_whole(),
+            start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
             weights: down.map(|down| across.map(|across| across * down)),
         }
     }
@@ -140,7 +143,7 @@ impl Reach {
         for (row, weights) in self.weights.iter().enumerate() {
             let four = &mut pixels[row * edge..row * edge + 4];
             for (pixel, weight) in four.iter_mut().zip(weights) {
-                *pixel = *pixel + value * Lanes::splat(weight.0[lane]);
+                *pixel = *pixel + value * Lanes::splat(weight.lane(lane));
             }
         }
     }
@@ -171,12 +174,12 @@ mod tests {
     fn the_weights_add_up_to_one_wherever_the_sample_is() {
         for step in 0..=20 {
             let weights = mitchell(Lanes::splat(step as f32 / 20.0));
-            let sum: f32 = weights.iter().map(|weight| weight.0[5]).sum();
+            let sum: f32 = weights.iter().map(|weight| weight.lane(5)).sum();
             assert!((sum - 1.0).abs() < 1e-6, "{step}: {sum}");
         }
         let on_a_centre = mitchell(Lanes::ZERO);
         let wanted = [1.0 / 18.0, 8.0 / 9.0, 1.0 / 18.0, 0.0];
-        assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a.0[2] - b).abs() < 1e-6), "{on_a_centre:?}");
+        assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a.lane(2) - b).abs() < 1e-6), "{on_a_centre:?}");
     }
 
     #[test]
@@ -197,9 +200,9 @@ mod tests {
         let mut reached = 0;
         film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {
             for (x, sums) in (left..).zip(run).filter(|(_, sums)| **sums != Lanes::ZERO) {
-                let weight = across[x - 4].0[0] * down[y].0[0];
+                let weight = across[x - 4].lane(0) * down[y].lane(0);
                 let plane = [sums::WEIGHT, (sums::SPECULAR + 1) % LANES][group];
-                assert_eq!(sums.0[plane], weight * [1.0, 3.0][group], "{x} {y}");
+                assert_eq!(sums.lane(plane), weight * [1.0, 3.0][group], "{x} {y}");
                 reached += 1;
             }
         });

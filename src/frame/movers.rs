@@ -47,11 +47,7 @@ impl Bounds {
         let (mut low, mut high) = (Lanes3::splat(Vec3::INFINITY), Lanes3::splat(Vec3::NEG_INFINITY));
         for first in (0..CELLS).step_by(LANES) {
             let models = &tile.model[first..first + LANES];
-            let wanted = Mask::of(|lane| match models[lane] {
-                BACKGROUND => background,
-                EMPTY => false,
-                _ => !background,
-            });
+            let wanted = if background { Mask::equal(models, BACKGROUND) } else { Mask::less(models, EMPTY) };
             if wanted.any() {
                 let offsets = stage.offsets(tile, first);
                 low = low.min(wanted.select3(offsets, low));

@@ -133,7 +133,7 @@ pub fn take_data(
     }
     let mut models = [EMPTY; CELLS];
     take(nearest, &tile.model, &mut models);
-    let is_surface = |first: usize| Mask::of(|lane| models[first + lane] < EMPTY);
+    let is_surface = |first: usize| Mask::less(&models[first..first + LANES], EMPTY);
     if has_depth {
         let camera = &stage.view.camera;
         let [eye, forward] = [camera.eye, camera.forward].map(Lanes3::splat);

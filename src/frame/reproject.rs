@@ -35,8 +35,7 @@ pub fn project_lanes(stage: &Stage, tile: &Tile, first: usize) -> LanesFall {
     let models = &tile.model[first..first + LANES];
     let seen = stage.view.project(stage.offsets(tile, first));
     let grid = &stage.view.grid;
-    let [is_sample, is_background] =
-        [Mask::of(|lane| models[lane] != EMPTY), Mask::of(|lane| models[lane] == BACKGROUND)];
+    let [is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
     // no for what is not a number as well
     let is_before = seen.depth.gt(Lanes::splat(f32::MIN_POSITIVE));
     LanesFall {

@@ -71,7 +71,7 @@ impl<'a> Stage<'a> {
         for lane in set_bits(self.displaced_bits(models)) {
             points.set_lane(lane, self.transform(models[lane]).point(points.lane(lane)));
         }
-        let background = Mask::of(|lane| models[lane] == BACKGROUND);
+        let background = Mask::equal(models, BACKGROUND);
         background.select3(points, points - Lanes3::splat(self.view.camera.eye))
     }
 

@@ -48,8 +48,8 @@ fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
     for owners in bench.owners.chunks(LANES) {
         let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
         for (lane, cell) in owners.iter().enumerate() {
-            x.0[lane] = corner[0] + grid.place_x[*cell as usize];
-            y.0[lane] = corner[1] + grid.place_y[*cell as usize];
+            x.set_lane(lane, corner[0] + grid.place_x[*cell as usize]);
+            y.set_lane(lane, corner[1] + grid.place_y[*cell as usize]);
         }
         let wanted = u8::MAX >> (LANES - owners.len());
         bench.rays.push_lanes(eye, stage.view.directions(x, y), far, wanted);
@@ -82,7 +82,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
         tile.facet[first..first + LANES].copy_from_slice(&facets);
         tile.age[first..first + LANES].fill(0);
         for lane in 0..LANES {
-            tile.from_behind[first + lane] = behind.0[lane] != 0;
+            tile.from_behind[first + lane] = behind.lane(lane);
         }
     } else {
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
@@ -93,7 +93,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
             tile.triangle[cell] = triangles[lane];
             tile.normal[cell] = normals[lane];
             tile.facet[cell] = facets[lane];
-            tile.from_behind[cell] = behind.0[lane] != 0;
+            tile.from_behind[cell] = behind.lane(lane);
             tile.age[cell] = 0;
             if is_hit {
                 tile.material[cell] = numbers[lane];
@@ -130,7 +130,7 @@ fn albedo_of(
         let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
         numbers[lane] = mesh.material_of[triangle as usize];
         let material = &stage.scene.materials[usize::from(numbers[lane])];
-        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.0[lane]));
+        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
         colors.set_lane(lane, albedo(stage.scene, material, uv));
     }
     (numbers, colors)
@@ -162,14 +162,14 @@ fn put_on_ray(
     let offset = world - Lanes3::splat(eye);
     let aside = offset.cross(direction);
     let most = Lanes::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
-    let is_beside = !aside.dot(aside).le(most) & Mask::of(|lane| models[lane] != NO_HIT);
+    let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
         let (transform, mesh) = (stage.transform(models[lane]), mesh_of(stage, models[lane]));
         let met = meet_exactly(transform, mesh, triangles[lane], eye, direction.lane(lane));
         if let Some((exact, at)) = met {
             point.set_lane(lane, exact);
-            weights[0].0[lane] = at.x;
-            weights[1].0[lane] = at.y;
+            weights[0].set_lane(lane, at.x);
+            weights[1].set_lane(lane, at.y);
         }
     }
 }

@@ -105,6 +105,6 @@ pub fn segments(stage: &Stage, tile: &Tile, first: usize, wanted: u8, rays: &mut
 
 /// Where the segments to eight samples end.
 fn segment_ends(models: &[u32]) -> Lanes {
-    let background = Mask::of(|lane| models[lane] == BACKGROUND);
+    let background = Mask::equal(models, BACKGROUND);
     background.select(Lanes::splat(f32::INFINITY), Lanes::splat(SEGMENT_END))
 }

@@ -69,7 +69,7 @@ impl View {
     pub fn project_one(&self, offset: Vec3) -> Option<Vec3> {
         let Projected { x, y, depth } = self.project(Lanes3::splat(offset));
         // false for NaN as well
-        (depth.0[0] > f32::MIN_POSITIVE).then(|| Vec3::new(x.0[0], y.0[0], depth.0[0]))
+        (depth.lane(0) > f32::MIN_POSITIVE).then(|| Vec3::new(x.lane(0), y.lane(0), depth.lane(0)))
     }
 }
 

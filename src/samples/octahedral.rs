@@ -1,8 +1,9 @@
 //! Unit vectors in four bytes.
 
 use glam::Vec3;
+use wide::u32x8;
 
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3, signed};
 
 /// A unit vector, folded onto an octahedron and flattened to a square of 65535 x 65535 steps: wrong by
 /// less than 7e-5 radians (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
@@ -30,13 +31,9 @@ impl Octahedral {
         let (across, down) = ((one - y.abs()).with_sign_of(x), (one - x.abs()).with_sign_of(y));
         // added to this, a small number is rounded and stands in the low bits
         const ROUND: f32 = 12_582_912.0;
-        let steps = |value: Lanes| (value * Lanes::splat(STEPS) + Lanes::splat(ROUND)).0;
+        let steps = |value: Lanes| (value * Lanes::splat(STEPS) + Lanes::splat(ROUND)).to_bits();
         let (x, y) = (steps(below.select(across, x)), steps(below.select(down, y)));
-        let mut folded = [Self::default(); LANES];
-        for lane in 0..LANES {
-            folded[lane] = Self((x[lane].to_bits() & 0xffff) | y[lane].to_bits() << 16);
-        }
-        folded
+        ((x & u32x8::splat(0xffff)) | (y << 16_u32)).to_array().map(Self)
     }
 
     /// The vector, of unit length.
@@ -48,11 +45,8 @@ impl Octahedral {
     #[inline(always)]
     pub fn unfold_lanes(column: &[Self], first: usize) -> Lanes3 {
         let eight = &column[first..first + LANES];
-        let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
-        for (lane, Self(bits)) in eight.iter().enumerate() {
-            x.0[lane] = ((bits << 16) as i32 >> 16) as f32;
-            y.0[lane] = (*bits as i32 >> 16) as f32;
-        }
+        let bits = u32x8::new(std::array::from_fn(|lane| eight[lane].0));
+        let [x, y] = [bits << 16_u32, bits].map(|bits| Lanes::from_whole(signed(bits) >> 16));
         let step = Lanes::splat(1.0 / STEPS);
         let (x, y) = (x * step, y * step);
         let z = Lanes::splat(1.0) - x.abs() - y.abs();

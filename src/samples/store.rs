@@ -222,7 +222,7 @@ const MOST: f32 = 65504.0;
 pub fn store_colors(colors: Lanes3, [r, g, b]: &mut ColorColumns, first: usize) {
     for (values, column) in [(colors.x, r), (colors.y, g), (colors.z, b)] {
         let cut = values.min(Lanes::splat(MOST)).max(Lanes::splat(-MOST));
-        column[first..first + LANES].convert_from_f32_slice(&cut.0);
+        column[first..first + LANES].convert_from_f32_slice(cut.values());
     }
 }
 
@@ -231,7 +231,7 @@ pub fn store_colors(colors: Lanes3, [r, g, b]: &mut ColorColumns, first: usize) 
 pub fn load_colors([r, g, b]: &ColorColumns, first: usize) -> Lanes3 {
     let load = |column: &Column<f16>| {
         let mut eight = Lanes::ZERO;
-        column[first..first + LANES].convert_to_f32_slice(&mut eight.0);
+        column[first..first + LANES].convert_to_f32_slice(eight.values_mut());
         eight
     };
     Lanes3 { x: load(r), y: load(g), z: load(b) }

@@ -2,8 +2,9 @@
 //! pattern of its own, so that shadows have a grain rather than steps.
 
 use glam::Vec3;
+use wide::u32x8;
 
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3, signed};
 use crate::motion::{LightPose, pose::LightShape};
 
 /// Light as it arrives at eight points.
@@ -22,66 +23,61 @@ pub struct Arrival {
 /// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
 /// on its model alone. So it stays the same as long as the sample lives.
 #[derive(Debug, Clone, Copy)]
-pub struct Aim([u32; LANES]);
+pub struct Aim(u32x8);
 
 impl Aim {
     /// For lights that are no areas.
-    pub const NONE: Self = Self([0; LANES]);
+    pub const NONE: Self = Self(u32x8::ZERO);
 
     /// The patterns of samples at `places`, in whatever space they are kept in. Of no use for `light` unless
     /// it is an area.
     #[inline(always)]
     pub fn at(light: &LightPose, places: Lanes3) -> Self {
-        let mut seeds = [0; LANES];
-        if light.shape.is_area() {
-            for (lane, seed) in seeds.iter_mut().enumerate() {
-                let [x, y, z] = [places.x, places.y, places.z].map(|along| along.0[lane].to_bits());
-                *seed = scrambled(scrambled(scrambled(x) ^ y) ^ z);
-            }
+        if !light.shape.is_area() {
+            return Self::NONE;
         }
-        Self(seeds)
+        let [x, y, z] = [places.x, places.y, places.z].map(Lanes::to_bits);
+        Self(scrambled(scrambled(scrambled(x) ^ y) ^ z))
     }
 
     /// Places in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
     fn aside(&self, point: usize) -> [Lanes; 2] {
-        places(&self.0, &[point as u32; LANES])
+        places(self.0, u32x8::splat(point as u32))
     }
 
     /// The same for one of the samples in eight fields, from number `first` on.
     #[inline(always)]
     fn asides(&self, sample: usize, first: usize) -> [Lanes; 2] {
-        let mut points = [first as u32; LANES];
-        points.iter_mut().zip(0..).for_each(|(point, lane)| *point += lane);
-        places(&[self.0[sample]; LANES], &points)
+        let points = u32x8::splat(first as u32) + u32x8::new(std::array::from_fn(|lane| lane as u32));
+        places(u32x8::splat(self.0.as_array_ref()[sample]), points)
     }
 }
 
 /// Jittered places in fields of the grid.
 #[inline(always)]
-fn places(seeds: &[u32; LANES], points: &[u32; LANES]) -> [Lanes; 2] {
+fn places(seeds: u32x8, points: u32x8) -> [Lanes; 2] {
     const GRID: u32 = LightShape::GRID as u32;
-    let step = 1.0 / GRID as f32;
-    let mut places = [Lanes::ZERO; 2];
-    for lane in 0..LANES {
-        let point = points[lane];
-        let bits = scrambled(seeds[lane].wrapping_add(point.wrapping_mul(0x9e37_79b9)));
-        let place = |field: u32, within: u32| {
-            within as i32 as f32 * (step / 65536.0) + (field as i32 as f32 * step - 0.5)
-        };
-        places[0].0[lane] = place(point % GRID, bits >> 16);
-        places[1].0[lane] = place(point / GRID, bits & 0xffff);
-    }
-    places
+    const _: () = assert!(GRID.is_power_of_two());
+    const STEP: f32 = 1.0 / GRID as f32;
+    let bits = scrambled(seeds + points * u32x8::splat(0x9e37_79b9));
+    let place = |field: u32x8, within: u32x8| {
+        let [field, within] = [field, within].map(|whole| Lanes::from_whole(signed(whole)));
+        within * Lanes::splat(STEP / 65536.0) + (field * Lanes::splat(STEP) - Lanes::splat(0.5))
+    };
+    [
+        place(points & u32x8::splat(GRID - 1), bits >> 16_u32),
+        place(points >> GRID.ilog2(), bits & u32x8::splat(0xffff)),
+    ]
 }
 
 /// An integer hash in which each bit of the input changes each bit of the result about as often as not
 /// (Wellons' "lowbias32").
 #[inline(always)]
-fn scrambled(bits: u32) -> u32 {
-    let bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
-    let bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
-    bits ^ bits >> 16
+fn scrambled(bits: u32x8) -> u32x8 {
+    let bits = (bits ^ (bits >> 16_u32)) * u32x8::splat(0x7feb_352d);
+    let bits = (bits ^ (bits >> 15_u32)) * u32x8::splat(0x846c_a68b);
+    bits ^ (bits >> 16_u32)
 }
 
 /// The ways from `points` to a light that is no area, any length, and where along them it is.
@@ -190,8 +186,8 @@ mod tests {
         };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
-        assert_eq!(fade(Lanes::splat(0.7), 0.5, 0.9).0[0], 0.5);
-        assert_eq!(fade(Lanes::splat(0.7), 0.7, 0.7).0[0], 0.0, "a cone without a soft rim");
+        assert_eq!(fade(Lanes::splat(0.7), 0.5, 0.9).lane(0), 0.5);
+        assert_eq!(fade(Lanes::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
     }
 
     fn panel(center: Vec3, size: f32) -> LightPose {

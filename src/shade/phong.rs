@@ -81,7 +81,7 @@ impl Palette {
         let paint = |lane: usize| &self.paints[usize::from(materials[lane])];
         for lane in 0..materials.len() {
             specular.set_lane(lane, paint(lane).specular);
-            shininess.0[lane] = paint(lane).shininess;
+            shininess.set_lane(lane, paint(lane).shininess);
         }
         let goes_on = Mask::of(|lane| paint(lane).goes_on);
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }

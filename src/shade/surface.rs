@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask, unsigned};
 use crate::motion::Transform;
 use crate::scene::{Material, Mesh, Scene};
 
@@ -39,8 +39,8 @@ impl Corners {
     /// Lanes that hold no triangle yet: something finite, all the same.
     pub const NONE: Self = Self {
         first: Lanes3::ZERO,
-        second: Lanes3 { x: Lanes([1.0; LANES]), y: Lanes::ZERO, z: Lanes::ZERO },
-        third: Lanes3 { x: Lanes::ZERO, y: Lanes([1.0; LANES]), z: Lanes::ZERO },
+        second: Lanes3 { x: Lanes::ONE, y: Lanes::ZERO, z: Lanes::ZERO },
+        third: Lanes3 { x: Lanes::ZERO, y: Lanes::ONE, z: Lanes::ZERO },
         normals: [Lanes3::ZERO; 3],
         is_smooth: Mask::NONE,
     };
@@ -58,7 +58,7 @@ impl Corners {
             for (normals, corner) in self.normals.iter_mut().zip(corners) {
                 normals.set_lane(lane, mesh.normals[corner]);
             }
-            self.is_smooth.0[lane] = u32::MAX;
+            self.is_smooth.set_lane(lane);
         }
     }
 
@@ -73,7 +73,7 @@ impl Corners {
             second: all(one.second),
             third: all(one.third),
             normals: one.normals.map(all),
-            is_smooth: Mask([one.is_smooth.0[0]; LANES]),
+            is_smooth: if one.is_smooth.lane(0) { Mask::ALL } else { Mask::NONE },
         }
     }
 
@@ -90,7 +90,7 @@ impl Corners {
         let squared = across.dot(across);
         let mut facet = across * (Lanes::splat(1.0) / squared.sqrt());
         let too_short = !squared.gt(Lanes::splat(LEAST_SQUARE));
-        for lane in (0..LANES).filter(|lane| too_short.0[*lane] != 0) {
+        for lane in (0..LANES).filter(|lane| too_short.lane(*lane)) {
             facet.set_lane(lane, self.exact_facet(lane));
         }
         facet
@@ -214,10 +214,7 @@ pub fn off_surfaces(points: Lanes3, normals: Lanes3) -> Lanes3 {
     let moved = |point: Lanes, normal: Lanes| {
         let near = point.abs().lt(Lanes::splat(NEAR_ZERO));
         let steps = (normal * Lanes::splat(STEPS)).with_sign_changed_by(point);
-        let mut far = Lanes::ZERO;
-        for lane in 0..LANES {
-            far.0[lane] = f32::from_bits(point.0[lane].to_bits().wrapping_add(steps.0[lane] as i32 as u32));
-        }
+        let far = Lanes::from_bits(point.to_bits() + unsigned(steps.to_whole()));
         near.select(point + normal * Lanes::splat(FIXED), far)
     };
     Lanes3 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }

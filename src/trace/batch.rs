@@ -169,7 +169,7 @@ impl RayBatch {
             return;
         }
         for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
-            self.put(origin.lane(i), direction.lane(i), 0.0, far.0[i]);
+            self.put(origin.lane(i), direction.lane(i), 0.0, far.lane(i));
         }
     }
 
