@@ -2,7 +2,7 @@
 
 use super::stage::{Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
-use crate::samples::{BACKGROUND, Octahedral, Status, Tile, store_color, store_colors};
+use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayPacket};
@@ -43,17 +43,30 @@ pub fn is_traced(status: Status) -> bool {
 /// A ray through the centre of each cell in the bench's `owners`.
 fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
     let grid = &stage.view.grid;
-    let corner = grid.tile_corner(number).map(|at| at as f32 + 0.5);
+    let centre = grid.tile_corner(number).map(|at| Lanes::splat(at as f32 + 0.5));
     let (eye, far) = (Lanes3::splat(stage.view.camera.eye), Lanes::splat(f32::INFINITY));
     for owners in bench.owners.chunks(LANES) {
-        let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
-        for (lane, cell) in owners.iter().enumerate() {
-            x.set_lane(lane, corner[0] + grid.place_x[*cell as usize]);
-            y.set_lane(lane, corner[1] + grid.place_y[*cell as usize]);
-        }
-        let wanted = u8::MAX >> (LANES - owners.len());
-        bench.rays.push_lanes(eye, stage.view.directions(x, y), far, wanted);
+        let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
+        let directions = stage.view.directions(x + centre[0], y + centre[1]);
+        bench.rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
     }
+}
+
+/// What `column` has for up to eight cells.
+#[inline(always)]
+fn values_of(column: &Column<f32>, cells: &[u32]) -> Lanes {
+    if are_neighbours(cells) {
+        return Lanes::load(column, cells[0] as usize);
+    }
+    let mut values = Lanes::ZERO;
+    (0..).zip(cells).for_each(|(lane, cell)| values.set_lane(lane, column[*cell as usize]));
+    values
+}
+
+/// Whether these are eight cells one after the other. They come in order.
+#[inline(always)]
+fn are_neighbours(cells: &[u32]) -> bool {
+    cells.len() == LANES && cells[LANES - 1] == cells[0] + LANES as u32 - 1
 }
 
 /// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
@@ -71,7 +84,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
     let (numbers, colors) = albedo_of(stage, models, triangles, weights);
     let first = owners[0] as usize;
-    if owners.len() == LANES && owners[LANES - 1] as usize == first + LANES - 1 && !models.contains(&NO_HIT) {
+    if are_neighbours(owners) && !models.contains(&NO_HIT) {
         // eight neighbours, as in every frame that is traced in full: whole columns
         tile.material[first..first + LANES].copy_from_slice(&numbers);
         store_colors(colors, &mut tile.albedo, first);

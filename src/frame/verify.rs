@@ -5,7 +5,7 @@
 
 use super::movers::{Bounds, Sweep};
 use super::plan::SightCheck;
-use super::stage::{Stage, Workbench, bit, count_bits, set_bits};
+use super::stage::{Stage, Workbench, count_bits, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
@@ -17,6 +17,9 @@ use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 /// sample than this is taken for the sample's own surface, and a hit on a neighbouring triangle costs one
 /// ray and no error. The [audit](super::audit) tolerates no more.
 pub const SEGMENT_END: f32 = 1.0 - 1e-5;
+
+/// Cells of a block, which is a packet.
+const BLOCK: usize = crate::trace::LANES;
 
 /// Turns reused samples that are hidden now into `Obscured`.
 pub fn verify(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
@@ -40,23 +43,27 @@ fn verify_against(
         return;
     }
     bench.begin_rays();
-    for first in (0..CELLS).step_by(LANES) {
-        let models = &tile.model[first..first + LANES];
-        let moved = stage.moved_bits(models);
-        let checked = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
-        let asked = checked & reused_bits(&tile.status[first..first + LANES]);
-        if asked != 0 {
-            push_segments(check, stage, tile, first, asked, bench);
-        }
-    }
-    bench.counts.verification += bench.rays.len() as u64;
+    let asked: [u16; CELLS / BLOCK] = std::array::from_fn(|block| {
+        u16::from_le_bytes([0, LANES].map(|half| {
+            let first = block * BLOCK + half;
+            let models = &tile.model[first..first + LANES];
+            let moved = stage.moved_bits(models);
+            let checked = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
+            let reused = checked & reused_bits(&tile.status[first..first + LANES]);
+            may_be_hidden_bits(check, stage, tile, first, reused)
+        }))
+    });
+    push_segments(stage, tile, &asked, bench);
+    bench.counts.verification += bench.rays.count();
     bench.begin_answers();
     for by in blockers {
         let blocked = &mut bench.blocked;
         stage.tracer.blocked(&bench.rays, *by, Purpose::Sight, Coherence::Coherent, blocked);
     }
-    for (ray, cell) in bench.owners.iter().enumerate() {
-        if bit(&bench.blocked, ray) {
+    for (owners, blocked) in
+        bench.owners.chunks(BLOCK).zip(&bench.blocked).filter(|(_, blocked)| **blocked != 0)
+    {
+        for (_, cell) in owners.iter().enumerate().filter(|(lane, _)| blocked >> lane & 1 != 0) {
             tile.status[*cell as usize] = Status::Obscured;
         }
     }
@@ -76,22 +83,44 @@ fn reused_bits(status: &[Status]) -> u8 {
     status.iter().enumerate().fold(0, |bits, (lane, status)| bits | u8::from(status.is_reused()) << lane)
 }
 
-/// Sends the segments to those of eight samples that are `asked` for and may be hidden.
-fn push_segments(
-    check: SightCheck,
-    stage: &Stage,
-    tile: &Tile,
-    first: usize,
-    mut asked: u8,
-    bench: &mut Workbench,
-) {
-    if check == SightCheck::Moved {
-        let (offsets, far) = (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
-        asked &= stage.movers.may_meet(Lanes3::splat(stage.view.camera.eye), offsets, far);
+/// Of eight samples those that are `asked` for and may be hidden.
+#[inline]
+fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usize, asked: u8) -> u8 {
+    if check != SightCheck::Moved || asked == 0 {
+        return asked;
     }
-    segments(stage, tile, first, asked, &mut bench.rays);
-    bench.owners.extend(set_bits(asked).map(|lane| (first + lane) as u32));
-    count_bits(asked, &mut bench.cell_rays.verification[first..first + LANES]);
+    let (offsets, far) = (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
+    asked & stage.movers.may_meet(Lanes3::splat(stage.view.camera.eye), offsets, far)
+}
+
+/// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
+/// packets that they are, and what is left one after the other.
+fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench: &mut Workbench) {
+    // what a ray costs with Embree is a lane of its packet; to move it to another lane is dearer than few empty ones
+    const MOST: u32 = 12;
+    for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
+        for half in [0, LANES] {
+            let bits = (asked >> half) as u8;
+            count_bits(bits, &mut bench.cell_rays.verification[first + half..first + half + LANES]);
+        }
+        if asked.count_ones() >= MOST {
+            let ways = [first, first + LANES]
+                .map(|first| (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES])));
+            let own = [&tile.model[first..first + BLOCK], &tile.triangle[first..first + BLOCK]];
+            bench.rays.push_packet_to_samples(stage.view.camera.eye, ways, own, *asked);
+            bench.owners.extend(first as u32..(first + BLOCK) as u32);
+        }
+    }
+    for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked).filter(|(_, asked)| asked.count_ones() < MOST)
+    {
+        for half in [0, LANES] {
+            let bits = (asked >> half) as u8;
+            if bits != 0 {
+                segments(stage, tile, first + half, bits, &mut bench.rays);
+                bench.owners.extend(set_bits(bits).map(|lane| (first + half + lane) as u32));
+            }
+        }
+    }
 }
 
 /// Adds the segments from the eye to those of eight samples whose bit is set.

@@ -56,7 +56,7 @@ impl RayPacket {
 /// Any number of rays, packed in the order in which they were pushed: rays that were pushed together
 /// are traced together. Keeps its memory when cleared.
 ///
-/// A batch is filled either ray by ray or [packet by packet](Self::push_packet).
+/// Packets may be pushed whole, with lanes that are not in use, before any ray that is pushed by itself.
 #[derive(Debug, Default)]
 pub struct RayBatch {
     packets: Vec<RayPacket>,
@@ -79,22 +79,15 @@ impl RayBatch {
 
     /// How many rays.
     pub fn count(&self) -> u64 {
-        match self.whole.as_slice() {
-            [] => self.len as u64,
-            whole => whole.iter().map(|lanes| u64::from(lanes.count_ones())).sum(),
-        }
+        let in_whole: u64 = self.whole.iter().map(|lanes| u64::from(lanes.count_ones())).sum();
+        in_whole + (self.len - self.whole.len() * LANES) as u64
     }
 
     /// Adds a packet of its own: the rays from one point along sixteen directions, t in `0..=far`, of which those
     /// are in use whose bit is set in `lanes`. They end in no sample.
     #[inline(always)]
     pub fn push_packet(&mut self, origin: Vec3, directions: [Lanes3; 2], far: f32, lanes: u16) {
-        debug_assert_eq!(self.len, self.whole.len() * LANES, "a batch is filled in one way");
-        let at = self.whole.len();
-        if at == self.packets.len() {
-            self.packets.push(RayPacket::EMPTY);
-        }
-        let packet = &mut self.packets[at];
+        let packet = self.next_whole(lanes);
         packet.origin = origin.to_array().map(|along| [along; LANES]);
         for (half, directions) in directions.into_iter().enumerate() {
             let [x, y, z] = &mut packet.direction;
@@ -102,8 +95,40 @@ impl RayBatch {
         }
         packet.near = [0.0; LANES];
         packet.far = [far; LANES];
+    }
+
+    /// Adds a packet of its own, as [`push_packet`](Self::push_packet) does, of rays that end in samples: these
+    /// never block them.
+    #[inline(always)]
+    pub fn push_packet_to_samples(
+        &mut self,
+        origin: Vec3,
+        ways: [(Lanes3, Lanes); 2],
+        [models, triangles]: [&[u32]; 2],
+        lanes: u16,
+    ) {
+        let packet = self.next_whole(lanes);
+        packet.origin = origin.to_array().map(|along| [along; LANES]);
+        for (half, (directions, far)) in ways.into_iter().enumerate() {
+            let [x, y, z] = &mut packet.direction;
+            directions.store([x, y, z], half * HALF);
+            far.store(&mut packet.far, half * HALF);
+        }
+        packet.near = [0.0; LANES];
+        packet.own_model.copy_from_slice(models);
+        packet.own_triangle.copy_from_slice(triangles);
+    }
+
+    #[inline(always)]
+    fn next_whole(&mut self, lanes: u16) -> &mut RayPacket {
+        debug_assert_eq!(self.len, self.whole.len() * LANES, "whole packets come first");
+        let at = self.whole.len();
+        if at == self.packets.len() {
+            self.packets.push(RayPacket::EMPTY);
+        }
         self.whole.push(lanes);
         self.len += LANES;
+        &mut self.packets[at]
     }
 
     /// Whether there are none.
@@ -310,6 +335,14 @@ mod tests {
         rays.push_packet(Vec3::ONE, [Lanes3::splat(Vec3::Y); 2], 1.0, 1 << 15);
         assert_eq!(rays.packets().map(|(_, lanes)| lanes).collect::<Vec<_>>(), [0b101, 1 << 15]);
         assert_eq!((rays.packet_count(), rays.count()), (2, 3));
+        for i in 0..17 {
+            rays.push_to_sample(Vec3::splat(i as f32), Vec3::X, 0.0, 1.0, 4, i);
+        }
+        let lanes: Vec<u16> = rays.packets().map(|(_, lanes)| lanes).collect();
+        assert_eq!(lanes, [0b101, 1 << 15, u16::MAX, 1], "rays by themselves come after whole packets");
+        assert_eq!((rays.packet_count(), rays.count()), (4, 20));
+        let own: Vec<u32> = rays.packets().map(|(packet, _)| packet.own_triangle[0]).collect();
+        assert_eq!(own, [NO_HIT, NO_HIT, 0, 16]);
         rays.clear();
         for _ in 0..16 {
             rays.push(Vec3::ZERO, Vec3::X, 0.0, 1.0);

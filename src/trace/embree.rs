@@ -270,11 +270,8 @@ impl EmbreeTracer<'_> {
     fn own_ids(&self, packet: &RayPacket, by: Blockers) -> OwnPrims16 {
         let mut own = OwnPrims16 { geom_id: [INVALID; 16], prim_id: [INVALID; 16], inst_id: [INVALID; 16] };
         for lane in 0..LANES {
-            let model = packet.own_model[lane];
-            if model == NO_HIT {
-                continue;
-            }
-            let place = &self.places[model as usize];
+            // the numbers of what is no model are the greatest
+            let Some(place) = self.places.get(packet.own_model[lane] as usize) else { continue };
             if (place.instance == INVALID) != (by == Blockers::Still) {
                 continue;
             }
