@@ -1,5 +1,7 @@
 //! Phong's reflection model as MTL means it: no division by pi, no energy balance. Eight points at a time.
 
+use std::f32::consts::LOG2_E;
+
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Lanes3, Mask};
@@ -126,14 +128,25 @@ pub fn diffuse(albedo: Lanes3, normal: Lanes3, arrival: &Arrival) -> Lanes3 {
     albedo * arrival.irradiance * normal.dot(arrival.direction).max(Lanes::ZERO)
 }
 
+/// A highlight that is surely weaker than 2 to this power, for a light of strength 1, is none: half floats end
+/// at 2^-24.
+const LEAST_LOG: f32 = -40.0;
+
 /// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
 /// (unit length) points to the eye.
 #[inline(always)]
 pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) -> Lanes3 {
     let cos = normal.dot(arrival.direction);
     let mirrored = normal * (cos + cos) - arrival.direction;
-    let toward = mirrored.dot(view).max(Lanes::ZERO).min(Lanes::splat(1.0));
-    gloss.specular * arrival.irradiance * toward.power(gloss.shininess)
+    let toward = mirrored.dot(view).min(Lanes::ONE);
+    // a logarithm's tangent at 1 is nowhere below it: most of a highlight is known to be none without a power
+    let most = (toward - Lanes::ONE) * Lanes::splat(LOG2_E) * gloss.shininess;
+    let shows = toward.gt(Lanes::ZERO) & most.gt(Lanes::splat(LEAST_LOG));
+    if !shows.any() {
+        return Lanes3::ZERO;
+    }
+    let strength = shows.select(toward.power(gloss.shininess), Lanes::ZERO);
+    gloss.specular * arrival.irradiance * strength
 }
 
 #[cfg(test)]
@@ -169,6 +182,26 @@ mod tests {
         let peak = seen(Vec3::new(-0.6, 0.8, 0.0));
         assert!((peak - Vec3::splat(0.5)).length() < 1e-5, "{peak}");
         assert_eq!(seen(Vec3::new(1.0, 0.0, 0.0)), Vec3::ZERO);
+    }
+
+    #[test]
+    fn no_highlight_that_can_be_seen_is_taken_for_none() {
+        let above = from(Vec3::Y);
+        for shininess in [0.5, 3.0, 40.0, 96.0, 1000.0] {
+            let gloss = Gloss {
+                specular: Lanes3::splat(Vec3::ONE),
+                shininess: Lanes::splat(shininess),
+                is_any: true,
+                goes_on: Mask::NONE,
+            };
+            for step in 0..=1000 {
+                let cos = step as f32 / 1000.0;
+                let view = Vec3::new((1.0 - cos * cos).sqrt(), cos, 0.0);
+                let got = specular(&gloss, Lanes3::splat(Vec3::Y), Lanes3::splat(view), &above).lane(2).x;
+                let wanted = 2.0 * f64::from(cos).powf(f64::from(shininess));
+                assert!((f64::from(got) - wanted).abs() < 1e-5 * wanted + 1e-11, "{cos}^{shininess}: {got}");
+            }
+        }
     }
 
     #[test]
