@@ -9,7 +9,7 @@ use super::shadow::{ShadowQueue, facing};
 use super::stage::{CellRays, Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::LightPose;
-use crate::shade::light::{Aim, arrival, arrivals};
+use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::{Corners, albedo, off_surfaces, uv_at};
 use crate::shade::{Surface, phong};
@@ -242,6 +242,8 @@ fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
     let eights = bounces.met.chunks_mut(LANES).zip(&bounces.eights).zip(bounces.lit.chunks(LANES));
     for ((met, eight), lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let (gloss, aim) = (stage.palette.gloss(&eight.materials), Aim::at(light, eight.point));
+        let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
+        let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         for point in 0..light.shape.points() {
             let reached =
                 lit.iter().enumerate().fold(0, |bits, (lane, lit)| bits | ((lit >> point & 1) as u8) << lane);
@@ -250,7 +252,7 @@ fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
             }
             let arrival = arrival(light, point, &aim, eight.point);
             let mut sum = phong::diffuse(eight.albedo, eight.normal, &arrival);
-            if gloss.is_any {
+            if may_shine {
                 sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
             }
             set_bits(reached).for_each(|lane| met[lane].light += sum.lane(lane));

@@ -6,7 +6,7 @@ use super::placed::Placed;
 use super::stage::{Stage, Workbench, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, load_color, load_colors};
-use crate::shade::light::{Aim, arrival};
+use crate::shade::light::{Aim, arrival, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
@@ -161,6 +161,10 @@ fn highlights(
     let is_surface = Mask::less(models, EMPTY);
     let mut sum = Lanes3::ZERO;
     for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
+        let to_centre = way(light, placed.point).0;
+        if !phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach()) {
+            continue;
+        }
         let aim = Aim::at(light, tile.points(first));
         for point in 0..light.shape.points() {
             let lit = tile.tags.lit(*slot, point, first) & is_surface;

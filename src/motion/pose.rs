@@ -165,6 +165,14 @@ impl LightShape {
     pub fn is_area(&self) -> bool {
         matches!(self, Self::Rectangle { .. })
     }
+
+    /// No part of it is further from its centre, world units.
+    pub fn reach(&self) -> f32 {
+        match self {
+            Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),
+            _ => 0.0,
+        }
+    }
 }
 
 impl LightPose {

@@ -80,7 +80,7 @@ fn scrambled(bits: u32x8) -> u32x8 {
     bits ^ (bits >> 16_u32)
 }
 
-/// The ways from `points` to a light that is no area, any length, and where along them it is.
+/// The ways from `points` to a light, any length, and where along them it is; to the centre of an area.
 #[inline(always)]
 pub fn way(light: &LightPose, points: Lanes3) -> (Lanes3, f32) {
     match light.shape {

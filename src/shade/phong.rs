@@ -149,6 +149,25 @@ pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) 
     gloss.specular * arrival.irradiance * strength
 }
 
+/// Whether any of eight surfaces may have a highlight of a light whose points are no further than `reach` from its
+/// centre: a bound of [`specular`] for all of them. A `false` is certain.
+///
+/// R . V is L . M, where M is the view mirrored at the normal; and with a centre in the direction C and a point
+/// beside it, L . M is at most (C . M + reach) / (|C| - reach).
+#[inline(always)]
+pub fn may_shine(gloss: &Gloss, normal: Lanes3, view: Lanes3, to_centre: Lanes3, reach: f32) -> bool {
+    // for what is rounded here and otherwise there
+    const SLACK: f32 = 1e-4;
+    let cos = normal.dot(view);
+    let mirrored = normal * (cos + cos) - view;
+    let distance = to_centre.dot(to_centre).sqrt();
+    let reach = Lanes::splat(reach) + distance * Lanes::splat(SLACK);
+    let (along, nearest) = (to_centre.dot(mirrored) + reach, distance - reach);
+    let most = (along / nearest - Lanes::ONE) * Lanes::splat(LOG2_E) * gloss.shininess;
+    let is_within = nearest.le(Lanes::ZERO);
+    (is_within | along.gt(Lanes::ZERO) & most.gt(Lanes::splat(LEAST_LOG))).any()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -202,6 +221,36 @@ mod tests {
                 assert!((f64::from(got) - wanted).abs() < 1e-5 * wanted + 1e-11, "{cos}^{shininess}: {got}");
             }
         }
+    }
+
+    #[test]
+    fn a_light_that_shines_is_never_said_not_to() {
+        let mut state = 7_u32;
+        let mut any = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        let mut kept_out = 0;
+        for round in 0..20_000 {
+            let mut vector = || Vec3::new(any(), any(), any());
+            let (normal, view) = (vector().normalize(), vector().normalize());
+            let (centre, aside) = (vector() * 3.0, vector().normalize());
+            let reach = [0.0, 0.1, 1.0][round % 3];
+            let place = centre + aside * reach;
+            let arrival = from(place.normalize());
+            let gloss = Gloss {
+                specular: Lanes3::splat(Vec3::ONE),
+                shininess: Lanes::splat([1.0, 10.0, 60.0, 1000.0][round % 4]),
+                is_any: true,
+                goes_on: Mask::NONE,
+            };
+            let [normal, view] = [normal, view].map(Lanes3::splat);
+            let shines = specular(&gloss, normal, view, &arrival) != Lanes3::ZERO;
+            let may = may_shine(&gloss, normal, view, Lanes3::splat(centre), reach);
+            assert!(may || !shines, "round {round}");
+            kept_out += u32::from(!may);
+        }
+        assert!(kept_out > 8000, "most are told without a power: {kept_out}");
     }
 
     #[test]
