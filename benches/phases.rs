@@ -14,7 +14,7 @@ use afterimage::motion::Pose;
 use afterimage::output::{FrameMeta, write_exr};
 use afterimage::samples::CELLS;
 use afterimage::scene::{self, Scene, obj};
-use afterimage::settings::Settings;
+use afterimage::settings::{Build, Settings};
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch};
 use divan::Bencher;
@@ -93,7 +93,7 @@ fn build(bencher: Bencher) {
     let (scene, _) = shot(folder.path());
     bencher
         .counter(ItemsCount::new(TRIANGLES))
-        .bench_local(|| EmbreeBackend::new(&scene).expect("a small scene fits into memory"));
+        .bench_local(|| EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory"));
 }
 
 /// One thread.
@@ -101,7 +101,7 @@ fn build(bencher: Bencher) {
 fn trace_closest(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
-    let mut backend = EmbreeBackend::new(&scene).expect("a small scene fits into memory");
+    let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
     let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher
@@ -114,7 +114,7 @@ fn trace_closest(bencher: Bencher) {
 fn trace_blocked(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
-    let mut backend = EmbreeBackend::new(&scene).expect("a small scene fits into memory");
+    let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
     let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
     let rays = rays(&scene, &settings);
     bencher

@@ -13,6 +13,7 @@ use std::time::Instant;
 use afterimage::motion::Pose;
 use afterimage::motion::pose::LightShape;
 use afterimage::scene;
+use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::rust::RustBackend;
 use afterimage::trace::{Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
@@ -33,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pose = Pose::of(scene, shot.frames.first());
 
     let start = Instant::now();
-    let mut embree = EmbreeBackend::new(scene)?;
+    let mut embree = EmbreeBackend::new(scene, Build::Best)?;
     let embree_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut rust = RustBackend::new(scene);

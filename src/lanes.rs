@@ -7,7 +7,7 @@ use std::f32::consts::LN_2;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::Vec3;
-use wide::{CmpLe, CmpLt, CmpNe, f32x8, i32x8, u32x8};
+use wide::{CmpEq, CmpLe, CmpLt, f32x8, i32x8, u32x8};
 
 /// How many.
 pub const LANES: usize = 8;
@@ -298,7 +298,7 @@ impl Mask {
 
     /// Makes answer number `lane` a yes.
     #[inline(always)]
-    pub fn set_lane(&mut self, lane: usize) {
+    pub fn set(&mut self, lane: usize) {
         self.0.as_array_mut()[lane] = f32::from_bits(u32::MAX);
     }
 
@@ -329,7 +329,7 @@ impl Mask {
 
 /// Eight numbers of a column.
 #[inline(always)]
-pub fn eight(numbers: &[u32]) -> u32x8 {
+fn eight(numbers: &[u32]) -> u32x8 {
     let mut eight = [0; LANES];
     eight.copy_from_slice(numbers);
     u32x8::new(eight)
@@ -433,7 +433,8 @@ impl Lanes3 {
     /// Where any coordinate is not zero.
     #[inline(always)]
     pub fn is_some(self) -> Mask {
-        let differs = |a: Lanes| Mask(a.0.cmp_ne(f32x8::ZERO));
+        // so that what is not a number is a yes on every processor
+        let differs = |a: Lanes| !Mask(a.0.cmp_eq(f32x8::ZERO));
         differs(self.x) | differs(self.y) | differs(self.z)
     }
 }

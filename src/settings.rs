@@ -33,6 +33,18 @@ pub enum Filter {
     Mitchell,
 }
 
+/// What the structures that rays are traced through are worth, where the tracer has a choice. Pictures are the
+/// same but for rounding at edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Build {
+    /// Built with care, for fast rays: right for an animation.
+    #[default]
+    Best,
+    /// Built fast, for rays that are a tenth slower or so: right for a look at a big model.
+    Quick,
+}
+
 /// Settings of a whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -54,4 +66,6 @@ pub struct Settings {
     pub layers: Layers,
     /// Trace every sample again and count what differs.
     pub audit: bool,
+    /// How the tracer is built.
+    pub build: Build,
 }

@@ -262,7 +262,7 @@ sum_fields!(AuditCounts: checked, differing, on_edge);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Filter, Mode};
+    use crate::settings::{Build, Filter, Mode};
 
     fn frame(number: i32, base: u64, good: u64, shadow: u64) -> FrameStats {
         FrameStats {
@@ -305,6 +305,7 @@ mod tests {
             base_every: 0,
             layers: crate::layers::Layers::ALL,
             audit: true,
+            build: Build::Best,
         };
         let frames = [FrameStats { audit: Some(AuditCounts::default()), ..frame(2, 1, 0, 0) }];
         let stats = RunStats {

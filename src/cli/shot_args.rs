@@ -11,7 +11,7 @@ use super::terminal::ProgressKind;
 use crate::layers::Layers;
 use crate::scene::frames::Frames;
 use crate::scene::shot::{self, Shot};
-use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -70,6 +70,10 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
 
+    /// How Embree's structures are built [default: best]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub build: Option<BuildArg>,
+
     /// Threads that work [default: one for each core]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
@@ -90,6 +94,24 @@ pub enum FilterArg {
     Box,
     /// Mitchell and Netravali's cubic
     Mitchell,
+}
+
+/// Ways to build by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BuildArg {
+    /// With care, for fast rays
+    Best,
+    /// Fast, for a look at a big model
+    Quick,
+}
+
+impl From<BuildArg> for Build {
+    fn from(how: BuildArg) -> Self {
+        match how {
+            BuildArg::Best => Self::Best,
+            BuildArg::Quick => Self::Quick,
+        }
+    }
 }
 
 /// Tracers by name.
@@ -164,6 +186,7 @@ impl ShotArgs {
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
+            build: self.build.map_or(settings.build, Build::from),
             mode: settings.mode,
         })
     }
@@ -250,6 +273,7 @@ mod tests {
             base_every: 7,
             layers: Layers::ALL,
             audit: false,
+            build: Build::Best,
         }
     }
 
@@ -261,7 +285,8 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit \
+                    --build quick";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -273,6 +298,7 @@ mod tests {
             base_every: 0,
             layers: Layers::Z,
             audit: true,
+            build: Build::Quick,
         };
         assert_eq!(settled, expected);
     }

@@ -44,7 +44,7 @@ pub struct LanesFall {
     pub which: u8,
     /// Positive; infinite for the background.
     pub depth: Lanes,
-    /// Numbers of the cells in the store.
+    /// Numbers of the cells in the store; of lanes that fall into none they mean nothing.
     pub cells: [u32; LANES],
 }
 
@@ -54,6 +54,9 @@ pub struct LanesFall {
 pub struct Falls {
     tiles: Vec<Mutex<Vec<u64>>>,
 }
+
+/// Words of a list that keep their memory: when all falls on few tiles, these need not stay so large.
+const MOST_KEPT: usize = 2 * CELLS;
 
 impl Falls {
     /// For `tiles` tiles; all must have been taken since it was opened before.
@@ -70,8 +73,7 @@ impl Falls {
         let mut list = self.tile(number);
         let result = each(&list);
         list.clear();
-        // when all falls on few tiles, these need not stay so large
-        list.shrink_to(2 * CELLS);
+        list.shrink_to(MOST_KEPT);
         result
     }
 
@@ -92,7 +94,7 @@ fn sheaves(mut list: &[u64]) -> impl Iterator<Item = (u32, &[u64])> {
     })
 }
 
-/// Sorts what falls from one tile by the tiles that it falls into. A worker's memory.
+/// Sorts what falls from one tile by the tiles that it falls into. Keeps its memory from tile to tile.
 #[derive(Debug, Default)]
 pub struct Sorter {
     /// The first `used` are of the tile at work; the others keep their memory.
@@ -154,7 +156,9 @@ impl Sorter {
             until = until.max(*tile + 1);
             let mut list = falls.tile(*tile as usize);
             // no more than what is needed: from frame to frame about as much falls into a tile
-            list.reserve_exact(pile.len() + 1);
+            if list.len() < MOST_KEPT {
+                list.reserve_exact(pile.len() + 1);
+            }
             list.push(u64::from(source) << u32::BITS | pile.len() as u64);
             list.append(pile);
         }
@@ -209,7 +213,7 @@ impl Contest {
 
     /// Whether several samples fell into a cell; `None` where none did.
     #[inline]
-    pub fn is_crowded(&self, cell: usize) -> Option<bool> {
+    pub fn crowded(&self, cell: usize) -> Option<bool> {
         (self.best[cell] != VACANT).then_some(self.is_crowded[cell])
     }
 }
@@ -230,7 +234,7 @@ mod tests {
                 }
             });
         });
-        let crowded = |cell: usize| contest.is_crowded(cell);
+        let crowded = |cell: usize| contest.crowded(cell);
         winners.into_iter().enumerate().map(|(cell, sample)| sample.zip(crowded(cell))).collect()
     }
 

@@ -63,7 +63,7 @@ pub struct Developer {
     next: u32,
 }
 
-/// Columns and rows that are added up at once: their sums stay in the first-level cache.
+/// Columns and rows that are added up at once: their sums stay in the nearest caches.
 const PIECE: [usize; 2] = [32, 8];
 
 const PIXELS: usize = PIECE[0] * PIECE[1];
@@ -158,4 +158,72 @@ fn tiles_that_reach(grid: &Grid, pixels: &[Range<usize>; 2]) -> impl Iterator<It
             pixels.start.saturating_sub(halo) / edge..((pixels.end + halo - 1) / edge + 1).min(tiles)
         });
     rows.flat_map(move |row| columns.clone().map(move |column| row * across + column))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::grid::{holds, tests::settings};
+    use crate::frame::mitchell::spread;
+    use crate::layers::Layers;
+    use crate::samples::{CELLS, EMPTY, TagLayout, Tile};
+    use crate::settings::{Filter, Settings};
+
+    #[test]
+    fn one_colour_everywhere_comes_out_as_it_is() {
+        for (width, height, samples) in [(1, 1, 1), (1, 70, 1), (65, 33, 1), (65, 33, 3), (20, 11, 16)] {
+            let settings = Settings {
+                filter: Filter::Mitchell,
+                layers: Layers::NONE,
+                ..settings(width, height, samples)
+            };
+            let grid = Grid::new(&settings);
+            let films = films(&grid);
+            // in one band, and in bands of rows of tiles that hold eight pixels at least
+            let least = 8_u32.div_ceil(grid.tile_pixels);
+            for band in [grid.tiles_y, least] {
+                let mut film = blank(&grid, settings.layers, None);
+                let picture = Picture::over(&film, &settings);
+                let (mut developer, mut before) = (Developer::default(), 0..0);
+                let mut written = Written::default();
+                for row in (0..grid.tiles_y).step_by(band as usize) {
+                    let end = (row + band).min(grid.tiles_y);
+                    let now = (row * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
+                    let bands = Bands { before: &films[before], now: &films[now.clone()], first: now.start };
+                    let end = (end * grid.tile_pixels).min(grid.height);
+                    written = written.plus(developer.develop(&mut film, &picture, &grid, bands, end));
+                    before = now;
+                }
+                let values = |plane: usize| film.planes[plane].values.to_floats();
+                let is_all = |plane: usize, wanted: f32| {
+                    values(plane).iter().all(|value| (value - wanted).abs() <= wanted * 1e-3)
+                };
+                assert_eq!(film.planes.iter().map(|plane| plane.name).collect::<String>(), "RGBA");
+                assert!(is_all(0, 0.75), "{width} x {height}, {samples}: {:?}", values(0));
+                assert!(is_all(1, 0.0) && is_all(2, 0.0) && is_all(3, 1.0));
+                assert!(written.is_zero(1, true) && !written.is_zero(0, true));
+            }
+        }
+    }
+
+    /// Of tiles whose samples are all of the same red, half of it a highlight.
+    fn films(grid: &Grid) -> Vec<TileFilm> {
+        let (one, red, shine) = ([1.0; CELLS], [0.5; CELLS], [0.25; CELLS]);
+        let mut columns = [None; sums::COUNT];
+        columns[sums::ALPHA] = Some(&one);
+        columns[sums::DIFFUSE] = Some(&red);
+        columns[sums::SPECULAR] = Some(&shine);
+        let film_of = |number: usize| {
+            let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+            let extent = grid.extent(number);
+            for (cell, model) in tile.model.iter_mut().enumerate() {
+                *model = if holds(extent, cell) { 0 } else { EMPTY };
+            }
+            let place = |column: &[f32; CELLS]| column.map(|at| at + 0.5);
+            let mut film = TileFilm::default();
+            spread(grid, &tile, [&place(&grid.place_x), &place(&grid.place_y)], &columns, &mut film);
+            film
+        };
+        (0..grid.tiles()).map(film_of).collect()
+    }
 }

@@ -178,7 +178,7 @@ fn cells_of_pixels(samples: u32, tile_pixels: u32) -> Vec<u16> {
 pub(super) mod tests {
     use super::*;
     use crate::layers::Layers;
-    use crate::settings::{Filter, Mode};
+    use crate::settings::{Build, Filter, Mode};
 
     /// A small picture for the tests of this room.
     pub fn settings(width: u32, height: u32, samples: u32) -> Settings {
@@ -193,6 +193,7 @@ pub(super) mod tests {
             base_every: 0,
             layers: Layers::ALL,
             audit: false,
+            build: Build::Best,
         }
     }
 

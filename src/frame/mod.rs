@@ -107,7 +107,7 @@ impl<'s> Renderer<'s> {
     /// Builds the acceleration structures of `kind` for `scene`.
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
-        let backend = kind.build(scene)?;
+        let backend = kind.build(scene, settings.build)?;
         let layout = TagLayout::of(scene.lights.iter().map(|light| light.kind.is_area()));
         Ok(Self {
             scene,

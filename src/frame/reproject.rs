@@ -66,7 +66,7 @@ pub fn gather(
     });
     let extent = stage.view.grid.extent(number);
     for cell in 0..CELLS {
-        match contest.is_crowded(cell) {
+        match contest.crowded(cell) {
             Some(is_crowded) => {
                 tile.status[cell] = if is_crowded { Status::Overlapped } else { Status::Good }
             }

@@ -112,14 +112,15 @@ pub fn settle(
         if list.is_empty() {
             return false;
         }
-        let mut winners = Vec::new();
+        let mut winners: Vec<(u32, Move)> = Vec::new();
         contest.hold(list, |source, moves| winners.extend(moves.iter().map(|way| (source, *way))));
-        let put_down = |any, (source, way): (u32, Move)| {
+        let mut any = false;
+        for (source, way) in winners {
             let [to, from] = [way.to, way.from].map(usize::from);
-            let is_crowded = contest.is_crowded(to) == Some(true);
-            put_down(stage, tile, to, lifted.tile(source), from, is_crowded) | any
-        };
-        winners.into_iter().fold(false, put_down)
+            let is_crowded = contest.crowded(to).unwrap_or(false);
+            any |= put_down(stage, tile, to, lifted.tile(source), from, is_crowded);
+        }
+        any
     })
 }
 

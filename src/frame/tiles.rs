@@ -89,7 +89,7 @@ pub fn run_tiles(
     let mut sum = TileSum::default();
     let band_rows = band_rows(grid);
     let [now, before] = &mut shop.bands;
-    before.clear();
+    let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
         let start = Instant::now();
         let rows = first..(first + band_rows).min(grid.tiles_y);
@@ -98,17 +98,21 @@ pub fn run_tiles(
             old.let_go(done, &mut shop.spare);
         }
         shop.spare.grow(store, end);
-        now.resize_with(end - done, TileFilm::default);
+        let count = end - done;
+        if now.len() < count {
+            now.resize_with(count, TileFilm::default);
+        }
         let work = Work { stage, source, picture: &picture, may_skip };
-        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], now, film);
+        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], &mut now[..count], film);
         sum = sum.plus(run_band(&work, runs, &shop.benches));
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
         if filter != Filter::Box {
             let end = (rows.end * grid.tile_pixels).min(grid.height);
-            let bands = Bands { before, now, first: done };
+            let bands = Bands { before: &before[..above], now: &now[..count], first: done };
             sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, end));
             std::mem::swap(now, before);
+            above = count;
         }
         sum.develop += developing.elapsed().as_secs_f64();
     }

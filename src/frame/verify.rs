@@ -96,14 +96,14 @@ fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usiz
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
 /// packets that they are, and what is left one after the other.
 fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench: &mut Workbench) {
-    // what a ray costs with Embree is a lane of its packet; to move it to another lane is dearer than few empty ones
-    const MOST: u32 = 12;
+    // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
+    const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
         for half in [0, LANES] {
             let bits = (asked >> half) as u8;
             count_bits(bits, &mut bench.cell_rays.verification[first + half..first + half + LANES]);
         }
-        if asked.count_ones() >= MOST {
+        if asked.count_ones() >= LEAST_WHOLE {
             let ways = [first, first + LANES]
                 .map(|first| (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES])));
             let own = [&tile.model[first..first + BLOCK], &tile.triangle[first..first + BLOCK]];
@@ -111,7 +111,8 @@ fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench
             bench.owners.extend(first as u32..(first + BLOCK) as u32);
         }
     }
-    for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked).filter(|(_, asked)| asked.count_ones() < MOST)
+    for (first, asked) in
+        (0..CELLS).step_by(BLOCK).zip(asked).filter(|(_, asked)| asked.count_ones() < LEAST_WHOLE)
     {
         for half in [0, LANES] {
             let bits = (asked >> half) as u8;

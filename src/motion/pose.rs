@@ -166,7 +166,7 @@ impl LightShape {
         matches!(self, Self::Rectangle { .. })
     }
 
-    /// No part of it is further from its centre, world units.
+    /// No part of it lies further than this from its centre, world units; 0 for what is no area.
     pub fn reach(&self) -> f32 {
         match self {
             Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),

@@ -155,7 +155,7 @@ impl Comparison {
 pub(super) mod tests {
     use super::*;
     use crate::film::{Plane, PlaneKind};
-    use crate::settings::{Filter, Mode, Settings};
+    use crate::settings::{Build, Filter, Mode, Settings};
     use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds, TracingSeconds};
 
     pub fn frame(number: i32, reused: u64) -> ComparedFrame {
@@ -201,6 +201,7 @@ pub(super) mod tests {
             base_every: 0,
             layers: crate::layers::Layers::ALL,
             audit: true,
+            build: Build::Best,
         };
         let mut comparison = Comparison {
             shot: "city <1>.toml".into(),

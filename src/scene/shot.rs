@@ -15,7 +15,7 @@ use super::toml_text::{At, TomlText};
 use super::{Background, Frames, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::layers::Layers;
 use crate::motion::TransformTrack;
-use crate::settings::{LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -119,6 +119,7 @@ fn render(
         base_every: whole("base_every", &table.base_every, 48, 0..1_000_001)?,
         layers: layers(text, output)?,
         audit: false,
+        build: Build::Best,
     };
     let frames = match &table.frames {
         Some(frames) => Frames::parse(frames.get_ref())

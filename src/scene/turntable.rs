@@ -12,7 +12,7 @@ use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
 use crate::layers::Layers;
 use crate::motion::{Interpolation, Track, TransformTrack};
-use crate::settings::{Filter, Mode, Settings};
+use crate::settings::{Build, Filter, Mode, Settings};
 
 /// Frames of one turn.
 const FRAMES: i32 = 120;
@@ -63,6 +63,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         base_every: 48,
         layers: Layers::ALL,
         audit: false,
+        build: Build::Best,
     };
     Ok(Shot {
         title: name,

@@ -128,8 +128,8 @@ pub fn diffuse(albedo: Lanes3, normal: Lanes3, arrival: &Arrival) -> Lanes3 {
     albedo * arrival.irradiance * normal.dot(arrival.direction).max(Lanes::ZERO)
 }
 
-/// A highlight that is surely weaker than 2 to this power, for a light of strength 1, is none: half floats end
-/// at 2^-24.
+/// A highlight that is surely weaker than 2 to this power of its light is left out: half floats end at 2^-24, so
+/// that it could be told from none only if the light were 2^16 strong.
 const LEAST_LOG: f32 = -40.0;
 
 /// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
@@ -138,7 +138,8 @@ const LEAST_LOG: f32 = -40.0;
 pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) -> Lanes3 {
     let cos = normal.dot(arrival.direction);
     let mirrored = normal * (cos + cos) - arrival.direction;
-    let toward = mirrored.dot(view).min(Lanes::ONE);
+    // in this order what is not a number stays so, and shows nothing
+    let toward = Lanes::ONE.min(mirrored.dot(view));
     // a logarithm's tangent at 1 is nowhere below it: most of a highlight is known to be none without a power
     let most = (toward - Lanes::ONE) * Lanes::splat(LOG2_E) * gloss.shininess;
     let shows = toward.gt(Lanes::ZERO) & most.gt(Lanes::splat(LEAST_LOG));
@@ -150,7 +151,7 @@ pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) 
 }
 
 /// Whether any of eight surfaces may have a highlight of a light whose points are no further than `reach` from its
-/// centre: a bound of [`specular`] for all of them. A `false` is certain.
+/// centre: a bound of [`specular`] for all of them. A `false` is certain up to what cannot be seen.
 ///
 /// R . V is L . M, where M is the view mirrored at the normal; and with a centre in the direction C and a point
 /// beside it, L . M is at most (C . M + reach) / (|C| - reach).
@@ -201,6 +202,7 @@ mod tests {
         let peak = seen(Vec3::new(-0.6, 0.8, 0.0));
         assert!((peak - Vec3::splat(0.5)).length() < 1e-5, "{peak}");
         assert_eq!(seen(Vec3::new(1.0, 0.0, 0.0)), Vec3::ZERO);
+        assert_eq!(seen(Vec3::NAN), Vec3::ZERO, "what is not a number shows nothing");
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Corners {
             for (normals, corner) in self.normals.iter_mut().zip(corners) {
                 normals.set_lane(lane, mesh.normals[corner]);
             }
-            self.is_smooth.set_lane(lane);
+            self.is_smooth.set(lane);
         }
     }
 

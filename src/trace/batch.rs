@@ -84,21 +84,15 @@ impl RayBatch {
     }
 
     /// Adds a packet of its own: the rays from one point along sixteen directions, t in `0..=far`, of which those
-    /// are in use whose bit is set in `lanes`. They end in no sample.
+    /// are in use whose bit is set in `lanes`. They end in no sample, and must not be asked for
+    /// [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
     pub fn push_packet(&mut self, origin: Vec3, directions: [Lanes3; 2], far: f32, lanes: u16) {
-        let packet = self.next_whole(lanes);
-        packet.origin = origin.to_array().map(|along| [along; LANES]);
-        for (half, directions) in directions.into_iter().enumerate() {
-            let [x, y, z] = &mut packet.direction;
-            directions.store([x, y, z], half * HALF);
-        }
-        packet.near = [0.0; LANES];
-        packet.far = [far; LANES];
+        let far = Lanes::splat(far);
+        self.next_whole(origin, directions.map(|direction| (direction, far)), lanes);
     }
 
-    /// Adds a packet of its own, as [`push_packet`](Self::push_packet) does, of rays that end in samples: these
-    /// never block them.
+    /// The same for rays that end in samples, each with its own greatest t: the samples never block them.
     #[inline(always)]
     pub fn push_packet_to_samples(
         &mut self,
@@ -107,20 +101,13 @@ impl RayBatch {
         [models, triangles]: [&[u32]; 2],
         lanes: u16,
     ) {
-        let packet = self.next_whole(lanes);
-        packet.origin = origin.to_array().map(|along| [along; LANES]);
-        for (half, (directions, far)) in ways.into_iter().enumerate() {
-            let [x, y, z] = &mut packet.direction;
-            directions.store([x, y, z], half * HALF);
-            far.store(&mut packet.far, half * HALF);
-        }
-        packet.near = [0.0; LANES];
+        let packet = self.next_whole(origin, ways, lanes);
         packet.own_model.copy_from_slice(models);
         packet.own_triangle.copy_from_slice(triangles);
     }
 
     #[inline(always)]
-    fn next_whole(&mut self, lanes: u16) -> &mut RayPacket {
+    fn next_whole(&mut self, origin: Vec3, ways: [(Lanes3, Lanes); 2], lanes: u16) -> &mut RayPacket {
         debug_assert_eq!(self.len, self.whole.len() * LANES, "whole packets come first");
         let at = self.whole.len();
         if at == self.packets.len() {
@@ -128,7 +115,15 @@ impl RayBatch {
         }
         self.whole.push(lanes);
         self.len += LANES;
-        &mut self.packets[at]
+        let packet = &mut self.packets[at];
+        packet.origin = origin.to_array().map(|along| [along; LANES]);
+        for (half, (directions, far)) in ways.into_iter().enumerate() {
+            let [x, y, z] = &mut packet.direction;
+            directions.store([x, y, z], half * HALF);
+            far.store(&mut packet.far, half * HALF);
+        }
+        packet.near = [0.0; LANES];
+        packet
     }
 
     /// Whether there are none.
@@ -341,8 +336,8 @@ mod tests {
         let lanes: Vec<u16> = rays.packets().map(|(_, lanes)| lanes).collect();
         assert_eq!(lanes, [0b101, 1 << 15, u16::MAX, 1], "rays by themselves come after whole packets");
         assert_eq!((rays.packet_count(), rays.count()), (4, 20));
-        let own: Vec<u32> = rays.packets().map(|(packet, _)| packet.own_triangle[0]).collect();
-        assert_eq!(own, [NO_HIT, NO_HIT, 0, 16]);
+        let own: Vec<u32> = rays.packets().skip(2).map(|(packet, _)| packet.own_triangle[0]).collect();
+        assert_eq!(own, [0, 16]);
         rays.clear();
         for _ in 0..16 {
             rays.push(Vec3::ZERO, Vec3::X, 0.0, 1.0);

@@ -1,7 +1,7 @@
 //! Embree behind the [`Tracer`] trait: the only file that builds or asks an Embree scene.
 //!
 //! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
-//! put them there), built once with the best quality. *Movable* holds an instance of each model that moves
+//! put them there), built once. *Movable* holds an instance of each model that moves
 //! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances.
 //!
 //! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
@@ -24,6 +24,7 @@ use super::{
 };
 use crate::motion::Pose;
 use crate::scene::{Mesh, Scene};
+use crate::settings::Build;
 
 /// Bits of rays and of what they meet. Instances carry one of the first two, geometries one of the others.
 mod mask {
@@ -76,10 +77,14 @@ pub struct EmbreeBackend {
 impl EmbreeBackend {
     /// Builds both scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
     /// many as rayon has.
-    pub fn new(scene: &Scene) -> Result<Self, TraceError> {
+    pub fn new(scene: &Scene, build: Build) -> Result<Self, TraceError> {
         let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
+        let quality = match build {
+            Build::Best => BuildQuality::High,
+            Build::Quick => BuildQuality::Low,
+        };
         let mut backend = Self {
-            still: EmbreeScene::new(&device, BuildQuality::High, ROBUST)?,
+            still: EmbreeScene::new(&device, quality, ROBUST)?,
             movable: EmbreeScene::new(&device, BuildQuality::Low, ROBUST)?,
             still_parts: Vec::new(),
             movable_parts: Vec::new(),
@@ -94,7 +99,7 @@ impl EmbreeBackend {
                 let parts = match frozen.get(&shared) {
                     Some(parts) => Arc::clone(parts),
                     None => {
-                        let made = Arc::new(freeze(&device, &model.mesh)?);
+                        let made = Arc::new(freeze(&device, &model.mesh, quality)?);
                         frozen.insert(shared, Arc::clone(&made));
                         made
                     }
@@ -137,8 +142,8 @@ struct Frozen {
     geometries: [u32; 2],
 }
 
-fn freeze(device: &Device, mesh: &Mesh) -> Result<Frozen, TraceError> {
-    let mut scene = EmbreeScene::new(device, BuildQuality::High, ROBUST)?;
+fn freeze(device: &Device, mesh: &Mesh, quality: BuildQuality) -> Result<Frozen, TraceError> {
+    let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let (mut firsts, mut geometries) = ([0; 2], [INVALID; 2]);
     for (half, (geometry, first)) in geometries_of(device, mesh)? {
         let GeometryId(id) = scene.attach(&geometry)?;
@@ -270,7 +275,7 @@ impl EmbreeTracer<'_> {
     fn own_ids(&self, packet: &RayPacket, by: Blockers) -> OwnPrims16 {
         let mut own = OwnPrims16 { geom_id: [INVALID; 16], prim_id: [INVALID; 16], inst_id: [INVALID; 16] };
         for lane in 0..LANES {
-            // the numbers of what is no model are the greatest
+            // beyond the last model are background, empty cells, and no hit
             let Some(place) = self.places.get(packet.own_model[lane] as usize) else { continue };
             if (place.instance == INVALID) != (by == Blockers::Still) {
                 continue;

@@ -17,6 +17,7 @@ pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, Ra
 
 use crate::motion::Pose;
 use crate::scene::Scene;
+use crate::settings::Build;
 
 /// What may be in a ray's way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,10 +83,10 @@ impl BackendKind {
         }
     }
 
-    /// Builds the acceleration structures for `scene`.
-    pub fn build(self, scene: &Scene) -> Result<Box<dyn Backend>, TraceError> {
+    /// Builds the acceleration structures for `scene`; only Embree has a choice.
+    pub fn build(self, scene: &Scene, build: Build) -> Result<Box<dyn Backend>, TraceError> {
         Ok(match self {
-            Self::Embree => Box::new(embree::EmbreeBackend::new(scene)?),
+            Self::Embree => Box::new(embree::EmbreeBackend::new(scene, build)?),
             Self::Rust => Box::new(rust::RustBackend::new(scene)),
         })
     }

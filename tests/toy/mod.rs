@@ -8,7 +8,7 @@ use afterimage::layers::Layers;
 use afterimage::motion::{Interpolation, Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::{Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Scene};
-use afterimage::settings::{Filter, Mode, Settings};
+use afterimage::settings::{Build, Filter, Mode, Settings};
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -102,6 +102,7 @@ pub fn settings(samples: u32) -> Settings {
         base_every: 0,
         layers: Layers::ALL,
         audit: true,
+        build: Build::Best,
     }
 }
 

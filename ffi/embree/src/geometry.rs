@@ -2,6 +2,7 @@
 
 use crate::device::Device;
 use crate::error::Error;
+use crate::scene::BuildQuality;
 use embree4_sys as sys;
 use std::sync::Arc;
 
@@ -85,8 +86,9 @@ impl Geometry {
     }
 
     /// Makes Embree's object. Each scene gets its own: a mask that changes in one scene must not change in
-    /// another that is being traced.
-    pub(crate) fn instantiate(&self) -> Result<MeshHandle, Error> {
+    /// another that is being traced. A scene of low quality is a tree for each mesh, built as the mesh says, and one
+    /// above them; in others the mesh's quality counts for nothing.
+    pub(crate) fn instantiate(&self, quality: BuildQuality) -> Result<MeshHandle, Error> {
         let mut handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
         // SAFETY: the geometry is live. Both buffers have the stated format, stride and count, and `MeshHandle`
         // keeps them alive and unchanged until the geometry is gone; behind the last vertex are 12 more bytes.
@@ -112,6 +114,8 @@ impl Geometry {
                 self.indices.len(),
             );
         }
+        // SAFETY: the geometry is live.
+        unsafe { sys::rtcSetGeometryBuildQuality(handle.raw, quality.raw()) };
         handle.set_mask(self.mask);
         handle.commit();
         self.device.take_error()?;

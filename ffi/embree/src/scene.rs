@@ -22,7 +22,7 @@ pub enum BuildQuality {
 }
 
 impl BuildQuality {
-    fn raw(self) -> sys::RTCBuildQuality {
+    pub(crate) fn raw(self) -> sys::RTCBuildQuality {
         match self {
             Self::Low => sys::RTC_BUILD_QUALITY_LOW,
             Self::Medium => sys::RTC_BUILD_QUALITY_MEDIUM,
@@ -43,6 +43,7 @@ pub struct Scene {
     raw: SceneHandle,
     attached: Vec<Attached>,
     device: Device,
+    quality: BuildQuality,
     changed: bool,
 }
 
@@ -80,7 +81,7 @@ impl Scene {
             sys::rtcSetSceneFlags(raw.0, robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS);
         }
         device.take_error()?;
-        Ok(Self { raw, attached: Vec::new(), device: device.clone(), changed: true })
+        Ok(Self { raw, attached: Vec::new(), device: device.clone(), quality, changed: true })
     }
 
     /// Adds a mesh. The scene shares its buffers and keeps them alive.
@@ -89,7 +90,7 @@ impl Scene {
     /// If the geometry is of another device, or if memory is exhausted.
     pub fn attach(&mut self, geometry: &Geometry) -> Result<GeometryId, Error> {
         self.check_device(geometry.device())?;
-        let mesh = geometry.instantiate()?;
+        let mesh = geometry.instantiate(self.quality)?;
         let id = self.attach_handle(&mesh.handle)?;
         self.attached.push(Attached::Mesh { mesh, mask: geometry.mask() });
         Ok(id)
