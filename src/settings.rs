@@ -41,7 +41,7 @@ pub enum Build {
     /// Built with care, for fast rays: right for an animation.
     #[default]
     Best,
-    /// Built fast, for rays that are up to some per cent slower: right for a look at a big model.
+    /// Built fast, for frames that are up to a twentieth slower: right for a look at a big model.
     Quick,
 }
 

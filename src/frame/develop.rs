@@ -170,7 +170,7 @@ mod tests {
     use crate::settings::{Filter, Settings};
 
     #[test]
-    fn one_colour_everywhere_comes_out_as_it_is() {
+    fn a_colour_and_a_ramp_come_out_as_they_are() {
         for (width, height, samples) in [(1, 1, 1), (1, 70, 1), (65, 33, 1), (65, 33, 3), (20, 11, 16)] {
             let settings = Settings {
                 filter: Filter::Mitchell,
@@ -200,13 +200,27 @@ mod tests {
                 };
                 assert_eq!(film.planes.iter().map(|plane| plane.name).collect::<String>(), "RGBA");
                 assert!(is_all(0, 0.75), "{width} x {height}, {samples}: {:?}", values(0));
-                assert!(is_all(1, 0.0) && is_all(2, 0.0) && is_all(3, 1.0));
-                assert!(written.is_zero(1, true) && !written.is_zero(0, true));
+                assert!(is_all(2, 0.0) && is_all(3, 1.0));
+                // away from the rim, where pixels have samples on all sides: what one tile adds too little or twice
+                // would pull neighbours towards its own side
+                let ramp = values(1);
+                for (y, x) in (2..height.max(2) - 2).flat_map(|y| (2..width.max(2) - 2).map(move |x| (y, x)))
+                {
+                    let (got, wanted) =
+                        (ramp[(y * width + x) as usize], ramp_at(x as f32 + 0.5, y as f32 + 0.5));
+                    assert!((got - wanted).abs() <= wanted * 1e-3, "{samples}: {x} {y}: {got}, not {wanted}");
+                }
+                assert!(written.is_zero(2, true) && !written.is_zero(0, true));
             }
         }
     }
 
-    /// Of tiles whose samples are all of the same red, half of it a highlight.
+    /// Rises to the right and downwards; `x` and `y` in pixels.
+    fn ramp_at(x: f32, y: f32) -> f32 {
+        1.0 + 0.01 * x + 0.02 * y
+    }
+
+    /// Of tiles whose samples are all of the same red, a third of it a highlight, and of a green that rises.
     fn films(grid: &Grid) -> Vec<TileFilm> {
         let (one, red, shine) = ([1.0; CELLS], [0.5; CELLS], [0.25; CELLS]);
         let mut columns = [None; sums::COUNT];
@@ -220,8 +234,15 @@ mod tests {
                 *model = if holds(extent, cell) { 0 } else { EMPTY };
             }
             let place = |column: &[f32; CELLS]| column.map(|at| at + 0.5);
+            let (x, y) = (place(&grid.place_x), place(&grid.place_y));
+            let [left, top] = grid.pixel_corner(number).map(|at| at as f32);
+            let in_pixels = |at: f32| at / grid.samples as f32;
+            let ramp =
+                std::array::from_fn(|cell| ramp_at(left + in_pixels(x[cell]), top + in_pixels(y[cell])));
+            let mut columns = columns;
+            columns[sums::DIFFUSE + 1] = Some(&ramp);
             let mut film = TileFilm::default();
-            spread(grid, &tile, [&place(&grid.place_x), &place(&grid.place_y)], &columns, &mut film);
+            spread(grid, &tile, [&x, &y], &columns, &mut film);
             film
         };
         (0..grid.tiles()).map(film_of).collect()
