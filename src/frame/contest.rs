@@ -68,6 +68,11 @@ impl Falls {
         self.tiles[number].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Whether anything falls into tile number `number`.
+    pub fn any(&self, number: usize) -> bool {
+        !self.tile(number).is_empty()
+    }
+
     /// Calls `each` with what falls into tile number `number`, and forgets it.
     pub fn take<R>(&self, number: usize, each: impl FnOnce(&[u64]) -> R) -> R {
         let mut list = self.tile(number);

@@ -5,6 +5,8 @@
 //!
 //! Colours are filtered; what is never mixed is in [`pixels`](super::pixels).
 
+use std::ops::Range;
+
 use half::f16;
 
 use super::channels::{Channel, Picture, Source, Written, data, sums};
@@ -85,35 +87,62 @@ pub fn filter(
     if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
         count(grid, tile, cell_rays, data);
     }
-    finish(grid, number, picture, filtering, window)
+    finish(grid, number, picture, filtering, window, |_| true)
 }
 
 /// Says that the film shows tile number `number` already, a frame younger.
 pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window) -> Written {
     const OLDEST: f32 = u16::MAX as f32;
-    let pixels = stage.view.grid.pixels(number).map(|range| range.start as usize..range.end as usize);
     let is_age = |channel: &Channel| channel.source == Source::Data(data::AGE);
+    let mut written = Written::SHOWN;
     if let Some(age) = picture.channels.iter().position(is_age) {
-        window.count_up(age, &pixels, OLDEST);
+        window.count_up(age, &pixels_of(&stage.view.grid, number), OLDEST);
+        written.note(age);
     }
-    Written::SHOWN
+    written
 }
 
-/// Writes what needs no neighbours.
+/// The same, but that samples may have another status, and that rays may have been cast.
+pub fn recount(
+    stage: &Stage,
+    number: usize,
+    tile: &Tile,
+    bench: &mut Workbench,
+    picture: &Picture,
+    window: &mut Window,
+) -> Written {
+    let grid = &*stage.view.grid;
+    let Workbench { filtering, cell_rays, .. } = bench;
+    filtering.data.begin();
+    if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
+        count(grid, tile, cell_rays, &mut filtering.data);
+    }
+    let is_count = |channel: &Channel| matches!(channel.source, Source::Data(data::STATUS..));
+    let counted = finish(grid, number, picture, filtering, window, is_count);
+    stay(stage, number, picture, window).plus(counted)
+}
+
+fn pixels_of(grid: &Grid, number: usize) -> [Range<usize>; 2] {
+    grid.pixels(number).map(|range| range.start as usize..range.end as usize)
+}
+
+/// Writes those planes that are `wanted` and need no neighbours.
 fn finish(
     grid: &Grid,
     number: usize,
     picture: &Picture,
     filtering: &mut Filtering,
     window: &mut Window,
+    wanted: impl Fn(&Channel) -> bool,
 ) -> Written {
     let Filtering { sums, data, halves, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
-    let pixels = grid.pixels(number).map(|range| range.start as usize..range.end as usize);
+    let pixels = pixels_of(grid, number);
     let mut written = Written::default();
     let mut scaled = [0.0; CELLS];
-    for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
+    let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
+    for (number, (channel, was_zero)) in channels.filter(|(_, (channel, _))| wanted(channel)) {
         let values = match channel.source {
             Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
             Source::Filtered(_) if picture.filter != Filter::Box => continue,

@@ -1,13 +1,12 @@
 //! Light on samples: shadow rays where a tag no longer answers, and the part of the colour that does not
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
-use super::movers::{Bounds, Sweep};
 use super::placed::Placed;
 use super::plan::LightChange;
+use super::rest::Around;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::stage::{Stage, Workbench, count_bits, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::motion::pose::LightShape;
 use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
@@ -38,11 +37,12 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     }
     // asked for only where a tag may hold though something moved
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
-    let surfaces = if may_hold { Bounds::of_samples(stage, tile, false) } else { Bounds::EMPTY };
+    let surfaces = may_hold.then(|| Around::surfaces(stage, tile));
     for light in 0..stage.pose.lights.len() {
         // for samples of models that did not move, and of those that did
         let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
-        if checks.iter().all(|checks| checks.all_keep) || all_tags_hold(stage, light, tile, &surfaces) {
+        if checks.iter().all(|checks| checks.all_keep) || all_tags_hold(stage, light, tile, surfaces.as_ref())
+        {
             continue;
         }
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
@@ -63,20 +63,11 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
 
 /// Whether no tag of a whole tile needs a ray: none is in doubt by itself, and nothing that moved can have
 /// come between the light and the tile's `surfaces`.
-fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: &Bounds) -> bool {
-    if surfaces.is_empty() || stage.plan.lights[light] == LightChange::Moved {
+fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: Option<&Around>) -> bool {
+    let Some(surfaces) = surfaces.filter(|_| stage.plan.lights[light] != LightChange::Moved) else {
         return false;
-    }
-    let ways = match stage.pose.lights[light].shape {
-        LightShape::Directional { to_light } => Sweep::along(surfaces, to_light),
-        LightShape::Point { position } | LightShape::Spot { position, .. } => {
-            Sweep::between(&Bounds::at(position), surfaces)
-        }
-        LightShape::Rectangle { center, across, up, .. } => {
-            Sweep::between(&Bounds::of_rectangle(center, across, up), surfaces)
-        }
     };
-    if stage.movers.may_meet_sweep(&ways) || tile.tags.any_doubtful(stage.slots[light], &tile.model) {
+    if surfaces.may_be_in_shadow(stage, light) || tile.tags.any_doubtful(stage.slots[light], &tile.model) {
         return false;
     }
     tile.model.chunks_exact(LANES).all(|models| stage.moved_bits(models) == 0)

@@ -26,6 +26,7 @@ pub mod pixels;
 mod placed;
 pub mod plan;
 mod reproject;
+mod rest;
 mod shadow;
 mod stage;
 mod stay;
@@ -53,6 +54,7 @@ use foresee::{Foreseen, foresee};
 use grid::Grid;
 use movers::{Bounds, Movers};
 use plan::{CameraChange, Plan};
+use rest::Memo;
 use stage::Stage;
 use stay::Lifted;
 use tiles::{Source, Workshop, audit_tiles, run_tiles};
@@ -170,7 +172,9 @@ impl<'s> Renderer<'s> {
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
-        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut self.falls, &mut self.lifted);
+        shop.begin_frame(&self.grid, last.is_some() && stage.plan.camera == CameraChange::None);
+        let lists = (&mut self.falls, &mut self.lifted);
+        let (mut store, mut source) = begin(last, &stage, &self.layout, &shop.memos, lists);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
@@ -206,6 +210,7 @@ impl<'s> Renderer<'s> {
     pub fn forget_tags(&mut self) {
         if let Some((store, _)) = &mut self.last {
             store.tiles.iter_mut().for_each(|tile| tile.tags.forget_all());
+            self.workshop.memos.clear();
         }
     }
 
@@ -216,6 +221,7 @@ impl<'s> Renderer<'s> {
             for tile in &mut store.tiles {
                 [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().flatten().for_each(|at| *at += 0.01);
             }
+            self.workshop.memos.clear();
         }
     }
 
@@ -255,13 +261,13 @@ fn begin<'c>(
     last: Option<Last>,
     stage: &Stage,
     layout: &TagLayout,
-    falls: &'c mut Falls,
-    lifted: &'c mut Lifted,
+    memos: &[Memo],
+    (falls, lifted): (&'c mut Falls, &'c mut Lifted),
 ) -> (SampleStore, Source<'c>) {
     match last {
         Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
             falls.open(stage.view.grid.tiles());
-            stay::lift(&mut store, stage, layout, lifted);
+            stay::lift(&mut store, memos, stage, layout, lifted);
             stay::scatter(lifted, stage, falls);
             (store, Source::Stay(lifted, falls))
         }

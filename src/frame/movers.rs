@@ -97,23 +97,52 @@ impl Bounds {
     }
 }
 
+/// Numbers of models, by their remainders: models that share one are taken for each other.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ModelSet(u64);
+
+impl ModelSet {
+    /// With those of some samples. Neither the background nor an empty cell is a model.
+    pub fn of(models: &[u32]) -> Self {
+        let bit = |model: &u32| u64::from(*model < EMPTY) << (model % u64::BITS);
+        Self(models.iter().fold(0, |bits, model| bits | bit(model)))
+    }
+
+    /// Whether a model may be in both. A `false` is certain.
+    pub fn may_share(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
 /// Boxes around the models that moved since the frame before, at their new place.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Movers {
     boxes: Vec<Bounds>,
+    models: ModelSet,
 }
 
 impl Movers {
     /// `bounds` has one object-space box a model.
     pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
-        let moved = (0..scene.models.len()).filter(|model| plan.moved[*model]);
-        Self::around(moved.map(|model| bounds[model].placed(&pose.models[model])).collect())
+        let moved: Vec<u32> = (0..)
+            .zip(&scene.models)
+            .map(|(model, _)| model)
+            .filter(|model| plan.moved[*model as usize])
+            .collect();
+        let place = |model: &u32| bounds[*model as usize].placed(&pose.models[*model as usize]);
+        let models = ModelSet::of(&moved);
+        Self { models, ..Self::around(moved.iter().map(place).collect()) }
     }
 
     fn around(boxes: Vec<Bounds>) -> Self {
         let together = boxes.len().div_ceil(MOST_BOXES).max(1);
         let join = |some: &[Bounds]| some.iter().copied().fold(Bounds::EMPTY, Bounds::union);
-        Self { boxes: boxes.chunks(together).map(join).collect() }
+        Self { boxes: boxes.chunks(together).map(join).collect(), models: ModelSet::default() }
+    }
+
+    /// Which models moved.
+    pub fn models(&self) -> ModelSet {
+        self.models
     }
 
     /// Of eight segments, those on which anything that moved may be: at `origin + t * direction` for a t in
@@ -200,7 +229,7 @@ mod tests {
     }
 
     fn unit() -> Movers {
-        Movers { boxes: vec![Bounds { low: Vec3::ZERO, high: Vec3::ONE }] }
+        Movers::around(vec![Bounds { low: Vec3::ZERO, high: Vec3::ONE }])
     }
 
     #[test]
@@ -220,7 +249,7 @@ mod tests {
     #[test]
     fn a_sweep_meets_what_one_of_its_segments_meets() {
         // boxes, sources and targets on a coarse grid; segments between many points of each
-        let movers = Movers { boxes: vec![Bounds { low: Vec3::splat(2.0), high: Vec3::splat(3.0) }] };
+        let movers = Movers::around(vec![Bounds { low: Vec3::splat(2.0), high: Vec3::splat(3.0) }]);
         let steps = [0.0_f32, 0.35, 0.8, 1.0];
         let spots: Vec<(f32, f32)> = steps.iter().flat_map(|x| steps.iter().map(move |y| (*x, *y))).collect();
         let (mut met, mut missed) = (0, 0);

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::contest::{Contest, Falls, Sorter};
 use super::reproject::{project_lanes, seen_from_behind};
+use super::rest::Memo;
 use super::stage::{Stage, set_bits};
 use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, Move, SampleStore, Status, TagLayout, Tile};
@@ -35,8 +36,8 @@ impl Lifted {
     }
 }
 
-/// Takes the samples of models that moved out of `store`; their cells are missed.
-pub fn lift(store: &mut SampleStore, stage: &Stage, layout: &TagLayout, lifted: &mut Lifted) {
+/// Takes the samples of models that moved out of `store`; their cells are missed. `memos` has one for each tile.
+pub fn lift(store: &mut SampleStore, memos: &[Memo], stage: &Stage, layout: &TagLayout, lifted: &mut Lifted) {
     let tiles_x = stage.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
     lifted.tiles_x = tiles_x;
@@ -45,9 +46,10 @@ pub fn lift(store: &mut SampleStore, stage: &Stage, layout: &TagLayout, lifted: 
         lifted.rows.iter_mut().for_each(|row| row.len = 0);
         return;
     }
-    store.tiles.par_chunks_mut(tiles_x).zip(&mut lifted.rows).for_each(|(tiles, row)| {
+    let tiles = store.tiles.par_chunks_mut(tiles_x).zip(memos.par_chunks(tiles_x));
+    tiles.zip(&mut lifted.rows).for_each(|((tiles, memos), row)| {
         row.len = 0;
-        for tile in tiles {
+        for (tile, _) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
             for first in (0..CELLS).step_by(LANES) {
                 for lane in set_bits(stage.moved_bits(&tile.model[first..first + LANES])) {
                     row.take(tile, first + lane, layout);
@@ -78,17 +80,26 @@ impl Row {
     }
 }
 
-/// Puts the samples that were lifted on the lists of the tiles that they fall into.
+/// Puts the samples that were lifted on the lists of the tiles that they fall into, but for those that the eye sees
+/// from their other side now.
 pub fn scatter(lifted: &Lifted, stage: &Stage, falls: &Falls) {
     lifted.rows.par_iter().enumerate().for_each_init(Sorter::default, |sorter, (row, samples)| {
         for (number, start) in (row * lifted.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
             let tile = &samples.tiles[start / CELLS];
             for first in (0..CELLS.min(samples.len - start)).step_by(LANES) {
-                sorter.add(first, project_lanes(stage, tile, first));
+                let mut fall = project_lanes(stage, tile, first);
+                fall.which &= !seen_from_behind(stage, tile, first);
+                sorter.add(first, fall);
             }
             sorter.send(number as u32, falls);
         }
     });
+}
+
+/// Makes a tile at rest that of this frame.
+pub fn grow_older(tile: &mut Tile) {
+    // of cells without a sample the age means nothing
+    tile.age.iter_mut().for_each(|age| *age = age.saturating_add(1));
 }
 
 /// Makes tile number `number` that of this frame: samples grow older, and winners of the contest take their
@@ -102,11 +113,10 @@ pub fn settle(
     contest: &mut Contest,
 ) -> bool {
     let cells = tile.status.iter_mut().zip(&mut tile.age).zip(&tile.model);
-    for ((status, age), _) in
-        cells.filter(|((status, _), model)| **status != Status::Outside && **model != EMPTY)
-    {
-        *status = Status::Good;
-        *age = age.saturating_add(1);
+    for ((status, age), model) in cells {
+        let stays = *model != EMPTY && *status != Status::Outside;
+        *status = if stays { Status::Good } else { *status };
+        *age = age.saturating_add(u16::from(stays));
     }
     falls.take(number, |list| {
         if list.is_empty() {
@@ -124,13 +134,8 @@ pub fn settle(
     })
 }
 
-/// Puts the sample in cell `at` of `from` into `cell`, unless a nearer one stayed there, or the eye sees it
-/// from its other side now.
+/// Puts the sample in cell `at` of `from` into `cell`, unless a nearer one stayed there.
 fn put_down(stage: &Stage, tile: &mut Tile, cell: usize, from: &Tile, at: usize, crowded: bool) -> bool {
-    let (first, lane) = (at / LANES * LANES, at % LANES);
-    if seen_from_behind(stage, from, first) >> lane & 1 != 0 {
-        return false;
-    }
     let depth = |tile: &Tile, cell: usize| {
         stage.offset(tile.point(cell), tile.model[cell]).dot(stage.view.camera.forward)
     };

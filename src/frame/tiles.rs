@@ -12,6 +12,7 @@ use super::develop::{Bands, Developer};
 use super::filter;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
+use super::rest::{Memo, Rest};
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Lifted};
 use super::window::{Window, cut};
@@ -54,12 +55,27 @@ pub struct Workshop {
     benches: Mutex<Vec<Workbench>>,
     /// Sums of the band of tiles at work, and of the band before.
     bands: [Vec<TileFilm>; 2],
+    /// One for each tile.
+    pub memos: Vec<Memo>,
 }
 
 impl Workshop {
     /// Nothing in it yet; for stores with tags as `layout` says.
     pub fn new(layout: TagLayout) -> Self {
-        Self { spare: SpareTiles::new(layout), benches: Mutex::default(), bands: Default::default() }
+        Self {
+            spare: SpareTiles::new(layout),
+            benches: Mutex::default(),
+            bands: Default::default(),
+            memos: Vec::new(),
+        }
+    }
+
+    /// Forgets what is known of the tiles unless their samples stay in their cells.
+    pub fn begin_frame(&mut self, grid: &Grid, stays: bool) {
+        if !stays {
+            self.memos.clear();
+        }
+        self.memos.resize_with(grid.tiles(), Memo::default);
     }
 }
 
@@ -103,7 +119,8 @@ pub fn run_tiles(
             now.resize_with(count, TileFilm::default);
         }
         let work = Work { stage, source, picture: &picture, may_skip };
-        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], &mut now[..count], film);
+        let memos = &mut shop.memos[done..end];
+        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], memos, &mut now[..count], film);
         sum = sum.plus(run_band(&work, runs, &shop.benches));
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
@@ -139,6 +156,7 @@ struct Run<'a> {
     /// Number of the first one.
     first: usize,
     tiles: &'a mut [Box<Tile>],
+    memos: &'a mut [Memo],
     films: &'a mut [TileFilm],
     window: Window<'a>,
 }
@@ -148,6 +166,7 @@ fn runs<'a>(
     grid: &Grid,
     rows: Range<u32>,
     tiles: &'a mut [Box<Tile>],
+    memos: &'a mut [Memo],
     films: &'a mut [TileFilm],
     film: &'a mut Film,
 ) -> Vec<Run<'a>> {
@@ -158,10 +177,11 @@ fn runs<'a>(
     let width = film.width as usize;
     let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels]);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let memos = memos.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let mut first = rows.start as usize * across;
-    let runs = tiles.zip(films).zip(windows).map(|((tiles, films), window)| {
-        let run = Run { first, tiles, films, window };
+    let runs = tiles.zip(memos).zip(films).zip(windows).map(|(((tiles, memos), films), window)| {
+        let run = Run { first, tiles, memos, films, window };
         first += run.tiles.len();
         run
     });
@@ -185,13 +205,16 @@ fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> Til
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
             |(mut bench, mut samples, mut written), run| {
-                let Run { first, tiles, films, mut window } = run;
-                for (number, (tile, film)) in (first..).zip(tiles.iter_mut().zip(films)) {
-                    let outcome = infer_tile(work, number, tile, &mut bench);
+                let Run { first, tiles, memos, films, mut window } = run;
+                for (number, ((tile, memo), film)) in (first..).zip(tiles.iter_mut().zip(memos).zip(films)) {
+                    let outcome = infer_tile(work, number, tile, memo, &mut bench);
                     let begin = Instant::now();
                     let Work { stage, picture, .. } = *work;
                     written = written.plus(match outcome {
                         Outcome::AsBefore => filter::stay(stage, number, picture, &mut window),
+                        Outcome::Counts => {
+                            filter::recount(stage, number, tile, &mut bench, picture, &mut window)
+                        }
                         Outcome::New => {
                             filter::filter(stage, number, tile, &mut bench, picture, &mut window, film)
                         }
@@ -220,28 +243,65 @@ pub fn audit_tiles(stage: &Stage, store: &SampleStore) -> AuditCounts {
     })
 }
 
-/// One tile of one frame, from the samples of the frame before to what its cells show.
-///
-/// If the tile shows just what it showed in the frame before, it may be left at that.
-fn infer_tile(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench) -> Outcome {
+/// One tile of one frame, from the samples of the frame before to what its cells show, as far as the film does not
+/// show that already.
+fn infer_tile(
+    work: &Work,
+    number: usize,
+    tile: &mut Tile,
+    memo: &mut Memo,
+    bench: &mut Workbench,
+) -> Outcome {
     let Work { stage, source, may_skip, .. } = *work;
-    let mut is_changed = !matches!(source, Source::Stay(..));
-    let rays = bench.counts;
+    let was_at_rest = memo.rest.is_some();
+    bench.begin_tile();
+    let change = match source {
+        Source::Stay(_, falls) if memo.is_at_rest(stage, number, falls) => {
+            stay::grow_older(tile);
+            Change::None
+        }
+        _ => update_samples(work, number, tile, bench),
+    };
+    match change {
+        Change::None => {
+            memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
+        }
+        Change::Rays | Change::Samples => memo.rest = None,
+    }
+    let shows_samples = may_skip && !memo.goes_on;
+    match change {
+        Change::None if shows_samples && was_at_rest => Outcome::AsBefore,
+        Change::None | Change::Rays if shows_samples => Outcome::Counts,
+        _ => {
+            let begin = Instant::now();
+            enhance::enhance(stage, tile, bench);
+            memo.goes_on = bench.radiance.has_secondary;
+            bench.seconds.enhance += begin.elapsed().as_secs_f64();
+            Outcome::New
+        }
+    }
+}
+
+/// Brings a tile's samples and their light up to date. Says how they differ from those of the frame before.
+fn update_samples(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench) -> Change {
+    let Work { stage, source, .. } = *work;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    bench.begin_tile();
+    let before = bench.counts;
     if let Some(foreseen) = stage.foreseen {
         foreseen.count(number, &mut bench.counts, &mut bench.cell_rays);
     }
-    match source {
-        Source::Nothing => reproject::begin_base(stage, number, tile),
-        Source::Stay(lifted, falls) => {
-            is_changed |= stay::settle(lifted, stage, falls, number, tile, &mut bench.contest);
+    let took_cells = match source {
+        Source::Nothing => {
+            reproject::begin_base(stage, number, tile);
+            true
         }
+        Source::Stay(lifted, falls) => stay::settle(lifted, stage, falls, number, tile, &mut bench.contest),
         Source::Fall(old, falls) => {
             reproject::gather(old, stage, falls, number, tile, &mut bench.contest);
+            true
         }
-    }
+    };
     bench.seconds.gather += lap();
     if !matches!(source, Source::Nothing) {
         verify::verify(stage, tile, bench);
@@ -249,26 +309,36 @@ fn infer_tile(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, tile, bench);
     bench.seconds.trace += lap();
-    is_changed |= light::light(stage, tile, bench);
-    // whatever changed a sample cast a ray, took a cell, or changed the light
-    is_changed |= bench.counts != rays || tile.goes_on;
-    if !is_changed && tile.is_settled && may_skip {
-        bench.seconds.enhance += lap();
-        return Outcome::AsBefore;
-    }
-    enhance::enhance(stage, tile, bench);
-    tile.goes_on = bench.radiance.has_secondary;
-    tile.is_settled = !is_changed;
+    let light_changed = light::light(stage, tile, bench);
     bench.seconds.enhance += lap();
-    Outcome::New
+    if took_cells || light_changed || bench.counts.primary != before.primary {
+        Change::Samples
+    } else if bench.counts != before {
+        Change::Rays
+    } else {
+        Change::None
+    }
 }
 
-/// What a tile shows.
+/// How a tile differs from what it was in the frame before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Change {
+    /// Not at all: a frame older.
+    None,
+    /// Rays were cast, and met nothing that was not there before.
+    Rays,
+    /// In samples or light.
+    Samples,
+}
+
+/// What of a tile must be written into the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
-    /// Just what it showed in the frame before, a frame older.
+    /// Its age: all else stands there.
     AsBefore,
-    /// Something else, perhaps: its pixels must be made.
+    /// Its age, and what its samples are counted by; what they show stands there.
+    Counts,
+    /// All.
     New,
 }
 

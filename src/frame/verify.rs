@@ -3,8 +3,8 @@
 //! Segments run from the eye to the sample, so that the rays of a tile start in one point and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
-use super::movers::{Bounds, Sweep};
 use super::plan::SightCheck;
+use super::rest::Around;
 use super::stage::{Stage, Workbench, count_bits, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
@@ -39,7 +39,7 @@ fn verify_against(
     if !for_still && !for_moved {
         return;
     }
-    if check == SightCheck::Moved && !may_be_hidden(stage, tile) {
+    if check == SightCheck::Moved && !Around::samples(stage, tile).may_be_hidden(stage) {
         return;
     }
     bench.begin_rays();
@@ -67,14 +67,6 @@ fn verify_against(
             tile.status[*cell as usize] = Status::Obscured;
         }
     }
-}
-
-/// Whether anything that moved may be between the eye and any sample of a tile. A `false` is certain.
-fn may_be_hidden(stage: &Stage, tile: &Tile) -> bool {
-    let eye = stage.view.camera.eye;
-    let [surfaces, sky] = [false, true].map(|background| Bounds::of_samples(stage, tile, background));
-    let hides = |bounds: &Bounds, sweep: Sweep| !bounds.is_empty() && stage.movers.may_meet_sweep(&sweep);
-    hides(&surfaces, Sweep::between(&Bounds::at(eye), &surfaces)) || hides(&sky, Sweep::fan(eye, &sky))
 }
 
 /// Of eight cells, those whose sample was there in the frame before.

@@ -90,10 +90,6 @@ pub struct Tile {
     /// In this frame.
     pub status: Column<Status>,
     pub tags: Tags,
-    /// Whether rays went on from a sample when the tile was shown last.
-    pub goes_on: bool,
-    /// Whether the tile showed the same twice: the film holds what it will show if nothing changes.
-    pub is_settled: bool,
 }
 
 impl Tile {
@@ -114,8 +110,6 @@ impl Tile {
             age: [0; CELLS],
             status: [Status::default(); CELLS],
             tags: Tags::unknown(layout),
-            goes_on: false,
-            is_settled: false,
         }
     }
 
