@@ -1,5 +1,9 @@
 //! `--mode auto`: whether reprojection will pay, foreseen from a few samples before any work is done.
 //!
+//! A chain of inferred frames wears out: with a moving camera samples come to lie where they will in their cells, and
+//! ever more cells fall empty by chance. A frame that is traced in full begins a fresh chain, whose frames
+//! are cheaper, so that it may pay though the frame itself would be cheaper to infer ([`Chain`]).
+//!
 //! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
 //! the bit on every machine.
 
@@ -12,7 +16,7 @@ use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
 use super::verify::segments;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, SampleStore, Tile};
-use crate::stats::RayCounts;
+use crate::stats::{RayCounts, SampleCounts};
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
 /// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
@@ -41,15 +45,53 @@ const TILES_AT_ONCE: usize = 64;
 /// What was foreseen.
 #[derive(Debug, Default)]
 pub struct Foreseen {
-    /// Inferring the frame is cheaper than tracing it.
+    /// The frame is to be inferred, not traced.
     pub pays: bool,
+    /// What inferring it costs beside its missed cells, as a share of what tracing it costs.
+    carrying: f32,
     /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
     asked: Vec<u8>,
 }
 
-/// Whether inferring this frame from `old` is cheaper than tracing it. Eight samples of some tiles are
+/// What the frames since the last one that was traced in full have cost, as far as the camera moved; in units of
+/// tracing a frame.
+#[derive(Debug)]
+pub struct Chain {
+    /// Of all frames together, the traced one included.
+    cost: f32,
+    /// How many they are.
+    frames: f32,
+    /// Share of the cells for which the last of them had no sample.
+    missed: f32,
+}
+
+impl Default for Chain {
+    /// With the traced frame alone.
+    fn default() -> Self {
+        Self { cost: 1.0, frames: 1.0, missed: 0.0 }
+    }
+}
+
+impl Chain {
+    /// Whether another frame, of which as many cells are missed as of the last one, makes the chain cheaper, a frame
+    /// on the average. If not, it is time for a fresh one.
+    fn is_worth_more(&self, carrying: f32) -> bool {
+        (carrying + self.missed) * self.frames < self.cost
+    }
+
+    /// Adds a frame that was inferred, with what became of its cells.
+    pub fn add(&mut self, foreseen: &Foreseen, samples: &SampleCounts) {
+        let reused = samples.good + samples.overlapped;
+        let traced = samples.base + samples.missed + samples.obscured;
+        self.missed = traced as f32 / (reused + traced).max(1) as f32;
+        self.cost += foreseen.carrying + self.missed;
+        self.frames += 1.0;
+    }
+}
+
+/// Whether this frame is to be inferred from `old`, the last one of `chain`. Eight samples of some tiles are
 /// projected and, where the eye moved, verified.
-pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
+pub fn foresee(old: &SampleStore, chain: &Chain, stage: &Stage) -> Foreseen {
     let mut asked = vec![0; old.tiles.len()];
     let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
         ask_tiles(number * TILES_AT_ONCE, tiles, old.tiles.len(), stage, asked)
@@ -65,7 +107,12 @@ pub fn foresee(old: &SampleStore, stage: &Stage) -> Foreseen {
     let gained = share(sum.seen[AT_REST]) * surface
         + share(sum.seen[MOVED]) * cost::MOVED
         + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;
-    Foreseen { pays: gained * sum.spread(fields(&stage.view.grid)) > spent, asked }
+    let seen: u64 = sum.seen.iter().sum();
+    let traced = gained + (1.0 - share(seen)) * surface;
+    let missed = 1.0 - gained * sum.spread(fields(&stage.view.grid)) / traced;
+    let carrying = spent / traced;
+    let pays = carrying + missed < 1.0 && chain.is_worth_more(carrying);
+    Foreseen { pays, carrying, asked }
 }
 
 impl Foreseen {
@@ -187,6 +234,39 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Frames that are inferred before one is traced, if it costs `carrying` to infer one and `missed(n)` of the
+    /// n-th one's cells are missed.
+    fn length(carrying: f32, missed: impl Fn(usize) -> f32) -> usize {
+        let mut chain = Chain::default();
+        let foreseen = Foreseen { carrying, ..Foreseen::default() };
+        let cells = 1_000_000;
+        (1..1000)
+            .take_while(|number| {
+                let pays = carrying + missed(*number) < 1.0 && chain.is_worth_more(carrying);
+                let traced = (missed(*number) * cells as f32) as u64;
+                let samples =
+                    SampleCounts { good: cells - traced, missed: traced, ..SampleCounts::default() };
+                chain.add(&foreseen, &samples);
+                pays
+            })
+            .count()
+    }
+
+    #[test]
+    fn a_chain_ends_where_its_mean_cost_is_least() {
+        for (carrying, growth) in [(0.5, 0.02), (0.1, 0.02), (0.5, 0.002), (0.9, 0.02), (0.3, 0.1)] {
+            let missed = |number: usize| (number as f32 * growth).min(0.9);
+            let mean = |length: usize| {
+                let inferred: f32 = (1..=length).map(|number| carrying + missed(number)).sum();
+                (1.0 + inferred) / (length + 1) as f32
+            };
+            let best = (0..1000).min_by(|a, b| mean(*a).total_cmp(&mean(*b))).unwrap_or_default();
+            assert!(length(carrying, missed).abs_diff(best) <= 1, "{carrying} {growth}: {best}");
+        }
+        assert_eq!(length(0.5, |_| 0.1), 999, "nothing wears out");
+        assert_eq!(length(0.5, |_| 0.6), 0, "nothing is gained");
+    }
 
     #[test]
     fn of_many_tiles_enough_are_asked_everywhere() {

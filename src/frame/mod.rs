@@ -50,7 +50,7 @@ use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
 use contest::Falls;
-use foresee::{Foreseen, foresee};
+use foresee::{Chain, Foreseen, foresee};
 use grid::Grid;
 use movers::{Bounds, Movers};
 use plan::{CameraChange, Plan};
@@ -73,6 +73,7 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
     last: Option<Last>,
+    chain: Chain,
     falls: Falls,
     lifted: Lifted,
     /// Frames rendered so far: the stamp of the film of the last one.
@@ -122,6 +123,7 @@ impl<'s> Renderer<'s> {
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
+            chain: Chain::default(),
             falls: Falls::default(),
             lifted: Lifted::default(),
             rendered: 0,
@@ -164,7 +166,7 @@ impl<'s> Renderer<'s> {
 
         // what will not pay is not begun
         let base_plan = Plan::of_base_frame(&pose);
-        let (last, unused, foreseen) = choose(last, &stage);
+        let (last, unused, foreseen) = choose(last, &self.chain, &stage);
         if last.is_none() {
             stage.plan = &base_plan;
         }
@@ -181,6 +183,11 @@ impl<'s> Renderer<'s> {
         self.rendered += 1;
         let sum = run_tiles(&stage, &mut source, &self.settings, &mut store, shop, &mut film, film_is_last);
         sum.share_time(&mut seconds);
+        match source {
+            Source::Nothing => self.chain = Chain::default(),
+            Source::Stay(..) => {}
+            Source::Fall(..) => self.chain.add(&foreseen, &sum.samples),
+        }
         let mode = match (&source, self.settings.mode) {
             (Source::Nothing, Mode::Full) => "full",
             (Source::Nothing, _) => "base",
@@ -245,10 +252,10 @@ type Last = (SampleStore, Pose);
 
 /// With `--mode auto`: the samples of the frame before; if they would not pay, they come second. And what it
 /// took to choose.
-fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<Last>, Foreseen) {
+fn choose(last: Option<Last>, chain: &Chain, stage: &Stage) -> (Option<Last>, Option<Last>, Foreseen) {
     match last {
         Some(last) if stage.chooses && stage.plan.camera != CameraChange::None => {
-            let foreseen = foresee(&last.0, stage);
+            let foreseen = foresee(&last.0, chain, stage);
             if foreseen.pays { (Some(last), None, foreseen) } else { (None, Some(last), foreseen) }
         }
         last => (last, None, Foreseen::default()),
