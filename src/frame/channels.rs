@@ -152,6 +152,11 @@ impl Picture {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
         Self { filter: settings.filter, channels: channels(settings.layers).collect(), was_zero }
     }
+
+    /// Number of the plane with the ages.
+    pub fn age(&self) -> Option<usize> {
+        self.channels.iter().position(|channel| channel.source == Source::Data(data::AGE))
+    }
 }
 
 /// Which channels of some tiles are not zero throughout, a bit each.

@@ -83,7 +83,7 @@ impl Developer {
         let rows = self.next as usize..reached as usize;
         self.next = reached;
         let width = film.width as usize;
-        let windows = cut(&mut film.planes, width, rows.clone(), [width, PIECE[1]]);
+        let windows = cut(&mut film.planes, width, rows.clone(), [width, PIECE[1]], |_, _| true);
         let write_rows = |(mut window, top): (Window, usize)| {
             let rows = top..(top + PIECE[1]).min(rows.end);
             let columns = (0..width).step_by(PIECE[0]).map(|left| left..(left + PIECE[0]).min(width));

@@ -93,9 +93,8 @@ pub fn filter(
 /// Says that the film shows tile number `number` already, a frame younger.
 pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window) -> Written {
     const OLDEST: f32 = u16::MAX as f32;
-    let is_age = |channel: &Channel| channel.source == Source::Data(data::AGE);
     let mut written = Written::SHOWN;
-    if let Some(age) = picture.channels.iter().position(is_age) {
+    if let Some(age) = picture.age() {
         window.count_up(age, &pixels_of(&stage.view.grid, number), OLDEST);
         written.note(age);
     }

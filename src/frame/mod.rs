@@ -176,7 +176,7 @@ impl<'s> Renderer<'s> {
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
         shop.begin_frame(&self.grid, last.is_some() && stage.plan.camera == CameraChange::None);
         let lists = (&mut self.falls, &mut self.lifted);
-        let (mut store, mut source) = begin(last, &stage, &self.layout, &shop.memos, lists);
+        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut shop.memos, lists);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
@@ -268,7 +268,7 @@ fn begin<'c>(
     last: Option<Last>,
     stage: &Stage,
     layout: &TagLayout,
-    memos: &[Memo],
+    memos: &mut [Memo],
     (falls, lifted): (&'c mut Falls, &'c mut Lifted),
 ) -> (SampleStore, Source<'c>) {
     match last {
@@ -276,6 +276,7 @@ fn begin<'c>(
             falls.open(stage.view.grid.tiles());
             stay::lift(&mut store, memos, stage, layout, lifted);
             stay::scatter(lifted, stage, falls);
+            rest::find(&store, stage, falls, memos);
             (store, Source::Stay(lifted, falls))
         }
         Some((old, _)) => {

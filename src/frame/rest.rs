@@ -1,51 +1,71 @@
 //! Tiles at rest: before a camera that stands, most tiles show what they showed, and are asked as a whole
 //! whether they still do.
 
+use rayon::prelude::*;
+
 use super::contest::Falls;
 use super::movers::{Bounds, ModelSet, Sweep};
 use super::plan::LightChange;
 use super::stage::Stage;
 use crate::motion::pose::LightShape;
-use crate::samples::Tile;
+use crate::samples::{SampleStore, Status, Tile};
 
 /// What is remembered of a tile from frame to frame while the camera stands.
 #[derive(Debug, Default)]
 pub struct Memo {
+    /// Whether it is certain to be what it was in the frame before.
+    pub is_at_rest: bool,
+    /// Whether it changed in nothing in the frame before: the film shows it as it is at rest.
+    pub is_settled: bool,
     /// Whether rays went on from it when it was shown last: what they meet is made anew in every frame.
     pub goes_on: bool,
-    /// If nothing in it changed in the frame before, and no ray was cast for it.
+    /// Forgotten when it is not true any more.
     pub rest: Option<Rest>,
 }
 
 impl Memo {
-    /// Whether tile number `number` is certain to be what it was in the frame before: the camera must stand.
-    pub fn is_at_rest(&self, stage: &Stage, number: usize, falls: &Falls) -> bool {
-        self.rest.as_ref().is_some_and(|rest| rest.holds(stage)) && !falls.any(number)
-    }
-
     /// Whether the tile may have samples of a model that moved. A `false` is certain.
     pub fn may_have_moved(&self, stage: &Stage) -> bool {
         self.rest.as_ref().is_none_or(|rest| rest.may_have_moved(stage))
     }
+
+    /// Whether the film, if it is that of the frame before, shows the tile as it is, but for its age.
+    pub fn is_shown(&self) -> bool {
+        self.is_at_rest && self.is_settled && !self.goes_on
+    }
 }
 
-/// What is known of a tile whose samples stay as they are, in place and in light. It holds until one of them
-/// changes.
+/// Finds the tiles at rest, when the samples of models that moved have been taken out of `store` and put on the lists
+/// of the tiles that they fall into. The camera must stand.
+pub fn find(store: &SampleStore, stage: &Stage, falls: &Falls, memos: &mut [Memo]) {
+    let lights_rest = stage.plan.lights.iter().all(|light| *light == LightChange::None);
+    memos.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (memo, tile))| {
+        memo.is_at_rest = lights_rest
+            && (!stage.plan.any_moved || {
+                let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
+                rest.is_out_of_reach(stage) && !falls.any(number)
+            });
+    });
+}
+
+/// What is known of a tile as long as its samples stay as they are, in place and in light.
 #[derive(Debug)]
 pub struct Rest {
-    around: Around,
+    pub around: Around,
     models: ModelSet,
-    /// Whether some tag is in doubt whenever anything moves: see [`Tags::any_doubtful`](crate::samples::Tags).
+    /// Whether some cell has no sample, or some tag is in doubt whenever anything moves: see
+    /// [`Tags::any_doubtful`](crate::samples::Tags).
     is_doubtful: bool,
 }
 
 impl Rest {
     /// Of a tile as it stands.
-    pub fn of(stage: &Stage, tile: &Tile) -> Self {
+    fn of(stage: &Stage, tile: &Tile) -> Self {
+        let any_doubtful = || stage.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
         Self {
             around: Around::samples(stage, tile),
             models: ModelSet::of(&tile.model),
-            is_doubtful: stage.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model)),
+            is_doubtful: tile.status.contains(&Status::Missed) || any_doubtful(),
         }
     }
 
@@ -54,17 +74,13 @@ impl Rest {
         self.models.may_share(stage.movers.models())
     }
 
-    /// Whether no sample goes, is hidden or is lit otherwise, as far as can be told without a ray.
-    fn holds(&self, stage: &Stage) -> bool {
-        let lights = &stage.plan.lights;
-        let is_out_of_reach = || {
-            let may_be_in_shadow = |light| self.around.may_be_in_shadow(stage, light);
-            !self.is_doubtful
-                && !self.may_have_moved(stage)
-                && !self.around.may_be_hidden(stage)
-                && !(0..lights.len()).any(may_be_in_shadow)
-        };
-        lights.iter().all(|light| *light == LightChange::None) && (!stage.plan.any_moved || is_out_of_reach())
+    /// Whether nothing that moved may hide a sample or change its light.
+    fn is_out_of_reach(&self, stage: &Stage) -> bool {
+        let may_be_in_shadow = |light| self.around.may_be_in_shadow(stage, light);
+        !self.is_doubtful
+            && !self.may_have_moved(stage)
+            && !self.around.may_be_hidden(stage)
+            && !(0..stage.plan.lights.len()).any(may_be_in_shadow)
     }
 }
 

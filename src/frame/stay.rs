@@ -98,6 +98,9 @@ pub fn scatter(lifted: &Lifted, stage: &Stage, falls: &Falls) {
 
 /// Makes a tile at rest that of this frame.
 pub fn grow_older(tile: &mut Tile) {
+    for status in &mut tile.status {
+        *status = if *status == Status::Outside { Status::Outside } else { Status::Good };
+    }
     // of cells without a sample the age means nothing
     tile.age.iter_mut().for_each(|age| *age = age.saturating_add(1));
 }

@@ -12,7 +12,7 @@ use super::develop::{Bands, Developer};
 use super::filter;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
-use super::rest::{Memo, Rest};
+use super::rest::Memo;
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Lifted};
 use super::window::{Window, cut};
@@ -120,7 +120,8 @@ pub fn run_tiles(
         }
         let work = Work { stage, source, picture: &picture, may_skip };
         let memos = &mut shop.memos[done..end];
-        let runs = runs(grid, rows.clone(), &mut store.tiles[done..end], memos, &mut now[..count], film);
+        let parts = (&mut store.tiles[done..end], memos, &mut now[..count]);
+        let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, &shop.benches));
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
@@ -161,21 +162,24 @@ struct Run<'a> {
     window: Window<'a>,
 }
 
-/// The runs of some rows of tiles.
+/// The runs of some rows of tiles. Of what the film shows already, windows have the age alone.
 fn runs<'a>(
-    grid: &Grid,
+    work: &Work,
     rows: Range<u32>,
-    tiles: &'a mut [Box<Tile>],
-    memos: &'a mut [Memo],
-    films: &'a mut [TileFilm],
+    (tiles, memos, films): (&'a mut [Box<Tile>], &'a mut [Memo], &'a mut [TileFilm]),
     film: &'a mut Film,
 ) -> Vec<Run<'a>> {
     /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
     const IN_RUN: usize = 4;
+    let grid = &*work.stage.view.grid;
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels]);
+    let is_shown = |memos: &[Memo]| work.may_skip && memos.iter().all(Memo::is_shown);
+    let shown: Vec<bool> = memos.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(is_shown)).collect();
+    let age = work.picture.age();
+    let is_wanted = |plane, window: usize| !shown[window] || Some(plane) == age;
+    let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels], is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let memos = memos.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
@@ -252,38 +256,43 @@ fn infer_tile(
     memo: &mut Memo,
     bench: &mut Workbench,
 ) -> Outcome {
-    let Work { stage, source, may_skip, .. } = *work;
-    let was_at_rest = memo.rest.is_some();
-    bench.begin_tile();
-    let change = match source {
-        Source::Stay(_, falls) if memo.is_at_rest(stage, number, falls) => {
-            stay::grow_older(tile);
-            Change::None
-        }
-        _ => update_samples(work, number, tile, bench),
-    };
-    match change {
-        Change::None => {
-            memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
-        }
-        Change::Rays | Change::Samples => memo.rest = None,
+    let Work { stage, may_skip, .. } = *work;
+    let mut clock = Instant::now();
+    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
+    if memo.is_shown() && may_skip {
+        stay::grow_older(tile);
+        bench.seconds.gather += lap();
+        return Outcome::AsBefore;
     }
+    bench.begin_tile();
+    let change = if memo.is_at_rest {
+        stay::grow_older(tile);
+        bench.seconds.gather += lap();
+        Change::None
+    } else {
+        let change = update_samples(work, number, tile, memo, bench);
+        lap();
+        change
+    };
+    if change != Change::None {
+        memo.rest = None;
+    }
+    let was_settled = std::mem::replace(&mut memo.is_settled, change == Change::None);
     let shows_samples = may_skip && !memo.goes_on;
     match change {
-        Change::None if shows_samples && was_at_rest => Outcome::AsBefore,
+        Change::None if shows_samples && was_settled => Outcome::AsBefore,
         Change::None | Change::Rays if shows_samples => Outcome::Counts,
         _ => {
-            let begin = Instant::now();
             enhance::enhance(stage, tile, bench);
             memo.goes_on = bench.radiance.has_secondary;
-            bench.seconds.enhance += begin.elapsed().as_secs_f64();
+            bench.seconds.enhance += lap();
             Outcome::New
         }
     }
 }
 
 /// Brings a tile's samples and their light up to date. Says how they differ from those of the frame before.
-fn update_samples(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workbench) -> Change {
+fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, bench: &mut Workbench) -> Change {
     let Work { stage, source, .. } = *work;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
@@ -304,7 +313,7 @@ fn update_samples(work: &Work, number: usize, tile: &mut Tile, bench: &mut Workb
     };
     bench.seconds.gather += lap();
     if !matches!(source, Source::Nothing) {
-        verify::verify(stage, tile, bench);
+        verify::verify(stage, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
     }
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, tile, bench);

@@ -21,9 +21,16 @@ pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 /// Cells of a block, which is a packet.
 const BLOCK: usize = crate::trace::LANES;
 
-/// Turns reused samples that are hidden now into `Obscured`.
-pub fn verify(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) {
-    verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
+/// Turns reused samples that are hidden now into `Obscured`. `around` has at least the samples of models that did not
+/// move, if that is known.
+pub fn verify(stage: &Stage, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
+    let may_be_hidden = match around {
+        Some(around) => around.may_be_hidden(stage),
+        None => stage.plan.any_moved,
+    };
+    if may_be_hidden {
+        verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
+    }
     verify_against(SightCheck::Everything, &[Blockers::Still, Blockers::Movable], stage, tile, bench);
 }
 
@@ -37,9 +44,6 @@ fn verify_against(
 ) {
     let [for_still, for_moved] = [false, true].map(|moved| stage.plan.sight_check(moved) == check);
     if !for_still && !for_moved {
-        return;
-    }
-    if check == SightCheck::Moved && !Around::samples(stage, tile).may_be_hidden(stage) {
         return;
     }
     bench.begin_rays();

@@ -24,19 +24,31 @@ enum Rows<'f> {
 }
 
 /// Cuts some rows of planes that are `width` wide into windows of `size` columns and rows, from left to
-/// right and down. The last ones in a row and in a column are as large as what is left.
-pub fn cut(planes: &mut [Plane], width: usize, rows: Range<usize>, size: [usize; 2]) -> Vec<Window<'_>> {
+/// right and down. The last ones in a row and in a column are as large as what is left. A plane is there only
+/// in windows where `is_wanted(plane, window)`.
+pub fn cut(
+    planes: &mut [Plane],
+    width: usize,
+    rows: Range<usize>,
+    size: [usize; 2],
+    is_wanted: impl Fn(usize, usize) -> bool + Sync,
+) -> Vec<Window<'_>> {
     let corners =
         rows.clone().step_by(size[1]).flat_map(|y| (0..width).step_by(size[0]).map(move |x| [x, y]));
     let mut windows: Vec<Window> =
         corners.map(|corner| Window { corner, planes: Vec::with_capacity(planes.len()) }).collect();
     let pixels = rows.start * width..rows.end * width;
-    let rows_of = planes.par_iter_mut().map(|plane| match &mut plane.values {
-        Values::Half(values) => {
-            cut_plane(&mut values[pixels.clone()], width, size).map(Rows::Half).collect::<Vec<_>>()
-        }
-        Values::Float(values) => {
-            cut_plane(&mut values[pixels.clone()], width, size).map(Rows::Float).collect()
+    let rows_of = planes.par_iter_mut().enumerate().map(|(number, plane)| {
+        let is_wanted = |window| is_wanted(number, window);
+        match &mut plane.values {
+            Values::Half(values) => {
+                let rows = cut_plane(&mut values[pixels.clone()], width, size, is_wanted);
+                rows.into_iter().map(Rows::Half).collect::<Vec<_>>()
+            }
+            Values::Float(values) => {
+                let rows = cut_plane(&mut values[pixels.clone()], width, size, is_wanted);
+                rows.into_iter().map(Rows::Float).collect()
+            }
         }
     });
     for plane in rows_of.collect::<Vec<_>>() {
@@ -45,17 +57,30 @@ pub fn cut(planes: &mut [Plane], width: usize, rows: Range<usize>, size: [usize;
     windows
 }
 
-/// Some rows of a plane, in windows.
-fn cut_plane<T>(values: &mut [T], width: usize, size: [usize; 2]) -> impl Iterator<Item = Vec<&mut [T]>> {
+/// Some rows of a plane, in windows; none in those that are not wanted.
+fn cut_plane<T>(
+    values: &mut [T],
+    width: usize,
+    size: [usize; 2],
+    is_wanted: impl Fn(usize) -> bool,
+) -> Vec<Vec<&mut [T]>> {
     let across = width.div_ceil(size[0]);
-    values.chunks_mut(width * size[1]).flat_map(move |band| {
+    let mut all = Vec::new();
+    for band in values.chunks_mut(width * size[1]) {
+        let first = all.len();
         let count = band.len() / width;
-        let mut windows: Vec<Vec<&mut [T]>> = (0..across).map(|_| Vec::with_capacity(count)).collect();
-        for row in band.chunks_mut(width) {
-            windows.iter_mut().zip(row.chunks_mut(size[0])).for_each(|(window, row)| window.push(row));
+        let room = |window| if is_wanted(window) { count } else { 0 };
+        all.extend((first..first + across).map(|window| Vec::with_capacity(room(window))));
+        let windows = &mut all[first..];
+        if windows.iter().all(|rows| rows.capacity() == 0) {
+            continue;
         }
-        windows
-    })
+        for row in band.chunks_mut(width) {
+            let rows = windows.iter_mut().zip(row.chunks_mut(size[0]));
+            rows.filter(|(rows, _)| rows.capacity() > 0).for_each(|(rows, row)| rows.push(row));
+        }
+    }
+    all
 }
 
 impl Window<'_> {
@@ -132,6 +157,22 @@ mod tests {
     use crate::samples::CELLS;
 
     #[test]
+    fn a_window_has_the_planes_that_are_wanted() {
+        let blank = vec![0.0; 20 * 8];
+        let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
+            .map(|(name, kind)| Plane::new(name, kind, &blank));
+        // four windows; the third has the second plane alone
+        let mut windows = cut(&mut planes, 20, 0..8, [10, 4], |plane, window| window != 2 || plane == 1);
+        for (number, window) in windows.iter_mut().enumerate() {
+            let [left, top] = window.corner;
+            window.put(1, &[left..left + 10, top..top + 4], &[1.0; 40], 10, &mut [f16::ZERO; 40]);
+            let Rows::Half(rows) = &window.planes[0] else { panic!("a plane of halves") };
+            assert_eq!(rows.len(), if number == 2 { 0 } else { 4 });
+        }
+        assert!(planes[1].values.to_floats().iter().all(|value| *value == 1.0));
+    }
+
+    #[test]
     fn every_pixel_is_in_one_window() {
         let (width, height) = (21, 10);
         let blank = vec![0.0; width * height];
@@ -140,7 +181,9 @@ mod tests {
         // tiles of 4 x 4, two beside each other in a window
         for rows in [0..4, 4..10] {
             let top = rows.start;
-            for (number, mut window) in cut(&mut planes, width, rows, [8, 4]).into_iter().enumerate() {
+            for (number, mut window) in
+                cut(&mut planes, width, rows, [8, 4], |_, _| true).into_iter().enumerate()
+            {
                 let [x, y] = window.corner;
                 assert_eq!([x, y], [number % 3 * 8, top + number / 3 * 4]);
                 for left in (x..(x + 8).min(width)).step_by(4) {
