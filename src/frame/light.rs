@@ -106,14 +106,8 @@ fn ask_light(
         if checks.iter().all(|checks| checks.all_hold(tags)) {
             continue;
         }
-        let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
-        let mut asked = [0; CHECKS.len()];
-        for lane in 0..LANES {
-            let queue = checks[usize::from(moved >> lane & 1)].queue_of[tags[lane] as usize];
-            if let Some(queue) = queue {
-                asked[usize::from(queue)] |= 1 << lane & surfaces;
-            }
-        }
+        let surfaces = surface_bits(models);
+        let mut asked = Checks::queues(checks, tags, stage.moved_bits(models)).map(|asked| asked & surfaces);
         if asked == [0; CHECKS.len()] {
             continue;
         }
@@ -140,11 +134,28 @@ fn ask_light(
     let tags = tile.tags.single_mut(slot);
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.count();
-        queue.answer(check, Coherence::Coherent, stage.tracer, |cell, now| {
-            let cell = cell as usize;
-            let changes = tags[cell].changes_light_to(now);
-            lighting.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
-            tags[cell] = now;
+        queue.answer_packets(check, Coherence::Coherent, stage.tracer, |cells, now| {
+            let first = cells[0] as usize;
+            // whole blocks, as in every frame that is traced in full
+            let is_block = cells.len() == now.len()
+                && first % LANES == 0
+                && cells[now.len() - 1] as usize == first + now.len() - 1;
+            if is_block {
+                for (half, now) in (first..).step_by(LANES).zip(now.chunks_exact(LANES)) {
+                    let tags = &mut tags[half..half + LANES];
+                    let changes = tags.iter().zip(now).enumerate();
+                    lighting.stale[half / LANES] |= changes.fold(0, |bits, (lane, (tag, now))| {
+                        bits | u8::from(tag.changes_light_to(*now)) << lane
+                    });
+                    tags.copy_from_slice(now);
+                }
+            } else {
+                for (cell, now) in cells.iter().zip(now).map(|(cell, now)| (*cell as usize, *now)) {
+                    let changes = tags[cell].changes_light_to(now);
+                    lighting.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
+                    tags[cell] = now;
+                }
+            }
         });
     }
 }

@@ -16,6 +16,9 @@ pub const BACKGROUND_Z: f32 = 1e10;
 /// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
 const NEARNESS: f32 = 1024.0;
 
+/// Blocks of 4 x 4 cells beside each other in a tile.
+const BLOCKS: usize = TILE / 4;
+
 /// `N` planes of a tile's pixels, in rows, each from the start of its column. Keeps its memory.
 #[derive(Debug)]
 pub struct Planes<const N: usize> {
@@ -50,17 +53,9 @@ impl<const N: usize> Planes<N> {
 /// and whole blocks are joined at once.
 #[inline(always)]
 pub fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f32, pixels: &mut Column<f32>) {
-    const BLOCKS: usize = TILE / 4;
     const HALF: usize = TILE / 2;
     match grid.samples {
-        1 => {
-            for (block, cells) in column.chunks_exact(16).enumerate() {
-                let corner = block / BLOCKS * 4 * TILE + block % BLOCKS * 4;
-                for (row, cells) in cells.chunks_exact(4).enumerate() {
-                    pixels[corner + row * TILE..][..4].copy_from_slice(cells);
-                }
-            }
-        }
+        1 => in_rows(column, pixels),
         2 => {
             for (block, cells) in column.chunks_exact(16).enumerate() {
                 let corner = block / BLOCKS * 2 * HALF + block % BLOCKS * 2;
@@ -78,6 +73,17 @@ pub fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f3
                 let values = cells.iter().map(|cell| column[usize::from(*cell) % CELLS]);
                 *pixel = values.reduce(&joined).unwrap_or(0.0);
             }
+        }
+    }
+}
+
+/// The values of a tile's cells row by row, not block by block: those of its pixels where each has one sample.
+#[inline(always)]
+fn in_rows<T: Copy>(column: &Column<T>, pixels: &mut Column<T>) {
+    for (block, cells) in column.chunks_exact(16).enumerate() {
+        let corner = block / BLOCKS * 4 * TILE + block % BLOCKS * 4;
+        for (row, cells) in cells.chunks_exact(4).enumerate() {
+            pixels[corner + row * TILE..][..4].copy_from_slice(cells);
         }
     }
 }
@@ -116,6 +122,7 @@ pub fn take_data(
     nearest: &[u16],
     data: &mut Planes<{ data::COUNT }>,
 ) {
+    let grid = &stage.view.grid;
     let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| stage.layers.has(layer));
     let has_depth = stage.layers.has(Layers::Z);
     if has_place || has_normal || has_depth {
@@ -123,16 +130,16 @@ pub fn take_data(
     }
     if has_place || has_depth {
         for (axis, column) in placed.point.iter().enumerate() {
-            take(nearest, column, data.open(data::POSITION + axis));
+            take(grid, nearest, column, data.open(data::POSITION + axis));
         }
     }
     if has_normal {
         for (axis, column) in placed.normal.iter().enumerate() {
-            take(nearest, column, data.open(data::NORMAL + axis));
+            take(grid, nearest, column, data.open(data::NORMAL + axis));
         }
     }
     let mut models = [EMPTY; CELLS];
-    take(nearest, &tile.model, &mut models);
+    take(grid, nearest, &tile.model, &mut models);
     let is_surface = |first: usize| Mask::less(&models[first..first + LANES], EMPTY);
     if has_depth {
         let camera = &stage.view.camera;
@@ -159,7 +166,7 @@ pub fn take_data(
     }
     if stage.layers.has(Layers::STATUS) && tile.age.iter().fold(0, |any, age| any | age) != 0 {
         let mut ages = [0; CELLS];
-        take(nearest, &tile.age, &mut ages);
+        take(grid, nearest, &tile.age, &mut ages);
         for (age, frames) in data.open(data::AGE).iter_mut().zip(ages) {
             *age = f32::from(frames);
         }
@@ -167,7 +174,11 @@ pub fn take_data(
 }
 
 /// For each pixel what `column` holds for its nearest sample.
-fn take<T: Copy>(nearest: &[u16], column: &Column<T>, pixels: &mut Column<T>) {
+#[inline(always)]
+fn take<T: Copy>(grid: &Grid, nearest: &[u16], column: &Column<T>, pixels: &mut Column<T>) {
+    if grid.samples == 1 {
+        return in_rows(column, pixels);
+    }
     for (pixel, cell) in pixels.iter_mut().zip(nearest) {
         // the remainder is the number itself: it spares a check
         *pixel = column[usize::from(*cell) % CELLS];

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::plan::ShadowCheck;
-use super::stage::{Stage, bit, set_bits};
+use super::stage::{Stage, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
@@ -19,6 +19,9 @@ const _: () = assert!(LightShape::GRID * LightShape::GRID == AREA_POINTS);
 /// The orders in which shadow rays are tested.
 pub const CHECKS: [ShadowCheck; 3] =
     [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
+
+/// Rays of a packet.
+const PACKET: usize = crate::trace::LANES;
 
 /// Shadow rays that are to be tested in the same order: either one by one, or sixteen from each surface.
 #[derive(Debug, Default)]
@@ -87,16 +90,28 @@ impl ShadowQueue {
         tracer: &dyn Tracer,
         mut say: impl FnMut(u32, Tag),
     ) {
+        self.answer_packets(check, coherence, tracer, |owners, tags| {
+            owners.iter().zip(tags).for_each(|(owner, tag)| say(*owner, *tag));
+        });
+    }
+
+    /// The same for up to sixteen owners at once.
+    pub fn answer_packets(
+        &mut self,
+        check: ShadowCheck,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(&[u32], &[Tag; PACKET]),
+    ) {
         let [first, second] = self.trace(check, coherence, tracer);
-        for (ray, owner) in self.owners.iter().enumerate() {
-            let tag = if bit(&self.by_first, ray) {
-                first
-            } else if bit(&self.blocked, ray) {
-                second
-            } else {
-                Tag::Lit
-            };
-            say(*owner, tag);
+        let answers = self.by_first.iter().zip(&self.blocked);
+        for (owners, (by_first, blocked)) in self.owners.chunks(PACKET).zip(answers) {
+            let tags = std::array::from_fn(|lane| match (by_first >> lane & 1, blocked >> lane & 1) {
+                (0, 0) => Tag::Lit,
+                (0, _) => second,
+                _ => first,
+            });
+            say(owners, &tags);
         }
     }
 
@@ -156,6 +171,25 @@ impl Checks {
             CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
         });
         Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
+    }
+
+    /// By queue, those of eight samples that are to be asked about, a bit each. `moved` says of which of them the
+    /// model did: `checks` are for the others, and for them.
+    #[inline(always)]
+    pub fn queues(checks: &[Self; 2], tags: &[Tag], moved: u8) -> [u8; CHECKS.len()] {
+        let mut asked = [0; CHECKS.len()];
+        let mut ask = |tag: Tag, moved: bool, lanes: u8| {
+            if let Some(queue) = checks[usize::from(moved)].queue_of[tag as usize] {
+                asked[usize::from(queue)] |= lanes;
+            }
+        };
+        let (moved_at_all, is_one) = (moved != 0, tags.iter().fold(true, |all, tag| all & (*tag == tags[0])));
+        if is_one && moved == if moved_at_all { u8::MAX } else { 0 } {
+            ask(tags[0], moved_at_all, u8::MAX);
+        } else {
+            (0..).zip(tags).for_each(|(lane, tag)| ask(*tag, moved >> lane & 1 != 0, 1 << lane));
+        }
+        asked
     }
 
     /// Whether none of eight tags is to be asked about.
