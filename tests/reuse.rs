@@ -346,12 +346,16 @@ fn matt_world() -> Scene {
 fn what_a_film_shows_already_is_what_would_be_rendered() {
     // some frames come again and again: all rests; and before the last one the camera turns
     const NUMBERS: [i32; 12] = [1, 2, 3, 3, 3, 4, 4, 5, 5, 6, 6, 6];
-    let settings = Settings { width: 192, height: 144, ..toy::settings(2) };
+    let box_filter = Settings { width: 192, height: 144, ..toy::settings(2) };
+    let mitchell = Settings { filter: Filter::Mitchell, ..box_filter.clone() };
     let turn = toy::keys(&[(5.0, TARGET), (f64::from(FRAMES), TARGET + DVec3::X * 0.1)]);
-    for scene in [matt_world(), with_flyer(world())] {
+    let matt = || (matt_world(), &box_filter);
+    for (scene, settings) in
+        [matt(), (with_flyer(world()), &box_filter), (matt().0, &mitchell), (with_flyer(world()), &mitchell)]
+    {
         let scene = with_camera(scene, rests(EYE), turn.clone());
         let run = |recycle: bool| {
-            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+            let mut renderer = Renderer::new(&scene, settings).expect("the scene builds");
             let frames = NUMBERS.map(|frame| {
                 let finished = renderer.render(frame, true).expect("renders");
                 let copy = finished.film.clone();

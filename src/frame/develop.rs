@@ -56,6 +56,49 @@ impl<'a> Bands<'a> {
     }
 }
 
+/// Which tiles add to their pixels what they added in the frame before: where nothing but such tiles reaches, the
+/// film may be left as it is.
+#[derive(Debug, Default)]
+pub struct Standing {
+    /// By tile, whether it may add something else.
+    is_changed: Vec<bool>,
+    /// By tile, whether its sums are needed: it reaches a piece that is written.
+    is_needed: Vec<bool>,
+}
+
+impl Standing {
+    /// For a filter that does not reach across tiles: no sums are needed.
+    pub fn clear(&mut self) {
+        self.is_needed.clear();
+    }
+
+    /// Of the tiles in their order.
+    pub fn set(&mut self, grid: &Grid, is_changed: impl Iterator<Item = bool>) {
+        self.is_changed.clear();
+        self.is_changed.extend(is_changed);
+        self.is_needed.clone_from(&self.is_changed);
+        // a piece that a changed tile reaches may begin as far from it as the piece is wide
+        let [across, down] =
+            PIECE.map(|size| (2 * HALO as usize + size - 1).div_ceil(grid.tile_pixels as usize));
+        let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
+        if !self.is_changed.contains(&false) {
+            return;
+        }
+        for tile in (0..tiles_x * tiles_y).filter(|tile| self.is_changed[*tile]) {
+            let [x, y] = [tile % tiles_x, tile / tiles_x];
+            let columns = x.saturating_sub(across)..(x + across + 1).min(tiles_x);
+            for row in y.saturating_sub(down)..(y + down + 1).min(tiles_y) {
+                self.is_needed[row * tiles_x + columns.start..row * tiles_x + columns.end].fill(true);
+            }
+        }
+    }
+
+    /// Whether the sums of tile number `tile` are needed.
+    pub fn is_needed(&self, tile: usize) -> bool {
+        self.is_needed.get(tile).is_some_and(|needed| *needed)
+    }
+}
+
 /// Writes what reaches across tiles: rows of a film from top to bottom, band by band of tiles.
 #[derive(Debug, Default)]
 pub struct Developer {
@@ -69,14 +112,16 @@ const PIECE: [usize; 2] = [32, 8];
 const PIXELS: usize = PIECE[0] * PIECE[1];
 
 impl Developer {
-    /// Writes into `film` the filtered planes of those rows that `bands` complete; the tiles of the next band
-    /// begin with row `end` (the picture's height, if there is none). Says which channels hold anything.
+    /// Writes into `film` the filtered planes of those rows that `bands` complete, where they do not stand there;
+    /// the tiles of the next band begin with row `end` (the picture's height, if there is none). Says which
+    /// channels hold anything.
     pub fn develop(
         &mut self,
         film: &mut Film,
         picture: &Picture,
         grid: &Grid,
         bands: Bands,
+        standing: &Standing,
         end: u32,
     ) -> Written {
         let reached = if end < grid.height { end - HALO } else { grid.height };
@@ -88,7 +133,11 @@ impl Developer {
             let rows = top..(top + PIECE[1]).min(rows.end);
             let columns = (0..width).step_by(PIECE[0]).map(|left| left..(left + PIECE[0]).min(width));
             columns.fold(Written::default(), |written, columns| {
-                written.plus(write_piece(picture, grid, bands, &[columns, rows.clone()], &mut window))
+                let pixels = [columns, rows.clone()];
+                written.plus(match tiles_that_reach(grid, &pixels).any(|tile| standing.is_changed[tile]) {
+                    true => write_piece(picture, grid, bands, &pixels, &mut window),
+                    false => Written::SHOWN,
+                })
             })
         };
         let tops: Vec<usize> = rows.clone().step_by(PIECE[1]).collect();
@@ -179,6 +228,8 @@ mod tests {
             };
             let grid = Grid::new(&settings);
             let films = films(&grid);
+            let mut standing = Standing::default();
+            standing.set(&grid, std::iter::repeat_n(true, grid.tiles()));
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             let least = 8_u32.div_ceil(grid.tile_pixels);
             for band in [grid.tiles_y, least] {
@@ -191,7 +242,8 @@ mod tests {
                     let now = (row * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
                     let bands = Bands { before: &films[before], now: &films[now.clone()], first: now.start };
                     let end = (end * grid.tile_pixels).min(grid.height);
-                    written = written.plus(developer.develop(&mut film, &picture, &grid, bands, end));
+                    written =
+                        written.plus(developer.develop(&mut film, &picture, &grid, bands, &standing, end));
                     before = now;
                 }
                 let values = |plane: usize| film.planes[plane].values.to_floats();
@@ -212,6 +264,29 @@ mod tests {
                 }
                 assert!(written.is_zero(2, true) && !written.is_zero(0, true));
             }
+        }
+    }
+
+    #[test]
+    fn a_piece_that_is_written_has_the_sums_of_all_tiles_that_reach_it() {
+        for samples in [1, 2, 3, 11] {
+            let grid = Grid::new(&settings(300, 200, samples));
+            let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
+            let mut standing = Standing::default();
+            let changed = tiles_y / 2 * tiles_x + tiles_x / 2;
+            standing.set(&grid, (0..grid.tiles()).map(|tile| tile == changed));
+            // pieces may begin in any row
+            for (left, top) in
+                (0..300).step_by(PIECE[0]).flat_map(|left| (0..200).map(move |top| (left, top)))
+            {
+                let pixels = [left..(left + PIECE[0]).min(300), top..(top + PIECE[1]).min(200)];
+                let reach = || tiles_that_reach(&grid, &pixels);
+                if reach().any(|tile| tile == changed) {
+                    assert!(reach().all(|tile| standing.is_needed(tile)), "{samples}: {pixels:?}");
+                }
+            }
+            let needed = (0..grid.tiles()).filter(|tile| standing.is_needed(*tile)).count();
+            assert!(needed < grid.tiles(), "{samples}: {needed}");
         }
     }
 

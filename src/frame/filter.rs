@@ -58,8 +58,20 @@ impl Default for Filtering {
     }
 }
 
-/// Makes pixels of the samples of tile number `number`, and writes what is finished into its `window` and what is
-/// not into `film`. Says which channels hold anything.
+/// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
+/// included, in its `film`: for a filter wider than a pixel.
+pub fn sum(stage: &Stage, number: usize, tile: &Tile, bench: &mut Workbench, film: &mut TileFilm) {
+    let Workbench { filtering, radiance, .. } = bench;
+    prepare(stage, tile, filtering);
+    locate(stage, number, tile, filtering);
+    let Filtering { alpha, albedo, x, y, .. } = &**filtering;
+    let mut columns = [None; sums::COUNT];
+    filtered(stage, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
+    spread(&stage.view.grid, tile, [x, y], &columns, film);
+}
+
+/// Makes pixels of the samples of tile number `number`, and writes what needs no other tile into its `window`. Says
+/// which channels hold anything.
 pub fn filter(
     stage: &Stage,
     number: usize,
@@ -67,18 +79,23 @@ pub fn filter(
     bench: &mut Workbench,
     picture: &Picture,
     window: &mut Window,
-    film: &mut TileFilm,
 ) -> Written {
     let grid = &*stage.view.grid;
     let Workbench { filtering, placed, radiance, cell_rays, .. } = bench;
     filtering.sums.begin();
     filtering.data.begin();
-    prepare(stage, tile, filtering);
     let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
-    if picture.filter != Filter::Box || shows_samples && grid.samples > 1 {
-        locate(stage, number, tile, filtering);
+    // with a wide filter it is known already where samples are seen, and `sum` is done
+    if picture.filter == Filter::Box {
+        prepare(stage, tile, filtering);
+        if shows_samples && grid.samples > 1 {
+            locate(stage, number, tile, filtering);
+        }
+        let Filtering { alpha, albedo, sums, .. } = &mut **filtering;
+        for (plane, column) in filtered(stage, radiance, alpha, albedo) {
+            reduce(grid, column, |sum, value| sum + value, sums.open(plane));
+        }
     }
-    sum_colors(stage, tile, radiance, picture.filter, filtering, film);
     let Filtering { x, y, nearest, data, .. } = &mut **filtering;
     if shows_samples {
         choose_nearest(grid, [x, y], nearest);
@@ -205,20 +222,16 @@ fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) 
     }
 }
 
-/// Sums all planes that are filtered.
-fn sum_colors(
+/// The planes that are filtered, as far as they hold anything, with their numbers in [`sums`].
+fn filtered<'a>(
     stage: &Stage,
-    tile: &Tile,
-    shown: &Radiance,
-    kernel: Filter,
-    filtering: &mut Filtering,
-    film: &mut TileFilm,
-) {
-    let grid = &*stage.view.grid;
-    let Filtering { alpha, albedo, sums: own, x, y, .. } = filtering;
+    shown: &'a Radiance,
+    alpha: &'a Column<f32>,
+    albedo: &'a Light,
+) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let colors = [
         (sums::DIFFUSE, &shown.diffuse, true),
-        (sums::ALBEDO, &*albedo, stage.layers.has(Layers::ALBEDO)),
+        (sums::ALBEDO, albedo, stage.layers.has(Layers::ALBEDO)),
         (sums::SPECULAR, &shown.specular, shown.has_specular),
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
@@ -226,17 +239,5 @@ fn sum_colors(
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
     let planes =
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
-    let planes = std::iter::once((sums::ALPHA, &*alpha)).chain(planes);
-    match kernel {
-        Filter::Box => {
-            for (plane, column) in planes {
-                reduce(grid, column, |sum, value| sum + value, own.open(plane));
-            }
-        }
-        Filter::Mitchell => {
-            let mut columns = [None; sums::COUNT];
-            planes.for_each(|(plane, column)| columns[plane] = Some(column));
-            spread(grid, tile, [x, y], &columns, film);
-        }
-    }
+    std::iter::once((sums::ALPHA, alpha)).chain(planes)
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::channels::{Picture, Written};
 use super::contest::Falls;
-use super::develop::{Bands, Developer};
+use super::develop::{Bands, Developer, Standing};
 use super::filter;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
@@ -57,6 +57,8 @@ pub struct Workshop {
     bands: [Vec<TileFilm>; 2],
     /// One for each tile.
     pub memos: Vec<Memo>,
+    /// Of the frame at work.
+    standing: Standing,
 }
 
 impl Workshop {
@@ -67,6 +69,7 @@ impl Workshop {
             benches: Mutex::default(),
             bands: Default::default(),
             memos: Vec::new(),
+            standing: Standing::default(),
         }
     }
 
@@ -95,40 +98,44 @@ pub fn run_tiles(
     film: &mut Film,
     film_is_last: bool,
 ) -> TileSum {
-    let filter = settings.filter;
-    // a wide filter mixes neighbours: their sums are needed whatever they show
-    let may_skip = film_is_last && filter == Filter::Box;
+    let is_wide = settings.filter != Filter::Box;
+    let may_skip = film_is_last;
     let picture = Picture::over(film, settings);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*stage.view.grid;
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
     let band_rows = band_rows(grid);
-    let [now, before] = &mut shop.bands;
+    let Workshop { spare, benches, bands: [now, before], memos, standing } = shop;
+    standing.clear();
+    if is_wide {
+        // not those that were changed in the frame before: a sample that was just traced lies in the centre of its
+        // cell, and from then on where it is seen, which may be a rounding step away
+        standing.set(grid, memos.iter().map(|memo| !(may_skip && memo.is_shown())));
+    }
     let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
         let start = Instant::now();
         let rows = first..(first + band_rows).min(grid.tiles_y);
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
         if let Source::Fall(old, _) = source {
-            old.let_go(done, &mut shop.spare);
+            old.let_go(done, spare);
         }
-        shop.spare.grow(store, end);
+        spare.grow(store, end);
         let count = end - done;
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
         }
-        let work = Work { stage, source, picture: &picture, may_skip };
-        let memos = &mut shop.memos[done..end];
-        let parts = (&mut store.tiles[done..end], memos, &mut now[..count]);
+        let work = Work { stage, source, picture: &picture, standing, may_skip };
+        let parts = (&mut store.tiles[done..end], &mut memos[done..end], &mut now[..count]);
         let runs = runs(&work, rows.clone(), parts, film);
-        sum = sum.plus(run_band(&work, runs, &shop.benches));
+        sum = sum.plus(run_band(&work, runs, benches));
         let developing = Instant::now();
         sum.wall += (developing - start).as_secs_f64();
-        if filter != Filter::Box {
+        if is_wide {
             let end = (rows.end * grid.tile_pixels).min(grid.height);
             let bands = Bands { before: &before[..above], now: &now[..count], first: done };
-            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, end));
+            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, standing, end));
             std::mem::swap(now, before);
             above = count;
         }
@@ -138,7 +145,7 @@ pub fn run_tiles(
         plane.is_zero &= sum.written.is_zero(number, *was_zero);
     }
     if let Source::Fall(old, _) = source {
-        old.let_go(grid.tiles(), &mut shop.spare);
+        old.let_go(grid.tiles(), spare);
     }
     sum
 }
@@ -198,6 +205,8 @@ struct Work<'a> {
     stage: &'a Stage<'a>,
     source: &'a Source<'a>,
     picture: &'a Picture,
+    /// Of which tiles the colours stand in the film.
+    standing: &'a Standing,
     /// Whether a tile that shows what it showed in the frame before need not be made again.
     may_skip: bool,
 }
@@ -213,15 +222,16 @@ fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> Til
                 for (number, ((tile, memo), film)) in (first..).zip(tiles.iter_mut().zip(memos).zip(films)) {
                     let outcome = infer_tile(work, number, tile, memo, &mut bench);
                     let begin = Instant::now();
-                    let Work { stage, picture, .. } = *work;
+                    let Work { stage, picture, standing, .. } = *work;
+                    if standing.is_needed(number) {
+                        filter::sum(stage, number, tile, &mut bench, film);
+                    }
                     written = written.plus(match outcome {
                         Outcome::AsBefore => filter::stay(stage, number, picture, &mut window),
                         Outcome::Counts => {
                             filter::recount(stage, number, tile, &mut bench, picture, &mut window)
                         }
-                        Outcome::New => {
-                            filter::filter(stage, number, tile, &mut bench, picture, &mut window, film)
-                        }
+                        Outcome::New => filter::filter(stage, number, tile, &mut bench, picture, &mut window),
                     });
                     bench.seconds.filter += begin.elapsed().as_secs_f64();
                     samples += count_samples(tile);
@@ -256,10 +266,11 @@ fn infer_tile(
     memo: &mut Memo,
     bench: &mut Workbench,
 ) -> Outcome {
-    let Work { stage, may_skip, .. } = *work;
+    let Work { stage, standing, may_skip, .. } = *work;
+    let is_needed = standing.is_needed(number);
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    if memo.is_shown() && may_skip {
+    if memo.is_shown() && may_skip && !is_needed {
         stay::grow_older(tile);
         bench.seconds.gather += lap();
         return Outcome::AsBefore;
@@ -279,16 +290,17 @@ fn infer_tile(
     }
     let was_settled = std::mem::replace(&mut memo.is_settled, change == Change::None);
     let shows_samples = may_skip && !memo.goes_on;
-    match change {
+    let outcome = match change {
         Change::None if shows_samples && was_settled => Outcome::AsBefore,
         Change::None | Change::Rays if shows_samples => Outcome::Counts,
-        _ => {
-            enhance::enhance(stage, tile, bench);
-            memo.goes_on = bench.radiance.has_secondary;
-            bench.seconds.enhance += lap();
-            Outcome::New
-        }
+        _ => Outcome::New,
+    };
+    if outcome == Outcome::New || is_needed {
+        enhance::enhance(stage, tile, bench);
+        memo.goes_on = bench.radiance.has_secondary;
+        bench.seconds.enhance += lap();
     }
+    outcome
 }
 
 /// Brings a tile's samples and their light up to date. Says how they differ from those of the frame before.
@@ -343,9 +355,9 @@ enum Change {
 /// What of a tile must be written into the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
-    /// Its age: all else stands there.
+    /// Its age: all else stands there, colours perhaps apart that reach across tiles.
     AsBefore,
-    /// Its age, and what its samples are counted by; what they show stands there.
+    /// Its age, and what its samples are counted by; all else as above.
     Counts,
     /// All.
     New,
