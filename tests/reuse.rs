@@ -2,6 +2,7 @@
 
 mod toy;
 
+use afterimage::film::Values;
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::motion::{Track, TransformTrack};
@@ -257,27 +258,30 @@ fn a_moving_panel() {
 
 #[test]
 fn tags_save_rays_and_change_no_pixel() {
-    let mut scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
-    scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
-    let settings = toy::settings(2);
-    let run = |forget: bool| {
-        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
-        let frames = (1..=FRAMES).map(|frame| {
-            if forget {
-                renderer.forget_tags();
+    // under a camera that travels, that stands, and that stands before a world where nothing moves
+    let travels = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
+    for mut scene in [travels, with_flyer(world()), world()] {
+        scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
+        let settings = toy::settings(2);
+        let run = |forget: bool| {
+            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+            let frames = (1..=FRAMES).map(|frame| {
+                if forget {
+                    renderer.forget_tags();
+                }
+                renderer.render(frame, true).expect("renders")
+            });
+            frames.collect::<Vec<_>>()
+        };
+        for (kept, forgotten) in run(false).iter().zip(&run(true)) {
+            for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
+                let other = forgotten.film.values(plane.name).expect("the same planes");
+                let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
+                assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
             }
-            renderer.render(frame, true).expect("renders")
-        });
-        frames.collect::<Vec<_>>()
-    };
-    for (kept, forgotten) in run(false).iter().zip(&run(true)) {
-        for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
-            let other = forgotten.film.values(plane.name).expect("the same planes");
-            let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
-            assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
-        }
-        if kept.stats.frame > 1 {
-            assert!(kept.stats.rays.shadow < forgotten.stats.rays.shadow);
+            if kept.stats.frame > 1 {
+                assert!(kept.stats.rays.shadow < forgotten.stats.rays.shadow);
+            }
         }
     }
 }
@@ -380,6 +384,35 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
 }
 
 #[test]
+fn what_is_at_rest_is_left_alone() {
+    const MARK: f32 = 777.0;
+    // the camera travels in the first two frames, and then holds
+    let eye = toy::keys(&[(1.0, EYE), (2.0, EYE + DVec3::X * 0.2)]);
+    let scene = with_camera(with_flyer(matt_world()), eye, rests(TARGET));
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let settings = Settings { width: 192, height: 144, filter, ..toy::settings(2) };
+        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+        let mut render = |frame: i32, mark: bool| {
+            let mut film = renderer.render(frame, true).expect("renders").film;
+            let is_marked = |value: &&f32| **value == MARK;
+            let marked =
+                ["R", "P.X"].map(|name| film.values(name).expect("a plane").iter().filter(is_marked).count());
+            for plane in film.planes.iter_mut().filter(|plane| mark && matches!(plane.name, "R" | "P.X")) {
+                let count = plane.values.len();
+                plane.values = Values::of(plane.kind, &vec![MARK; count]);
+            }
+            renderer.recycle(film);
+            marked
+        };
+        (1..=4).for_each(|frame| assert_eq!(render(frame, frame == 4), [0; 2]));
+        let pixels = 192 * 144;
+        for left in render(5, false) {
+            assert!(left > pixels / 4 && left < pixels, "{filter:?}: {left}");
+        }
+    }
+}
+
+#[test]
 fn a_still_camera_gives_what_a_camera_that_hardly_turns_gives() {
     // the way for still cameras and the general way, over the same samples, in a world where all is matt
     let turning = |degrees: f64| {
@@ -416,6 +449,25 @@ fn the_automatic_mode_traces_where_nothing_is_seen_again() {
     assert_eq!(modes(toy::keys(&keys)), vec!["base"; FRAMES as usize]);
     let slowly = modes(goes(TARGET, TARGET + DVec3::X));
     assert_eq!(slowly[1..], ["reproject"; FRAMES as usize - 1]);
+}
+
+#[test]
+fn the_automatic_mode_begins_a_fresh_chain_when_the_old_one_has_worn_out() {
+    const LAST: i32 = 30;
+    let scene = with_camera(
+        matt_world(),
+        toy::keys(&[(1.0, EYE), (f64::from(LAST), EYE - DVec3::new(0.9, 0.2, 0.9))]),
+        rests(TARGET),
+    );
+    let settings = Settings { width: 192, height: 144, mode: Mode::Auto, ..toy::settings(1) };
+    let frames = toy::render(&scene, &settings, LAST);
+    assert!(frames.iter().all(|frame| frame.stats.audit.expect("asked for").differing == 0));
+    let base: Vec<i32> = frames[1..]
+        .iter()
+        .filter(|frame| frame.stats.mode == "base")
+        .map(|frame| frame.stats.frame)
+        .collect();
+    assert!((1..=6).contains(&base.len()) && base[0] > 3, "{base:?}");
 }
 
 #[test]

@@ -163,14 +163,14 @@ impl Picture {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Written {
     some: u64,
-    /// Whether the film showed any of the tiles already, so that it was left as it is.
+    /// Whether the film showed any of the pixels already, so that it was left as it is.
     any_shown: bool,
 }
 
 const _: () = assert!(CHANNELS.len() <= u64::BITS as usize);
 
 impl Written {
-    /// Of a tile that the film showed already.
+    /// Of pixels that the film showed already.
     pub const SHOWN: Self = Self { some: 0, any_shown: true };
 
     /// Notes that channel `number` holds something.

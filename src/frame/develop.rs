@@ -77,7 +77,7 @@ impl Standing {
         self.is_changed.clear();
         self.is_changed.extend(is_changed);
         self.is_needed.clone_from(&self.is_changed);
-        // a piece that a changed tile reaches may begin as far from it as the piece is wide
+        // two tiles that reach the same piece have pixels no farther apart than this
         let [across, down] =
             PIECE.map(|size| (2 * HALO as usize + size - 1).div_ceil(grid.tile_pixels as usize));
         let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
@@ -128,20 +128,30 @@ impl Developer {
         let rows = self.next as usize..reached as usize;
         self.next = reached;
         let width = film.width as usize;
-        let windows = cut(&mut film.planes, width, rows.clone(), [width, PIECE[1]], |_, _| true);
-        let write_rows = |(mut window, top): (Window, usize)| {
-            let rows = top..(top + PIECE[1]).min(rows.end);
+        let stands = |pixels: &[Range<usize>; 2]| {
+            !tiles_that_reach(grid, pixels).any(|tile| standing.is_changed[tile])
+        };
+        let some_rows = rows.clone().step_by(PIECE[1]).map(|top| top..(top + PIECE[1]).min(rows.end));
+        // rows, and whether nothing is to be written there
+        let some_rows: Vec<(Range<usize>, bool)> =
+            some_rows.map(|rows| (rows.clone(), stands(&[0..width, rows]))).collect();
+        let is_filtered = |plane: usize| matches!(picture.channels[plane].source, Source::Filtered(_));
+        let is_wanted = |plane, window: usize| !some_rows[window].1 && is_filtered(plane);
+        let windows = cut(&mut film.planes, width, rows, [width, PIECE[1]], is_wanted);
+        let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
+            if *all_stands {
+                return Written::SHOWN;
+            }
             let columns = (0..width).step_by(PIECE[0]).map(|left| left..(left + PIECE[0]).min(width));
             columns.fold(Written::default(), |written, columns| {
                 let pixels = [columns, rows.clone()];
-                written.plus(match tiles_that_reach(grid, &pixels).any(|tile| standing.is_changed[tile]) {
-                    true => write_piece(picture, grid, bands, &pixels, &mut window),
-                    false => Written::SHOWN,
+                written.plus(match stands(&pixels) {
+                    true => Written::SHOWN,
+                    false => write_piece(picture, grid, bands, &pixels, &mut window),
                 })
             })
         };
-        let tops: Vec<usize> = rows.clone().step_by(PIECE[1]).collect();
-        windows.into_par_iter().zip(tops).map(write_rows).reduce(Written::default, Written::plus)
+        windows.into_par_iter().zip(&some_rows).map(write_rows).reduce(Written::default, Written::plus)
     }
 }
 

@@ -98,7 +98,9 @@ pub fn filter(
     }
     let Filtering { x, y, nearest, data, .. } = &mut **filtering;
     if shows_samples {
-        choose_nearest(grid, [x, y], nearest);
+        if grid.samples > 1 {
+            choose_nearest(grid, [x, y], nearest);
+        }
         take_data(stage, tile, placed, nearest, data);
     }
     if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {

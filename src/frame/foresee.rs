@@ -2,7 +2,7 @@
 //!
 //! A chain of inferred frames wears out: with a moving camera samples come to lie where they will in their cells, and
 //! ever more cells fall empty by chance. A frame that is traced in full begins a fresh chain, whose frames
-//! are cheaper, so that it may pay though the frame itself would be cheaper to infer ([`Chain`]).
+//! are cheaper, so that tracing may pay though the frame itself would be cheaper to infer ([`Chain`]).
 //!
 //! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
 //! the bit on every machine.
@@ -47,44 +47,39 @@ const TILES_AT_ONCE: usize = 64;
 pub struct Foreseen {
     /// The frame is to be inferred, not traced.
     pub pays: bool,
-    /// What inferring it costs beside its missed cells, as a share of what tracing it costs.
-    carrying: f32,
+    /// Share of the samples that will not be seen again.
+    lost: f32,
     /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
     asked: Vec<u8>,
 }
 
-/// What the frames since the last one that was traced in full have cost, as far as the camera moved; in units of
-/// tracing a frame.
-#[derive(Debug)]
+/// How the frames since the last one that was traced in full have worn out, as far as the camera moved. Wear is the
+/// share of a frame's cells that were missed though no sample was foreseen to be lost, and so the share of a traced
+/// frame's cost by which that frame was dearer than one of a fresh chain.
+#[derive(Debug, Default)]
 pub struct Chain {
-    /// Of all frames together, the traced one included.
-    cost: f32,
-    /// How many they are.
+    /// Inferred frames.
     frames: f32,
-    /// Share of the cells for which the last of them had no sample.
-    missed: f32,
-}
-
-impl Default for Chain {
-    /// With the traced frame alone.
-    fn default() -> Self {
-        Self { cost: 1.0, frames: 1.0, missed: 0.0 }
-    }
+    /// Wear of all of them together.
+    worn: f32,
+    /// Wear of the last one.
+    wear: f32,
 }
 
 impl Chain {
-    /// Whether another frame, of which as many cells are missed as of the last one, makes the chain cheaper, a frame
-    /// on the average. If not, it is time for a fresh one.
-    fn is_worth_more(&self, carrying: f32) -> bool {
-        (carrying + self.missed) * self.frames < self.cost
+    /// Whether to go on with another frame that costs `cost`, without wear, in units of tracing it. A fresh chain begins
+    /// with a frame that costs one unit: it is time for it when the next frame's wear is more than what wear and
+    /// beginning have cost so far, a frame on the average.
+    fn goes_on(&self, cost: f32) -> bool {
+        cost + self.wear < 1.0 && self.wear * (self.frames + 1.0) < 1.0 - cost + self.worn
     }
 
     /// Adds a frame that was inferred, with what became of its cells.
     pub fn add(&mut self, foreseen: &Foreseen, samples: &SampleCounts) {
         let reused = samples.good + samples.overlapped;
         let traced = samples.base + samples.missed + samples.obscured;
-        self.missed = traced as f32 / (reused + traced).max(1) as f32;
-        self.cost += foreseen.carrying + self.missed;
+        self.wear = (traced as f32 / (reused + traced).max(1) as f32 - foreseen.lost).max(0.0);
+        self.worn += self.wear;
         self.frames += 1.0;
     }
 }
@@ -107,12 +102,11 @@ pub fn foresee(old: &SampleStore, chain: &Chain, stage: &Stage) -> Foreseen {
     let gained = share(sum.seen[AT_REST]) * surface
         + share(sum.seen[MOVED]) * cost::MOVED
         + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;
-    let seen: u64 = sum.seen.iter().sum();
-    let traced = gained + (1.0 - share(seen)) * surface;
-    let missed = 1.0 - gained * sum.spread(fields(&stage.view.grid)) / traced;
-    let carrying = spent / traced;
-    let pays = carrying + missed < 1.0 && chain.is_worth_more(carrying);
-    Foreseen { pays, carrying, asked }
+    let seen = share(sum.seen.iter().sum());
+    let spread = sum.spread(fields(&stage.view.grid));
+    let traced = gained + (1.0 - seen) * surface;
+    let cost = (spent + traced - gained * spread) / traced;
+    Foreseen { pays: chain.goes_on(cost), lost: 1.0 - seen * spread, asked }
 }
 
 impl Foreseen {
@@ -235,37 +229,51 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
 mod tests {
     use super::*;
 
-    /// Frames that are inferred before one is traced, if it costs `carrying` to infer one and `missed(n)` of the
-    /// n-th one's cells are missed.
-    fn length(carrying: f32, missed: impl Fn(usize) -> f32) -> usize {
+    /// Frames that are inferred before one is traced, a thousand at most. Of the n-th one `lost(n)` of the samples are
+    /// foreseen to be lost, and `wear(n)` of its cells are missed beside; the rest costs `carrying`.
+    fn length(carrying: f32, lost: impl Fn(usize) -> f32, wear: impl Fn(usize) -> f32) -> usize {
         let mut chain = Chain::default();
-        let foreseen = Foreseen { carrying, ..Foreseen::default() };
         let cells = 1_000_000;
-        (1..1000)
-            .take_while(|number| {
-                let pays = carrying + missed(*number) < 1.0 && chain.is_worth_more(carrying);
-                let traced = (missed(*number) * cells as f32) as u64;
-                let samples =
-                    SampleCounts { good: cells - traced, missed: traced, ..SampleCounts::default() };
-                chain.add(&foreseen, &samples);
-                pays
-            })
-            .count()
+        let infer = |number: &usize| {
+            let lost = lost(*number);
+            let goes_on = chain.goes_on(carrying + lost);
+            let missed = ((lost + wear(*number)) * cells as f32) as u64;
+            let samples = SampleCounts { good: cells - missed, missed, ..SampleCounts::default() };
+            chain.add(&Foreseen { lost, ..Foreseen::default() }, &samples);
+            goes_on
+        };
+        (1..=1000).take_while(infer).count()
     }
 
     #[test]
     fn a_chain_ends_where_its_mean_cost_is_least() {
-        for (carrying, growth) in [(0.5, 0.02), (0.1, 0.02), (0.5, 0.002), (0.9, 0.02), (0.3, 0.1)] {
-            let missed = |number: usize| (number as f32 * growth).min(0.9);
+        for (carrying, growth) in [(0.5, 0.02), (0.1, 0.02), (0.5, 0.002), (0.85, 0.02), (0.3, 0.1)] {
+            let wear = |number: usize| (number as f32 * growth).min(0.9);
             let mean = |length: usize| {
-                let inferred: f32 = (1..=length).map(|number| carrying + missed(number)).sum();
+                let inferred: f32 = (1..=length).map(|number| carrying + wear(number)).sum();
                 (1.0 + inferred) / (length + 1) as f32
             };
             let best = (0..1000).min_by(|a, b| mean(*a).total_cmp(&mean(*b))).unwrap_or_default();
-            assert!(length(carrying, missed).abs_diff(best) <= 1, "{carrying} {growth}: {best}");
+            let length = length(carrying, |_| 0.0, wear);
+            assert!(length.abs_diff(best) <= 1, "{carrying} {growth}: {length}, not {best}");
         }
-        assert_eq!(length(0.5, |_| 0.1), 999, "nothing wears out");
-        assert_eq!(length(0.5, |_| 0.6), 0, "nothing is gained");
+    }
+
+    #[test]
+    fn what_is_no_wear_ends_no_chain() {
+        assert_eq!(length(0.5, |_| 0.1, |_| 0.0), 1000, "always as much is lost");
+        assert_eq!(
+            length(0.3, |number| number as f32 * 0.0006, |_| 0.0),
+            1000,
+            "the camera goes faster and faster"
+        );
+        assert_eq!(length(0.5, |number| if number == 9 { 0.4 } else { 0.1 }, |_| 0.0), 1000, "once it jerks");
+        assert!(
+            length(0.5, |_| 0.1, |number| 0.01 * (number % 2) as f32) > 50,
+            "samples are few: there is noise"
+        );
+        assert_eq!(length(0.5, |_| 0.6, |_| 0.0), 0, "nothing is gained");
+        assert_eq!(length(0.5, |number| if number == 9 { 0.6 } else { 0.1 }, |_| 0.0), 8, "a cut");
     }
 
     #[test]

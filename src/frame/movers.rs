@@ -124,11 +124,8 @@ pub struct Movers {
 impl Movers {
     /// `bounds` has one object-space box a model.
     pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
-        let moved: Vec<u32> = (0..)
-            .zip(&scene.models)
-            .map(|(model, _)| model)
-            .filter(|model| plan.moved[*model as usize])
-            .collect();
+        let moved = (0..scene.models.len() as u32).filter(|model| plan.moved[*model as usize]);
+        let moved: Vec<u32> = moved.collect();
         let place = |model: &u32| bounds[*model as usize].placed(&pose.models[*model as usize]);
         let models = ModelSet::of(&moved);
         Self { models, ..Self::around(moved.iter().map(place).collect()) }

@@ -93,10 +93,6 @@ fn in_rows<T: Copy>(column: &Column<T>, pixels: &mut Column<T>) {
 pub fn choose_nearest(grid: &Grid, [x, y]: [&Column<f32>; 2], nearest: &mut Vec<u16>) {
     nearest.clear();
     let cells = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
-    if grid.samples == 1 {
-        nearest.extend(cells.map(|cells| cells[0]));
-        return;
-    }
     // the number of a sample in its pixel comes after how near it is: the least says which one it is
     let (scale, samples) = ((grid.samples as f32).recip(), grid.samples_of_pixel() as f32);
     let aside = |at: f32, centre: f32| at * scale - centre;

@@ -8,15 +8,20 @@ use super::movers::{Bounds, ModelSet, Sweep};
 use super::plan::LightChange;
 use super::stage::Stage;
 use crate::motion::pose::LightShape;
-use crate::samples::{SampleStore, Status, Tile};
+use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
-/// What is remembered of a tile from frame to frame while the camera stands.
+/// What is remembered of a tile from frame to frame while the camera stands. Nothing is, by default.
 #[derive(Debug, Default)]
 pub struct Memo {
-    /// Whether it is certain to be what it was in the frame before.
+    /// Whether the frame before was seen here: without it, nothing can be said of this one.
+    pub is_known: bool,
+    /// Whether the tile is certain to be what it was in the frame before.
     pub is_at_rest: bool,
-    /// Whether it changed in nothing in the frame before: the film shows it as it is at rest.
+    /// Whether it changed in nothing in the frame before: that frame's film shows it as it is at rest.
     pub is_settled: bool,
+    /// Whether cells of it were traced in the frame before: that frame took their samples to lie in the centres of
+    /// their cells, and later ones take them to lie where they are seen, which may be a rounding step away.
+    pub was_traced: bool,
     /// Whether rays went on from it when it was shown last: what they meet is made anew in every frame.
     pub goes_on: bool,
     /// Forgotten when it is not true any more.
@@ -27,6 +32,12 @@ impl Memo {
     /// Whether the tile may have samples of a model that moved. A `false` is certain.
     pub fn may_have_moved(&self, stage: &Stage) -> bool {
         self.rest.as_ref().is_none_or(|rest| rest.may_have_moved(stage))
+    }
+
+    /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
+    /// change. With `chooses` one sample of several is shown for each pixel, the nearest to its centre.
+    pub fn shows_samples(&self, chooses: bool) -> bool {
+        self.is_known && !self.goes_on && !(chooses && self.was_traced)
     }
 
     /// Whether the film, if it is that of the frame before, shows the tile as it is, but for its age.
@@ -40,11 +51,11 @@ impl Memo {
 pub fn find(store: &SampleStore, stage: &Stage, falls: &Falls, memos: &mut [Memo]) {
     let lights_rest = stage.plan.lights.iter().all(|light| *light == LightChange::None);
     memos.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (memo, tile))| {
-        memo.is_at_rest = lights_rest
-            && (!stage.plan.any_moved || {
-                let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
-                rest.is_out_of_reach(stage) && !falls.any(number)
-            });
+        let is_out_of_reach = !stage.plan.any_moved || {
+            let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
+            rest.is_out_of_reach(stage) && !falls.any(number)
+        };
+        memo.is_at_rest = memo.is_known && lights_rest && is_out_of_reach;
     });
 }
 
@@ -65,7 +76,7 @@ impl Rest {
         Self {
             around: Around::samples(stage, tile),
             models: ModelSet::of(&tile.model),
-            is_doubtful: tile.status.contains(&Status::Missed) || any_doubtful(),
+            is_doubtful: has_gaps(tile) || any_doubtful(),
         }
     }
 
@@ -82,6 +93,12 @@ impl Rest {
             && !self.around.may_be_hidden(stage)
             && !(0..stage.plan.lights.len()).any(may_be_in_shadow)
     }
+}
+
+/// Whether some cell has no sample: not whether one was missed in the frame before, and traced.
+fn has_gaps(tile: &Tile) -> bool {
+    let cells = tile.status.iter().zip(&tile.model);
+    cells.fold(false, |any, (status, model)| any | ((*model == EMPTY) & (*status != Status::Outside)))
 }
 
 /// Where the samples of a tile are.
@@ -126,5 +143,23 @@ impl Around {
             }
         };
         !surfaces.is_empty() && stage.movers.may_meet_sweep(&ways)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::TagLayout;
+
+    #[test]
+    fn a_gap_is_a_cell_without_a_sample() {
+        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        (tile.model, tile.status) = ([0; _], [Status::Good; _]);
+        tile.status[5] = Status::Missed;
+        assert!(!has_gaps(&tile), "it was traced in the frame before");
+        (tile.model[7], tile.status[7]) = (EMPTY, Status::Outside);
+        assert!(!has_gaps(&tile), "beyond the picture");
+        tile.clear(9, Status::Missed);
+        assert!(has_gaps(&tile));
     }
 }

@@ -18,6 +18,7 @@ use super::stay::{self, Lifted};
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
+use crate::layers::Layers;
 use crate::samples::{LeavingStore, SampleStore, SpareTiles, Status, TagLayout, Tile};
 use crate::settings::{Filter, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
@@ -99,7 +100,6 @@ pub fn run_tiles(
     film_is_last: bool,
 ) -> TileSum {
     let is_wide = settings.filter != Filter::Box;
-    let may_skip = film_is_last;
     let picture = Picture::over(film, settings);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*stage.view.grid;
@@ -109,9 +109,7 @@ pub fn run_tiles(
     let Workshop { spare, benches, bands: [now, before], memos, standing } = shop;
     standing.clear();
     if is_wide {
-        // not those that were changed in the frame before: a sample that was just traced lies in the centre of its
-        // cell, and from then on where it is seen, which may be a rounding step away
-        standing.set(grid, memos.iter().map(|memo| !(may_skip && memo.is_shown())));
+        standing.set(grid, memos.iter().map(|memo| !(film_is_last && memo.is_shown())));
     }
     let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
@@ -126,7 +124,7 @@ pub fn run_tiles(
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
         }
-        let work = Work { stage, source, picture: &picture, standing, may_skip };
+        let work = Work { stage, source, picture: &picture, standing, film_is_last };
         let parts = (&mut store.tiles[done..end], &mut memos[done..end], &mut now[..count]);
         let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, benches));
@@ -182,7 +180,7 @@ fn runs<'a>(
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let is_shown = |memos: &[Memo]| work.may_skip && memos.iter().all(Memo::is_shown);
+    let is_shown = |memos: &[Memo]| work.film_is_last && memos.iter().all(Memo::is_shown);
     let shown: Vec<bool> = memos.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(is_shown)).collect();
     let age = work.picture.age();
     let is_wanted = |plane, window: usize| !shown[window] || Some(plane) == age;
@@ -207,8 +205,8 @@ struct Work<'a> {
     picture: &'a Picture,
     /// Of which tiles the colours stand in the film.
     standing: &'a Standing,
-    /// Whether a tile that shows what it showed in the frame before need not be made again.
-    may_skip: bool,
+    /// Whether the film shows the frame before: what stays the same need not be made again.
+    film_is_last: bool,
 }
 
 /// Takes tiles through all phases.
@@ -266,11 +264,12 @@ fn infer_tile(
     memo: &mut Memo,
     bench: &mut Workbench,
 ) -> Outcome {
-    let Work { stage, standing, may_skip, .. } = *work;
+    let Work { stage, standing, film_is_last, .. } = *work;
     let is_needed = standing.is_needed(number);
+    let primary = bench.counts.primary;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    if memo.is_shown() && may_skip && !is_needed {
+    if memo.is_shown() && film_is_last && !is_needed {
         stay::grow_older(tile);
         bench.seconds.gather += lap();
         return Outcome::AsBefore;
@@ -288,8 +287,11 @@ fn infer_tile(
     if change != Change::None {
         memo.rest = None;
     }
+    let chooses = stage.view.grid.samples > 1 && stage.layers.has(Layers::OF_ONE_SAMPLE);
+    let shows_samples = film_is_last && memo.shows_samples(chooses);
     let was_settled = std::mem::replace(&mut memo.is_settled, change == Change::None);
-    let shows_samples = may_skip && !memo.goes_on;
+    memo.was_traced = bench.counts.primary != primary;
+    memo.is_known = true;
     let outcome = match change {
         Change::None if shows_samples && was_settled => Outcome::AsBefore,
         Change::None | Change::Rays if shows_samples => Outcome::Counts,

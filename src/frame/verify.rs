@@ -24,11 +24,11 @@ const BLOCK: usize = crate::trace::LANES;
 /// Turns reused samples that are hidden now into `Obscured`. `around` has at least the samples of models that did not
 /// move, if that is known.
 pub fn verify(stage: &Stage, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
-    let may_be_hidden = match around {
+    let may_be_hidden = || match around {
         Some(around) => around.may_be_hidden(stage),
-        None => stage.plan.any_moved,
+        None => Around::samples(stage, tile).may_be_hidden(stage),
     };
-    if may_be_hidden {
+    if stage.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
         verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
     }
     verify_against(SightCheck::Everything, &[Blockers::Still, Blockers::Movable], stage, tile, bench);
