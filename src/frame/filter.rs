@@ -103,9 +103,7 @@ pub fn filter(
         }
         take_data(stage, tile, placed, nearest, data);
     }
-    if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
-        count(grid, tile, cell_rays, data);
-    }
+    count(stage, tile, cell_rays, data);
     finish(grid, number, picture, filtering, window, |_| true)
 }
 
@@ -129,14 +127,11 @@ pub fn recount(
     picture: &Picture,
     window: &mut Window,
 ) -> Written {
-    let grid = &*stage.view.grid;
     let Workbench { filtering, cell_rays, .. } = bench;
     filtering.data.begin();
-    if stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS) {
-        count(grid, tile, cell_rays, &mut filtering.data);
-    }
+    count(stage, tile, cell_rays, &mut filtering.data);
     let is_count = |channel: &Channel| matches!(channel.source, Source::Data(data::STATUS..));
-    let counted = finish(grid, number, picture, filtering, window, is_count);
+    let counted = finish(&stage.view.grid, number, picture, filtering, window, is_count);
     stay(stage, number, picture, window).plus(counted)
 }
 

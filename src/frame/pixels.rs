@@ -181,8 +181,12 @@ fn take<T: Copy>(grid: &Grid, nearest: &[u16], column: &Column<T>, pixels: &mut 
     }
 }
 
-/// Counts the samples and the rays of each pixel.
-pub fn count(grid: &Grid, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
+/// Counts the samples and the rays of each pixel, if a layer shows either.
+pub fn count(stage: &Stage, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
+    if !(stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS)) {
+        return;
+    }
+    let grid = &*stage.view.grid;
     const STATUSES: [Status; 5] =
         [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
     let share = (grid.samples_of_pixel() as f32).recip();

@@ -220,3 +220,35 @@ pub fn facing(normal: Vec3, facet: Vec3, arrivals: &[Arrival; 2]) -> u16 {
     let [normal, facet] = [normal, facet].map(Lanes3::splat);
     u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, facet, &arrivals[half]).bits()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_sample_goes_to_the_queue_of_its_own_tag() {
+        let rests = Checks { queue_of: [Some(1), Some(0), None, None, Some(2)], all_keep: false };
+        let moved = Checks { queue_of: [Some(1), Some(1), Some(1), Some(1), Some(2)], all_keep: false };
+        let checks = [rests, moved];
+        let mixed = [
+            Tag::Unknown,
+            Tag::Lit,
+            Tag::Averted,
+            Tag::ByStill,
+            Tag::ByMovable,
+            Tag::Lit,
+            Tag::Lit,
+            Tag::Lit,
+        ];
+        for tags in [mixed, [Tag::Lit; LANES], [Tag::Averted; LANES]] {
+            for moved in [0, u8::MAX, 0b1010_0110, 1] {
+                let asked = Checks::queues(&checks, &tags, moved);
+                for lane in 0..LANES {
+                    let wanted = checks[usize::from(moved >> lane & 1)].queue_of[tags[lane] as usize];
+                    let queues = (0..).zip(asked).filter(|(_, lanes)| lanes >> lane & 1 != 0);
+                    assert!(queues.map(|(queue, _)| queue).eq(wanted), "{tags:?} {moved:b} {lane}");
+                }
+            }
+        }
+    }
+}

@@ -265,24 +265,15 @@ fn infer_tile(
     bench: &mut Workbench,
 ) -> Outcome {
     let Work { stage, standing, film_is_last, .. } = *work;
-    let is_needed = standing.is_needed(number);
     let primary = bench.counts.primary;
-    let mut clock = Instant::now();
-    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    if memo.is_shown() && film_is_last && !is_needed {
-        stay::grow_older(tile);
-        bench.seconds.gather += lap();
-        return Outcome::AsBefore;
-    }
     bench.begin_tile();
     let change = if memo.is_at_rest {
+        let begin = Instant::now();
         stay::grow_older(tile);
-        bench.seconds.gather += lap();
+        bench.seconds.gather += begin.elapsed().as_secs_f64();
         Change::None
     } else {
-        let change = update_samples(work, number, tile, memo, bench);
-        lap();
-        change
+        update_samples(work, number, tile, memo, bench)
     };
     if change != Change::None {
         memo.rest = None;
@@ -297,10 +288,11 @@ fn infer_tile(
         Change::None | Change::Rays if shows_samples => Outcome::Counts,
         _ => Outcome::New,
     };
-    if outcome == Outcome::New || is_needed {
+    if outcome == Outcome::New || standing.is_needed(number) {
+        let begin = Instant::now();
         enhance::enhance(stage, tile, bench);
         memo.goes_on = bench.radiance.has_secondary;
-        bench.seconds.enhance += lap();
+        bench.seconds.enhance += begin.elapsed().as_secs_f64();
     }
     outcome
 }
