@@ -177,8 +177,8 @@ impl Sorter {
 pub struct Contest {
     /// The least rank in each cell.
     best: Column<u64>,
-    /// Whether more than one sample fell into the cell.
-    is_crowded: Column<bool>,
+    /// How many samples fell into each cell; 2 stands for more.
+    fallen: Column<u8>,
     /// Of a sheaf: those that won come first.
     moves: Column<Move>,
 }
@@ -187,7 +187,7 @@ const VACANT: u64 = u64::MAX;
 
 impl Default for Contest {
     fn default() -> Self {
-        Self { best: [VACANT; CELLS], is_crowded: [false; CELLS], moves: [Move::default(); CELLS] }
+        Self { best: [VACANT; CELLS], fallen: [0; CELLS], moves: [Move::default(); CELLS] }
     }
 }
 
@@ -196,13 +196,13 @@ impl Contest {
     /// for each tile that any come from. Whoever is first in the list, the winners are the same.
     pub fn hold(&mut self, list: &[u64], mut take: impl FnMut(u32, &[Move])) {
         self.best.fill(VACANT);
-        self.is_crowded.fill(false);
+        self.fallen.fill(0);
         for (source, sheaf) in sheaves(list) {
             for fall in sheaf.iter().map(|word| Fall(*word)) {
                 let cell = usize::from(fall.way().to);
-                let best = &mut self.best[cell];
-                self.is_crowded[cell] |= *best != VACANT;
+                let (best, fallen) = (&mut self.best[cell], &mut self.fallen[cell]);
                 *best = fall.rank(source).min(*best);
+                *fallen = (*fallen + 1).min(2);
             }
         }
         for (source, sheaf) in sheaves(list) {
@@ -216,10 +216,9 @@ impl Contest {
         }
     }
 
-    /// Whether several samples fell into a cell; `None` where none did.
-    #[inline]
-    pub fn crowded(&self, cell: usize) -> Option<bool> {
-        (self.best[cell] != VACANT).then_some(self.is_crowded[cell])
+    /// For each cell how many samples fell into it; 2 stands for more.
+    pub fn fallen(&self) -> &Column<u8> {
+        &self.fallen
     }
 }
 
@@ -239,8 +238,12 @@ mod tests {
                 }
             });
         });
-        let crowded = |cell: usize| contest.crowded(cell);
-        winners.into_iter().enumerate().map(|(cell, sample)| sample.zip(crowded(cell))).collect()
+        let crowded = |fallen: &u8| [None, Some(false), Some(true)][usize::from(*fallen)];
+        winners
+            .into_iter()
+            .zip(contest.fallen())
+            .map(|(sample, fallen)| sample.zip(crowded(fallen)))
+            .collect()
     }
 
     fn fall(falls: &Falls, cell: u32, depth: f32, sample: u32) {

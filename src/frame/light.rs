@@ -5,7 +5,7 @@ use super::placed::Placed;
 use super::plan::LightChange;
 use super::rest::Around;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
-use super::stage::{Stage, Workbench, count_bits, set_bits, surface_bits};
+use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
 use crate::shade::light::{Aim, arrival, arrivals, way};
@@ -39,10 +39,11 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let surfaces = may_hold.then(|| Around::surfaces(stage, tile));
     for light in 0..stage.pose.lights.len() {
+        let may_be_met = surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage, light));
         // for samples of models that did not move, and of those that did
-        let checks = [false, true].map(|moved| Checks::of(stage, light, moved));
-        if checks.iter().all(|checks| checks.all_keep) || all_tags_hold(stage, light, tile, surfaces.as_ref())
-        {
+        let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
+        let all_hold = || !may_be_met && all_tags_hold(stage, light, tile);
+        if checks.iter().all(|checks| checks.all_keep) || all_hold() {
             continue;
         }
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
@@ -61,27 +62,19 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     is_changed
 }
 
-/// Whether no tag of a whole tile needs a ray: none is in doubt by itself, and nothing that moved can have
-/// come between the light and the tile's `surfaces`.
-fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile, surfaces: Option<&Around>) -> bool {
-    let Some(surfaces) = surfaces.filter(|_| stage.plan.lights[light] != LightChange::Moved) else {
-        return false;
-    };
-    if surfaces.may_be_in_shadow(stage, light) || tile.tags.any_doubtful(stage.slots[light], &tile.model) {
-        return false;
-    }
-    tile.model.chunks_exact(LANES).all(|models| stage.moved_bits(models) == 0)
+/// Whether no tag of a whole tile needs a ray, if nothing that moved can have come between it and the light: none is
+/// in doubt by itself.
+fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile) -> bool {
+    stage.plan.lights[light] != LightChange::Moved
+        && !tile.tags.any_doubtful(stage.slots[light], &tile.model)
+        && tile.model.chunks_exact(LANES).all(|models| stage.moved_bits(models) == 0)
 }
 
 /// Of eight cells, those whose light must be summed anew whatever their tags say.
 fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     let models = &tile.model[first..first + LANES];
     let [still, moved] = [false, true].map(|moved| stage.plan.light_changes(moved));
-    let is_new = |status: &Status| !status.is_reused();
-    let mut bits = tile.status[first..first + LANES]
-        .iter()
-        .enumerate()
-        .fold(0, |bits, (lane, status)| bits | u8::from(is_new(status)) << lane);
+    let mut bits = !status_bits(&tile.status[first..first + LANES], Status::is_reused);
     if still {
         bits = u8::MAX;
     } else if moved {
@@ -103,11 +96,13 @@ fn ask_light(
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let tags = &tile.tags.single(slot)[first..first + LANES];
-        if checks.iter().all(|checks| checks.all_hold(tags)) {
+        let moved = stage.moved_bits(models);
+        let hold = |checks: &Checks, lanes: u8| lanes == 0 || checks.all_hold(tags);
+        if hold(&checks[0], !moved) && hold(&checks[1], moved) {
             continue;
         }
         let surfaces = surface_bits(models);
-        let mut asked = Checks::queues(checks, tags, stage.moved_bits(models)).map(|asked| asked & surfaces);
+        let mut asked = Checks::queues(checks, tags, moved).map(|asked| asked & surfaces);
         if asked == [0; CHECKS.len()] {
             continue;
         }

@@ -12,7 +12,9 @@ use super::grid::holds;
 use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Mask};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, LeavingStore, Octahedral, SampleStore, Status, Tile};
+use crate::samples::{
+    BACKGROUND, CELLS, Column, EMPTY, LeavingStore, Octahedral, SampleStore, Status, TILE, Tile,
+};
 
 /// Puts every sample of `old` on the list of the tile that it falls into.
 pub fn scatter(old: SampleStore, stage: &Stage, falls: &Falls) -> LeavingStore {
@@ -64,16 +66,12 @@ pub fn gather(
             }
         });
     });
+    settle(tile, contest.fallen());
     let extent = stage.view.grid.extent(number);
-    for cell in 0..CELLS {
-        match contest.crowded(cell) {
-            Some(is_crowded) => {
-                tile.status[cell] = if is_crowded { Status::Overlapped } else { Status::Good }
-            }
-            None => tile.clear(cell, if holds(extent, cell) { Status::Missed } else { Status::Outside }),
-        }
+    if extent != [TILE as u32; 2] {
+        let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));
+        beyond.for_each(|(_, status)| *status = Status::Outside);
     }
-    grow_older(tile);
     for first in (0..CELLS).step_by(LANES) {
         for lane in set_bits(seen_from_behind(stage, tile, first)) {
             tile.clear(first + lane, Status::Missed);
@@ -89,10 +87,21 @@ pub fn gather(
     }
 }
 
-/// Each sample is a frame older.
-fn grow_older(tile: &mut Tile) {
-    for (age, model) in tile.age.iter_mut().zip(&tile.model) {
-        *age = age.saturating_add(u16::from(*model != EMPTY));
+/// Cells into which nothing has `fallen` are missed; the samples in the others are a frame older.
+fn settle(tile: &mut Tile, fallen: &Column<u8>) {
+    // without a branch: all columns are gone through many cells at a time
+    for (status, fallen) in tile.status.iter_mut().zip(fallen) {
+        *status = match *fallen {
+            0 => Status::Missed,
+            1 => Status::Good,
+            _ => Status::Overlapped,
+        };
+    }
+    for (model, fallen) in tile.model.iter_mut().zip(fallen) {
+        *model = if *fallen == 0 { EMPTY } else { *model };
+    }
+    for (age, fallen) in tile.age.iter_mut().zip(fallen) {
+        *age = if *fallen == 0 { 0 } else { age.saturating_add(1) };
     }
 }
 

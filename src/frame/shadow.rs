@@ -164,11 +164,12 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// `moved`: the sample's model did.
-    pub fn of(stage: &Stage, light: usize, moved: bool) -> Self {
+    /// `moved`: the sample's model did. `may_be_met`: something that moved may be between sample and light.
+    pub fn of(stage: &Stage, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
             let check = stage.plan.shadow_check(light, moved, tag);
-            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
+            let is_needed = may_be_met || check != ShadowCheck::Moved;
+            CHECKS.iter().position(|known| is_needed && *known == check).map(|queue| queue as u8)
         });
         Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
     }

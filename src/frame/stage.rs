@@ -10,7 +10,7 @@ use super::view::View;
 use crate::lanes::{LANES, Lanes3, Mask};
 use crate::layers::Layers;
 use crate::motion::{Pose, Transform};
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, TagSlot, Tile};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::shade::phong::Palette;
 use crate::stats::RayCounts;
@@ -81,8 +81,7 @@ impl<'a> Stage<'a> {
         if self.displaced.is_empty() {
             return 0;
         }
-        let is_displaced = |model: &u32| self.displaced.get(*model as usize) == Some(&true);
-        models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(is_displaced(model)) << lane)
+        bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.
@@ -92,25 +91,45 @@ impl<'a> Stage<'a> {
     }
 
     /// The same for eight cells, a bit each.
-    #[inline]
+    #[inline(always)]
     pub fn moved_bits(&self, models: &[u32]) -> u8 {
         if !self.plan.any_moved {
             return 0;
         }
-        models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(self.moved(*model)) << lane)
+        bits_of_models(models, |model| self.moved(model))
     }
 }
 
-/// For eight cells, which of them hold a surface, a bit each.
-#[inline]
-pub fn surface_bits(models: &[u32]) -> u8 {
-    models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(*model < EMPTY) << lane)
+/// Of eight cells' models, those of which something `holds`, a bit each. Neighbours mostly show the same model:
+/// then it is asked once.
+#[inline(always)]
+fn bits_of_models(models: &[u32], holds: impl Fn(u32) -> bool) -> u8 {
+    if Mask::equal(models, models[0]).bits() == u8::MAX {
+        return if holds(models[0]) { u8::MAX } else { 0 };
+    }
+    models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(holds(*model)) << lane)
 }
 
-/// The numbers of the bits that are set.
-#[inline]
-pub fn set_bits(bits: u8) -> impl Iterator<Item = usize> {
-    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+/// For eight cells, which of them hold a surface, a bit each.
+#[inline(always)]
+pub fn surface_bits(models: &[u32]) -> u8 {
+    Mask::less(models, EMPTY).bits()
+}
+
+/// Of eight cells, those whose status is `wanted`, a bit each.
+#[inline(always)]
+pub fn status_bits(status: &[Status], wanted: impl Fn(Status) -> bool) -> u8 {
+    Mask::of(|lane| wanted(status[lane])).bits()
+}
+
+/// The numbers of the bits that are set, from the lowest on. Mostly there is none.
+#[inline(always)]
+pub fn set_bits(mut bits: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+        bits &= bits - 1;
+        Some(lowest)
+    })
 }
 
 /// Adds 1 to those of eight counts whose bit is set.

@@ -130,7 +130,7 @@ pub fn settle(
         let mut any = false;
         for (source, way) in winners {
             let [to, from] = [way.to, way.from].map(usize::from);
-            let is_crowded = contest.crowded(to).unwrap_or(false);
+            let is_crowded = contest.fallen()[to] > 1;
             any |= put_down(stage, tile, to, lifted.tile(source), from, is_crowded);
         }
         any

@@ -1,6 +1,6 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
-use super::stage::{Stage, Workbench, set_bits};
+use super::stage::{Stage, Workbench, set_bits, status_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
@@ -14,10 +14,8 @@ const OFF_RAY: f32 = 2.5e-6;
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`.
 pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut Workbench) {
     bench.begin_rays();
-    for (cell, status) in tile.status.iter().enumerate() {
-        if is_traced(*status) {
-            bench.owners.push(cell as u32);
-        }
+    for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
+        bench.owners.extend(set_bits(status_bits(status, is_traced)).map(|lane| first + lane as u32));
     }
     if bench.owners.is_empty() {
         return;

@@ -5,7 +5,7 @@
 
 use super::plan::SightCheck;
 use super::rest::Around;
-use super::stage::{Stage, Workbench, count_bits, set_bits};
+use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
@@ -53,7 +53,7 @@ fn verify_against(
             let models = &tile.model[first..first + LANES];
             let moved = stage.moved_bits(models);
             let checked = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
-            let reused = checked & reused_bits(&tile.status[first..first + LANES]);
+            let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
             may_be_hidden_bits(check, stage, tile, first, reused)
         }))
     });
@@ -71,12 +71,6 @@ fn verify_against(
             tile.status[*cell as usize] = Status::Obscured;
         }
     }
-}
-
-/// Of eight cells, those whose sample was there in the frame before.
-#[inline]
-fn reused_bits(status: &[Status]) -> u8 {
-    status.iter().enumerate().fold(0, |bits, (lane, status)| bits | u8::from(status.is_reused()) << lane)
 }
 
 /// Of eight samples those that are `asked` for and may be hidden.

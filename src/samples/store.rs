@@ -31,15 +31,12 @@ pub struct Move {
     pub from: u16,
 }
 
-/// Copies the values that move, in some columns at once: what leads to a cell is worth more than one value.
-#[inline(always)]
-pub fn copy<T: Copy, const N: usize>(to: [&mut Column<T>; N], from: [&Column<T>; N], moves: &[Move]) {
-    for way in moves {
+impl Move {
+    /// The new cell and the old one.
+    #[inline(always)]
+    pub fn cells(self) -> [usize; 2] {
         // the remainders are the numbers themselves: they spare checks
-        let (at, old) = (usize::from(way.to) % CELLS, usize::from(way.from) % CELLS);
-        for column in 0..N {
-            to[column][at] = from[column][old];
-        }
+        [self.to, self.from].map(|cell| usize::from(cell) % CELLS)
     }
 }
 
@@ -154,6 +151,22 @@ impl Tile {
     /// the caller's.
     #[inline]
     pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
+        self.take_over_untagged(cell, from, at);
+        self.tags.take_over(cell, &from.tags, at);
+    }
+
+    /// Copies samples from `from`, with their light, tags and age. The status is the caller's.
+    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
+        for way in moves {
+            let [to, at] = way.cells();
+            self.take_over_untagged(to, from, at);
+            self.age[to] = from.age[at];
+        }
+        self.tags.take_over_all(&from.tags, moves);
+    }
+
+    #[inline(always)]
+    fn take_over_untagged(&mut self, cell: usize, from: &Self, at: usize) {
         self.x[cell] = from.x[at];
         self.y[cell] = from.y[at];
         self.z[cell] = from.z[at];
@@ -167,22 +180,6 @@ impl Tile {
             self.albedo[i][cell] = from.albedo[i][at];
             self.lit[i][cell] = from.lit[i][at];
         }
-        self.tags.take_over(cell, &from.tags, at);
-    }
-
-    /// Copies samples from `from`, with their light, tags and age, some columns at a time. The status is the
-    /// caller's.
-    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
-        copy([&mut self.x, &mut self.y, &mut self.z], [&from.x, &from.y, &from.z], moves);
-        let numbers = [&mut self.model, &mut self.triangle];
-        copy(numbers, [&from.model, &from.triangle], moves);
-        let normals = [&mut self.normal, &mut self.facet];
-        copy(normals, [&from.normal, &from.facet], moves);
-        copy(self.albedo.each_mut(), from.albedo.each_ref(), moves);
-        copy(self.lit.each_mut(), from.lit.each_ref(), moves);
-        copy([&mut self.material, &mut self.age], [&from.material, &from.age], moves);
-        copy([&mut self.from_behind], [&from.from_behind], moves);
-        self.tags.take_over_all(&from.tags, moves);
     }
 
     /// Leaves the cell without a sample.

@@ -1,6 +1,5 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::store::copy;
 use super::{CELLS, Column, EMPTY, Move};
 use crate::lanes::{LANES, Mask};
 
@@ -252,10 +251,10 @@ impl Tags {
     /// The same for many cells.
     pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
         for (to, from) in self.single.iter_mut().zip(&from.single) {
-            copy([to], [from], moves);
+            moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
         }
         for (to, from) in self.area.iter_mut().zip(&from.area) {
-            copy([to], [from], moves);
+            moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
         }
     }
 
