@@ -53,6 +53,7 @@ pub mod lanes;
 pub mod layers;
 pub mod motion;
 pub mod output;
+mod prefetch;
 pub mod report;
 pub mod samples;
 pub mod scene;

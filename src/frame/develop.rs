@@ -135,8 +135,8 @@ impl Developer {
         // rows, and whether nothing is to be written there
         let some_rows: Vec<(Range<usize>, bool)> =
             some_rows.map(|rows| (rows.clone(), stands(&[0..width, rows]))).collect();
-        let is_filtered = |plane: usize| matches!(picture.channels[plane].source, Source::Filtered(_));
-        let is_wanted = |plane, window: usize| !some_rows[window].1 && is_filtered(plane);
+        let is_wanted =
+            |plane: usize, window: usize| !some_rows[window].1 && is_filtered(&picture.channels[plane]);
         let windows = cut(&mut film.planes, width, rows, [width, PIECE[1]], is_wanted);
         let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
             if *all_stands {
@@ -155,6 +155,10 @@ impl Developer {
     }
 }
 
+fn is_filtered(channel: &Channel) -> bool {
+    matches!(channel.source, Source::Filtered(_))
+}
+
 /// Writes the filtered planes of the rectangle `pixels`.
 ///
 /// The filter's negative lobes must make neither negative light nor coverage of more than all.
@@ -165,6 +169,11 @@ fn write_piece(
     pixels: &[Range<usize>; 2],
     window: &mut Window,
 ) -> Written {
+    // while sums are read
+    let filtered = picture.channels.iter().zip(&picture.was_zero).enumerate();
+    for (number, _) in filtered.filter(|(_, (channel, was_zero))| is_filtered(channel) && !**was_zero) {
+        window.prefetch(number, pixels);
+    }
     let mut groups = [[Lanes::ZERO; PIXELS]; GROUPS];
     let mut is_some = [false; sums::COUNT];
     for tile in tiles_that_reach(grid, pixels) {

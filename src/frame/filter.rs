@@ -154,8 +154,17 @@ fn finish(
     let pixels = pixels_of(grid, number);
     let mut written = Written::default();
     let mut scaled = [0.0; CELLS];
+    let is_some = |channel: &Channel| match channel.source {
+        Source::Data(number) => data.is_some[number],
+        Source::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
+    };
     let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
-    for (number, (channel, was_zero)) in channels.filter(|(_, (channel, _))| wanted(channel)) {
+    let mut channels = channels.filter(|(_, (channel, _))| wanted(channel)).peekable();
+    while let Some((number, (channel, was_zero))) = channels.next() {
+        // rows lie far from each other, each in memory that no cache has any more
+        if let Some((next, _)) = channels.peek().filter(|(_, (next, _))| is_some(next)) {
+            window.prefetch(*next, &pixels);
+        }
         let values = match channel.source {
             Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
             Source::Filtered(_) if picture.filter != Filter::Box => continue,

@@ -7,6 +7,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::film::{Plane, Values, round_to_halves};
+use crate::prefetch::prefetch;
 
 /// The part of a film that some tiles beside each other show, in all planes.
 #[derive(Debug)]
@@ -111,6 +112,18 @@ impl Window<'_> {
                     copy(&mut to[columns.clone()], from);
                 }
             }
+        }
+    }
+
+    /// Has the memory fetched into which these pixels of plane number `number` are written soon.
+    #[inline]
+    pub fn prefetch(&self, number: usize, pixels: &[Range<usize>; 2]) {
+        let [left, top] = self.corner;
+        let columns = pixels[0].start - left..pixels[0].end - left;
+        let rows_of = pixels[1].start - top..pixels[1].end - top;
+        match &self.planes[number] {
+            Rows::Half(rows) => rows[rows_of].iter().for_each(|row| prefetch(&row[columns.clone()])),
+            Rows::Float(rows) => rows[rows_of].iter().for_each(|row| prefetch(&row[columns.clone()])),
         }
     }
 

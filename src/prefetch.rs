@@ -1,0 +1,24 @@
+//! Telling the processor what memory is needed soon, so that it is fetched while other work goes on. Nothing but time
+//! depends on it, and where processors cannot be told, nothing happens.
+
+/// Bytes that caches fetch together.
+const LINE: usize = 64;
+
+/// `values` are read or written over soon.
+#[inline(always)]
+pub fn prefetch<T>(values: &[T]) {
+    let in_line = (LINE / size_of::<T>()).max(1);
+    values.iter().step_by(in_line).for_each(fetch);
+    // where the first is not at the beginning of its line, the last has a line more
+    values.last().into_iter().for_each(fetch);
+}
+
+/// Into the second-level cache: there may be more of it than fits into the first.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse"))]
+#[inline(always)]
+fn fetch<T>(value: &T) {
+    safe_arch::prefetch_t1(value);
+}
+
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse")))]
+fn fetch<T>(_: &T) {}
