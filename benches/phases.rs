@@ -16,7 +16,7 @@ use afterimage::samples::CELLS;
 use afterimage::scene::{self, Scene, obj};
 use afterimage::settings::{Build, Settings};
 use afterimage::trace::embree::EmbreeBackend;
-use afterimage::trace::{Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch};
+use afterimage::trace::{Among, Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use tempfile::TempDir;
@@ -106,7 +106,7 @@ fn trace_closest(bencher: Bencher) {
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher
         .counter(ItemsCount::new(rays.len()))
-        .bench_local(|| tracer.closest(&rays, Coherence::Coherent, &mut hits));
+        .bench_local(|| tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits));
 }
 
 /// One thread.

@@ -16,7 +16,7 @@ use afterimage::scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::rust::RustBackend;
-use afterimage::trace::{Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
+use afterimage::trace::{Among, Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -98,7 +98,7 @@ fn report(
 fn closest(tracer: &dyn Tracer, rays: &[RayBatch], coherence: Coherence) -> Vec<HitBatch> {
     let trace = |batch: &RayBatch| {
         let mut hits = HitBatch::default();
-        tracer.closest(batch, coherence, &mut hits);
+        tracer.closest(batch, Among::All, coherence, &mut hits);
         hits
     };
     rays.par_iter().map(trace).collect()

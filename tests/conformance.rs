@@ -9,7 +9,7 @@ use std::f32::consts::TAU;
 use afterimage::motion::{Pose, Track, TransformTrack};
 use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
-use afterimage::trace::{BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer};
+use afterimage::trace::{Among, BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer};
 use glam::{DVec3, Vec3};
 use toy::{floor, keys, matt, mesh, moving, octahedron, still};
 
@@ -42,7 +42,7 @@ fn on_each_moved(scene: &Scene, moved: &[bool], check: impl Fn(&dyn Tracer, Cohe
 
 fn closest(tracer: &dyn Tracer, way: Coherence, rays: &RayBatch) -> Vec<Option<Hit>> {
     let mut hits = HitBatch::default();
-    tracer.closest(rays, way, &mut hits);
+    tracer.closest(rays, Among::All, way, &mut hits);
     (0..rays.len()).map(|ray| hits.get(ray)).collect()
 }
 
@@ -217,6 +217,11 @@ fn halves_answer_for_themselves_and_moved_ones_apart() {
                 [Blockers::Still, Blockers::Movable, Blockers::Moved].into_iter().zip(answers)
             {
                 assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &rays), [blocked], "{x} {by:?}");
+            }
+            for (among, is_met) in [(Among::All, true), (Among::Still, answers[0])] {
+                let mut hits = HitBatch::default();
+                tracer.closest(&rays, among, way, &mut hits);
+                assert_eq!(hits.get(0).is_some(), is_met, "{x} {among:?}");
             }
         }
     });

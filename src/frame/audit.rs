@@ -29,7 +29,7 @@ use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, albedo, barycentric, uv_at};
 use crate::stats::AuditCounts;
-use crate::trace::{Coherence, Hit, HitBatch, RayBatch};
+use crate::trace::{Among, Coherence, Hit, HitBatch, RayBatch};
 
 /// Of the distance from the eye to a sample: how far rounding may displace it. Single floats keep 6e-8 of
 /// the largest coordinate at every step from the triangle's corners over the model's matrix to the ray;
@@ -121,7 +121,7 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
 fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
     rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
-    stage.tracer.closest(&batch, Coherence::Coherent, &mut hits);
+    stage.tracer.closest(&batch, Among::All, Coherence::Coherent, &mut hits);
     hits
 }
 

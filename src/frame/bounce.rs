@@ -14,7 +14,7 @@ use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::{Corners, albedo, off_surfaces, uv_at};
 use crate::shade::{Surface, phong};
 use crate::stats::RayCounts;
-use crate::trace::{self, Coherence, HitPacket, NO_HIT};
+use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT};
 
 /// A ray whose share in the picture is below this in all three colours is not followed: half the step of
 /// an 8-bit picture at full brightness.
@@ -106,7 +106,7 @@ fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
         bench.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut bench.counts, &mut bench.cell_rays);
     }
-    stage.tracer.closest(&bench.rays, Coherence::Bounced, &mut bench.hits);
+    stage.tracer.closest(&bench.rays, Among::All, Coherence::Bounced, &mut bench.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =

@@ -147,6 +147,7 @@ impl<'s> Renderer<'s> {
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let timed = Timed::new(&*tracer);
         let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
+        let movable = Movers::ever(self.scene, &self.bounds, &pose);
         let displaced = displaced(&pose);
         let mut stage = Stage {
             scene: self.scene,
@@ -157,6 +158,7 @@ impl<'s> Renderer<'s> {
             view: &view,
             plan: &plan,
             movers: &movers,
+            movable: &movable,
             tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,

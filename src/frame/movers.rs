@@ -60,6 +60,11 @@ impl Bounds {
         })
     }
 
+    /// Around eight points.
+    pub fn of_lanes(points: Lanes3) -> Self {
+        (0..LANES).fold(Self::EMPTY, |all, lane| all.with(points.lane(lane)))
+    }
+
     /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         !self.low.cmple(self.high).all()
@@ -80,7 +85,8 @@ impl Bounds {
         Self { low: tight.low - room, high: tight.high + room }
     }
 
-    fn union(self, other: Self) -> Self {
+    /// Around both boxes.
+    pub fn union(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
@@ -114,7 +120,7 @@ impl ModelSet {
     }
 }
 
-/// Boxes around the models that moved since the frame before, at their new place.
+/// Boxes around models that move: those that moved since the frame before, at their new place, or all.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Movers {
     boxes: Vec<Bounds>,
@@ -131,18 +137,25 @@ impl Movers {
         Self { models, ..Self::around(moved.iter().map(place).collect()) }
     }
 
+    /// Of all models that move in some frame of the shot.
+    pub fn ever(scene: &Scene, bounds: &[Bounds], pose: &Pose) -> Self {
+        let placed = scene.models.iter().zip(bounds).zip(&pose.models);
+        let moving = placed.filter(|((model, _), _)| !model.track.is_constant());
+        Self::around(moving.map(|((_, bounds), place)| bounds.placed(place)).collect())
+    }
+
     fn around(boxes: Vec<Bounds>) -> Self {
         let together = boxes.len().div_ceil(MOST_BOXES).max(1);
         let join = |some: &[Bounds]| some.iter().copied().fold(Bounds::EMPTY, Bounds::union);
         Self { boxes: boxes.chunks(together).map(join).collect(), models: ModelSet::default() }
     }
 
-    /// Which models moved.
+    /// Which models moved; nobody asks of all that move.
     pub fn models(&self) -> ModelSet {
         self.models
     }
 
-    /// Of eight segments, those on which anything that moved may be: at `origin + t * direction` for a t in
+    /// Of eight segments, those on which any of the models may be: at `origin + t * direction` for a t in
     /// `0..=far`. A bit that is not set is certain.
     #[inline]
     pub fn may_meet(&self, origin: Lanes3, direction: Lanes3, far: Lanes) -> u8 {
@@ -209,7 +222,7 @@ impl Sweep {
 }
 
 impl Movers {
-    /// Whether anything that moved may be on a way of `sweep`. A `false` is certain.
+    /// Whether any of the models may be on a way of `sweep`. A `false` is certain.
     pub fn may_meet_sweep(&self, sweep: &Sweep) -> bool {
         self.boxes.iter().any(|bounds| sweep.meets(bounds))
     }

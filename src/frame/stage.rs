@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::foresee::Foreseen;
-use super::movers::Movers;
+use super::movers::{Movers, Sweep};
 use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
@@ -35,6 +35,8 @@ pub struct Stage<'a> {
     pub plan: &'a Plan,
     /// Where the models that moved are.
     pub movers: &'a Movers,
+    /// Where all models are that move in some frame of the shot.
+    pub movable: &'a Movers,
     /// Who answers rays about it.
     pub tracer: &'a dyn Tracer,
     /// Bounces that a ray from the eye may take.
@@ -82,6 +84,13 @@ impl<'a> Stage<'a> {
             return 0;
         }
         bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
+    }
+
+    /// Whether a ray from the eye through a cell of tile number `number` may meet a model that moves in some frame of
+    /// the shot. A `false` is certain.
+    pub fn may_see_movable(&self, number: usize) -> bool {
+        let ways = Sweep::fan(self.view.camera.eye, &self.view.directions_of_tile(number));
+        self.movable.may_meet_sweep(&ways)
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.

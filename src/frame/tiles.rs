@@ -319,7 +319,7 @@ fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, benc
     };
     bench.seconds.gather += lap();
     if !matches!(source, Source::Nothing) {
-        verify::verify(stage, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
+        verify::verify(stage, number, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
     }
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, tile, bench);

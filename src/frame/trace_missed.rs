@@ -5,7 +5,7 @@ use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
-use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayPacket};
+use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
@@ -22,7 +22,8 @@ pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut W
     }
     push_rays(stage, number, bench);
     bench.counts.primary += bench.rays.len() as u64;
-    stage.tracer.closest(&bench.rays, Coherence::Coherent, &mut bench.hits);
+    let among = if stage.may_see_movable(number) { Among::All } else { Among::Still };
+    stage.tracer.closest(&bench.rays, among, Coherence::Coherent, &mut bench.hits);
     let answers = bench.rays.packets().zip(&bench.hits.packets).zip(bench.owners.chunks(trace::LANES));
     for (((rays, _), hits), owners) in answers {
         for (half, owners) in owners.chunks(LANES).enumerate() {

@@ -21,9 +21,9 @@ pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 /// Cells of a block, which is a packet.
 const BLOCK: usize = crate::trace::LANES;
 
-/// Turns reused samples that are hidden now into `Obscured`. `around` has at least the samples of models that did not
+/// Turns reused samples of tile number `number` that are hidden now into `Obscured`. `around` has at least the samples of models that did not
 /// move, if that is known.
-pub fn verify(stage: &Stage, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
+pub fn verify(stage: &Stage, number: usize, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
     let may_be_hidden = || match around {
         Some(around) => around.may_be_hidden(stage),
         None => Around::samples(stage, tile).may_be_hidden(stage),
@@ -31,7 +31,9 @@ pub fn verify(stage: &Stage, tile: &mut Tile, around: Option<&Around>, bench: &m
     if stage.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
         verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
     }
-    verify_against(SightCheck::Everything, &[Blockers::Still, Blockers::Movable], stage, tile, bench);
+    let all = [Blockers::Still, Blockers::Movable];
+    let all = if stage.may_see_movable(number) { &all[..] } else { &all[..1] };
+    verify_against(SightCheck::Everything, all, stage, tile, bench);
 }
 
 /// Sends the segments of all samples whose check is `check` against `blockers`.

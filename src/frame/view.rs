@@ -5,8 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::grid::Grid;
-use crate::lanes::{Lanes, Lanes3};
+use super::movers::Bounds;
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::CameraPose;
+use crate::samples::TILE;
 
 /// Cells and camera of one frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +52,19 @@ impl View {
         let down = y / Lanes::splat(self.scale[1]) - Lanes::splat(self.half[1]);
         let camera = &self.camera;
         Lanes3::splat(camera.forward) + Lanes3::splat(camera.right) * across - Lanes3::splat(camera.up) * down
+    }
+
+    /// Around the [directions](Self::directions) through the cells of tile number `number`, and a cell beyond: rounding
+    /// may say of a sample that it is seen there.
+    pub fn directions_of_tile(&self, number: usize) -> Bounds {
+        let sides =
+            self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as u32) as f32 + 1.0]);
+        let side = |axis: usize, shift: usize| {
+            let mut all = Lanes::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, sides[axis][lane >> shift & 1]));
+            all
+        };
+        Bounds::of_lanes(self.directions(side(0, 0), side(1, 1)))
     }
 
     /// Where offsets (from the eye, world space) are seen.
@@ -100,6 +115,27 @@ pub(super) mod tests {
                 assert!((seen.z - 7.3).abs() < 1e-5);
             }
         }
+    }
+
+    #[test]
+    fn a_tiles_directions_hold_those_of_its_cells() {
+        let view = view(50, 37, 2);
+        let [mut inside, mut outside] = [0, 0];
+        for tile in 0..view.grid.tiles() {
+            let around = view.directions_of_tile(tile);
+            let [left, top] = view.grid.tile_corner(tile);
+            for (x, y) in (0..view.grid.cells_y).flat_map(|y| (0..view.grid.cells_x).map(move |x| (x, y))) {
+                let is_own = (left..left + TILE as u32).contains(&x) && (top..top + TILE as u32).contains(&y);
+                for rim in [0.0, 0.5, 1.0] {
+                    let direction =
+                        view.directions(Lanes::splat(x as f32 + rim), Lanes::splat(y as f32 + rim));
+                    let is_in = around.union(Bounds::at(direction.lane(0))) == around;
+                    assert!(is_in || !is_own, "{x} {y} of {tile}");
+                    *if is_in { &mut inside } else { &mut outside } += 1;
+                }
+            }
+        }
+        assert!(outside > inside, "a tile is no more than it must be");
     }
 
     #[test]

@@ -19,9 +19,10 @@ use embree::{
 };
 
 use super::{
-    Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
+    Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer,
 };
+use crate::lanes::Lanes;
 use crate::motion::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
@@ -202,13 +203,14 @@ struct EmbreeTracer<'a> {
 }
 
 impl Tracer for EmbreeTracer<'_> {
-    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
+        let asks_movable = self.has_movable && among == Among::All;
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
             let valid = Valid16::from_bits(lanes);
             let mut both = RayHit16 { ray: to_embree(packet, mask::ALL), ..RayHit16::default() };
             self.still.intersect16(&valid, &mut both, to_embree_coherence(coherence));
-            if self.has_movable {
+            if asks_movable {
                 self.movable.intersect16(&valid, &mut both, to_embree_coherence(coherence));
             }
             self.convert_hits(&both, lanes, out);
@@ -243,10 +245,8 @@ impl Tracer for EmbreeTracer<'_> {
                 }
             }
             // Embree sets the end of a ray that is blocked to minus infinity
-            for lane in 0..LANES {
-                let hit = ray.tfar[lane] == f32::NEG_INFINITY;
-                *blocked |= u16::from(hit && open >> lane & 1 != 0) << lane;
-            }
+            let ends = [0, LANES / 2].map(|first| Lanes::load(&ray.tfar, first).lt(Lanes::ZERO).bits());
+            *blocked |= open & u16::from_le_bytes(ends);
         }
     }
 }
@@ -274,13 +274,19 @@ impl EmbreeTracer<'_> {
     /// What `packet`'s rays end on, in the ids of the scene that is asked.
     fn own_ids(&self, packet: &RayPacket, by: Blockers) -> OwnPrims16 {
         let mut own = OwnPrims16 { geom_id: [INVALID; 16], prim_id: [INVALID; 16], inst_id: [INVALID; 16] };
-        for lane in 0..LANES {
-            // beyond the last model are background, empty cells, and no hit
-            let Some(place) = self.places.get(packet.own_model[lane] as usize) else { continue };
-            if (place.instance == INVALID) != (by == Blockers::Still) {
-                continue;
-            }
-            let triangle = packet.own_triangle[lane];
+        // beyond the last model are background, empty cells, and no hit
+        let place_of = |model: u32| {
+            let place = self.places.get(model as usize);
+            place.filter(|place| (place.instance == INVALID) == (by == Blockers::Still))
+        };
+        let models = &packet.own_model;
+        let is_one = models.iter().fold(true, |all, model| all & (*model == models[0]));
+        let one = place_of(models[0]);
+        if is_one && one.is_none() {
+            return own;
+        }
+        for (lane, (model, triangle)) in models.iter().zip(packet.own_triangle).enumerate() {
+            let Some(place) = (if is_one { one } else { place_of(*model) }) else { continue };
             let half = usize::from(triangle >= place.split);
             own.geom_id[lane] = place.geometries[half];
             own.prim_id[lane] = if half == 0 { triangle } else { triangle - place.split };

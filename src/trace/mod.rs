@@ -30,6 +30,15 @@ pub enum Blockers {
     Moved,
 }
 
+/// Where the first hit is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Among {
+    /// All models.
+    All,
+    /// Models that never move in the shot: enough for rays that can meet no other.
+    Still,
+}
+
 /// What a segment is for: it decides what blocks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
@@ -42,8 +51,8 @@ pub enum Purpose {
 
 /// Answers rays about the scene as it was committed.
 pub trait Tracer: Sync {
-    /// For each ray of `rays` the first hit in all of the scene.
-    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch);
+    /// For each ray of `rays` the first hit.
+    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch);
 
     /// Sets the bit of each ray of `rays` that `by` blocks; rays whose bit is set are not asked again.
     /// `blocked` has one word a packet.

@@ -36,7 +36,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec3};
 
 use super::{
-    Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
+    Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer,
 };
 use crate::motion::{Pose, Transform};
@@ -131,9 +131,9 @@ struct RustTracer<'a> {
 }
 
 impl Tracer for RustTracer<'_> {
-    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        dispatch(FindClosest { tracer: self, rays, coherence, hits: &mut hits.packets });
+        dispatch(FindClosest { tracer: self, rays, among, coherence, hits: &mut hits.packets });
     }
 
     fn blocked(
@@ -167,6 +167,7 @@ fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
 struct FindClosest<'a> {
     tracer: &'a RustTracer<'a>,
     rays: &'a RayBatch,
+    among: Among,
     coherence: Coherence,
     hits: &'a mut [HitPacket],
 }
@@ -181,7 +182,7 @@ impl Work for FindClosest<'_> {
             best.triangle = [NO_HIT; LANES];
             let rays = rays_of(packet);
             closest_of(lanes, self.tracer.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
-            if !self.tracer.instances.is_empty() {
+            if self.among == Among::All && !self.tracer.instances.is_empty() {
                 self.tracer.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
             }
         }

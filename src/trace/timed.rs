@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use super::{Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
+use super::{Among, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
 use crate::stats::TracingSeconds;
 
 /// Asks another tracer and adds up the time. The kind of a ray is what the frame loop asks with: a coherent
@@ -45,12 +45,12 @@ fn clocked(nanoseconds: &AtomicU64, work: impl FnOnce()) {
 }
 
 impl Tracer for Timed<'_> {
-    fn closest(&self, rays: &RayBatch, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
             Coherence::Bounced | Coherence::Incoherent => &self.bounced,
         };
-        clocked(kind, || self.tracer.closest(rays, coherence, hits));
+        clocked(kind, || self.tracer.closest(rays, among, coherence, hits));
     }
 
     fn blocked(
