@@ -86,14 +86,17 @@ impl Values {
 }
 
 /// Rounds as many values to halves. What is greater than the greatest half becomes it; a NaN stays one.
+#[inline(always)]
 pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
-    const BLOCK: usize = 256; // stays in the first-level cache, and on the stack
-    let mut clamped = [0.0_f32; BLOCK];
-    for (to, from) in halves.chunks_mut(BLOCK).zip(values.chunks(BLOCK)) {
-        for (clamped, value) in clamped.iter_mut().zip(from) {
-            *clamped = value.clamp(-HALF_MAX, HALF_MAX);
-        }
-        to.convert_from_f32_slice(&clamped[..from.len()]);
+    const AT_ONCE: usize = 8;
+    let (mut all_to, all_from) = (halves.chunks_exact_mut(AT_ONCE), values.chunks_exact(AT_ONCE));
+    let rest = all_from.remainder();
+    for (to, from) in all_to.by_ref().zip(all_from) {
+        let clamped: [f32; AT_ONCE] = std::array::from_fn(|i| from[i].clamp(-HALF_MAX, HALF_MAX));
+        to.convert_from_f32_slice(&clamped);
+    }
+    for (to, from) in all_to.into_remainder().iter_mut().zip(rest) {
+        *to = f16::from_f32(from.clamp(-HALF_MAX, HALF_MAX));
     }
 }
 

@@ -261,6 +261,13 @@ impl Neg for Lanes {
     }
 }
 
+/// Whether all of some values, at least one, are the same.
+#[inline(always)]
+pub fn are_same<T: PartialEq>(values: &[T]) -> bool {
+    // no early way out: many are compared at once
+    values.iter().fold(true, |same, value| same & (*value == values[0]))
+}
+
 impl Mask {
     /// Yes throughout.
     pub const ALL: Self = Self(f32x8::new([f32::from_bits(u32::MAX); LANES]));

@@ -10,7 +10,9 @@ pub fn prefetch<T>(values: &[T]) {
     let in_line = (LINE / size_of::<T>()).max(1);
     values.iter().step_by(in_line).for_each(fetch);
     // where the first is not at the beginning of its line, the last has a line more
-    values.last().into_iter().for_each(fetch);
+    if let Some(last) = values.last() {
+        fetch(last);
+    }
 }
 
 /// Into the second-level cache: there may be more of it than fits into the first.

@@ -3,8 +3,9 @@
 //! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
 //! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
 //! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile; those to the
-//! points of an area light make a packet for each surface. Packets are prepared beforehand; only the calls that trace them are timed. There are no rays for
-//! mirrors and glass.
+//! points of an area light make a packet for each surface. Packets are prepared beforehand; only the calls that
+//! trace them are timed. What is movable is asked for in those tiles alone in which any ray meets it, which is found
+//! out beforehand, too. There are no rays for mirrors and glass.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -103,14 +104,22 @@ impl Bare {
         let view = View::new(&Arc::new(Grid::new(settings)), pose.camera);
         let mut cost = TraceCost::default();
         let mut primary = primary_rays(&view);
-        cost.time(|| primary.par_iter_mut().for_each(|tile| scenes.intersect(tile)));
+        let are_near: Vec<bool> = primary.par_iter().map(|tile| scenes.may_meet(tile)).collect();
+        cost.time(|| {
+            let tiles = primary.par_iter_mut().zip(&are_near);
+            tiles.for_each(|(tile, is_near)| scenes.intersect(tile, *is_near));
+        });
         cost.rays += count(&primary);
         let surfaces: Vec<Vec<Eight>> =
             primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
         drop(primary);
         for light in &pose.lights {
             let mut shadow: Vec<_> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
-            cost.time(|| shadow.par_iter_mut().for_each(|tile| scenes.occlude(tile)));
+            let are_near: Vec<bool> = shadow.par_iter().map(|tile| scenes.may_occlude(tile)).collect();
+            cost.time(|| {
+                let tiles = shadow.par_iter_mut().zip(&are_near);
+                tiles.for_each(|(tile, is_near)| scenes.occlude(tile, *is_near));
+            });
             cost.rays += count(&shadow);
         }
         Ok(cost)
@@ -202,19 +211,40 @@ struct Scenes<'a> {
 }
 
 impl Scenes<'_> {
-    fn intersect(&self, packets: &mut [(Valid16, RayHit16)]) {
+    /// Whether any ray of a tile meets something movable.
+    fn may_meet(&self, packets: &[(Valid16, RayHit16)]) -> bool {
+        let Some(movable) = &self.movable else { return false };
+        packets.iter().any(|(valid, packet)| {
+            let mut packet = *packet;
+            movable.intersect16(valid, &mut packet, Coherence::Coherent);
+            (0..LANES).any(|lane| valid.is_on(lane) && packet.hit.is_hit(lane))
+        })
+    }
+
+    /// The same for rays that are to be occluded.
+    fn may_occlude(&self, packets: &[(Valid16, Ray16)]) -> bool {
+        let Some(movable) = &self.movable else { return false };
+        packets.iter().any(|(valid, ray)| {
+            let mut ray = *ray;
+            movable.occluded16(valid, &mut ray, Coherence::Coherent);
+            (0..LANES).any(|lane| valid.is_on(lane) && ray.is_occluded(lane))
+        })
+    }
+
+    /// `is_near`: asks for what is movable, too.
+    fn intersect(&self, packets: &mut [(Valid16, RayHit16)], is_near: bool) {
         for (valid, packet) in packets {
             self.still.intersect16(valid, packet, Coherence::Coherent);
-            if let Some(movable) = &self.movable {
+            if let Some(movable) = self.movable.as_ref().filter(|_| is_near) {
                 movable.intersect16(valid, packet, Coherence::Coherent);
             }
         }
     }
 
-    fn occlude(&self, packets: &mut [(Valid16, Ray16)]) {
+    fn occlude(&self, packets: &mut [(Valid16, Ray16)], is_near: bool) {
         for (valid, ray) in packets {
             self.still.occluded16(valid, ray, Coherence::Coherent);
-            let Some(movable) = &self.movable else { continue };
+            let Some(movable) = self.movable.as_ref().filter(|_| is_near) else { continue };
             let open = Valid16::from_fn(|lane| valid.is_on(lane) && !ray.is_occluded(lane));
             if open.any() {
                 movable.occluded16(&open, ray, Coherence::Coherent);

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use half::f16;
 use rayon::prelude::*;
 
 use super::channels::{Channel, Picture, Source, Written, channels, sums};
@@ -169,7 +168,7 @@ fn write_piece(
     pixels: &[Range<usize>; 2],
     window: &mut Window,
 ) -> Written {
-    // while sums are read
+    // rows come from far memory while the sums are read, which tell later what will be written: most that was there
     let filtered = picture.channels.iter().zip(&picture.was_zero).enumerate();
     for (number, _) in filtered.filter(|(_, (channel, was_zero))| is_filtered(channel) && !**was_zero) {
         window.prefetch(number, pixels);
@@ -193,7 +192,6 @@ fn write_piece(
     }
     let scales = columns[sums::WEIGHT].map(f32::recip);
     let mut written = Written::default();
-    let mut halves = [f16::ZERO; PIXELS];
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
         let Source::Filtered(planes) = channel.source else { continue };
         let mut some = planes.iter().filter(|plane| is_some[**plane]);
@@ -212,7 +210,7 @@ fn write_piece(
             *value = (*value * scale).max(0.0).min(most);
         }
         written.note(number);
-        window.put(number, pixels, &values, PIECE[0], &mut halves);
+        window.put(number, pixels, &values, PIECE[0]);
     }
     written
 }

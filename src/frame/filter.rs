@@ -7,8 +7,6 @@
 
 use std::ops::Range;
 
-use half::f16;
-
 use super::channels::{Channel, Picture, Source, Written, data, sums};
 use super::enhance::{Light, Radiance};
 use super::grid::Grid;
@@ -38,8 +36,6 @@ pub struct Filtering {
     sums: Planes<{ sums::COUNT }>,
     /// Of the tile's pixels.
     data: Planes<{ data::COUNT }>,
-    /// On the way to the film.
-    halves: Column<f16>,
 }
 
 impl Default for Filtering {
@@ -53,7 +49,6 @@ impl Default for Filtering {
             nearest: Vec::new(),
             sums: Planes::default(),
             data: Planes::default(),
-            halves: [f16::ZERO; CELLS],
         }
     }
 }
@@ -148,7 +143,7 @@ fn finish(
     window: &mut Window,
     wanted: impl Fn(&Channel) -> bool,
 ) -> Written {
-    let Filtering { sums, data, halves, .. } = filtering;
+    let Filtering { sums, data, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
     let pixels = pixels_of(grid, number);
@@ -171,6 +166,9 @@ fn finish(
             Source::Filtered(numbers) => {
                 let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
                 some.next().map(|first| {
+                    if numbers.len() == 1 && scale == 1.0 {
+                        return &sums.columns[*first];
+                    }
                     for (pixel, sum) in scaled.iter_mut().zip(&sums.columns[*first]) {
                         *pixel = sum * scale;
                     }
@@ -186,7 +184,7 @@ fn finish(
         match values {
             Some(values) => {
                 written.note(number);
-                window.put(number, &pixels, values, stride, halves);
+                window.put(number, &pixels, values, stride);
             }
             None if *was_zero => {}
             None => window.clear(number, &pixels),

@@ -39,13 +39,13 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let surfaces = may_hold.then(|| Around::surfaces(stage, tile));
     for light in 0..stage.pose.lights.len() {
-        let may_be_met = surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage, light));
-        // for samples of models that did not move, and of those that did
-        let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
-        let all_hold = || !may_be_met && all_tags_hold(stage, light, tile);
-        if checks.iter().all(|checks| checks.all_keep) || all_hold() {
+        let may_be_met = stage.plan.any_moved
+            && surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage, light));
+        if !may_be_met && all_tags_hold(stage, light, tile) {
             continue;
         }
+        // for samples of models that did not move, and of those that did
+        let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
         let ask = if stage.pose.lights[light].shape.is_area() { ask_area_light } else { ask_light };
         ask(stage, light, &checks, tile, &mut lighting, bench);

@@ -1,4 +1,4 @@
-//! Which segments can meet a model that moved: a cheap question before a ray is cast.
+//! Which rays can meet a model that moved, or one that ever moves: a cheap question before a ray is cast.
 //!
 //! Many rules of the [plan](super::plan) end in "test against what moved". Most segments pass far from all
 //! that moved; a box around each mover tells so without a ray (the paper tests bounding boxes first, too).
@@ -128,20 +128,21 @@ pub struct Movers {
 }
 
 impl Movers {
-    /// `bounds` has one object-space box a model.
+    /// Of the models that moved since the frame before. `bounds` has one object-space box a model.
     pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
-        let moved = (0..scene.models.len() as u32).filter(|model| plan.moved[*model as usize]);
-        let moved: Vec<u32> = moved.collect();
-        let place = |model: &u32| bounds[*model as usize].placed(&pose.models[*model as usize]);
-        let models = ModelSet::of(&moved);
-        Self { models, ..Self::around(moved.iter().map(place).collect()) }
+        Self::around_models(scene, bounds, pose, |model| plan.moved[model])
     }
 
-    /// Of all models that move in some frame of the shot.
+    /// Of all models that move in some frame of the shot, where they are in this one.
     pub fn ever(scene: &Scene, bounds: &[Bounds], pose: &Pose) -> Self {
-        let placed = scene.models.iter().zip(bounds).zip(&pose.models);
-        let moving = placed.filter(|((model, _), _)| !model.track.is_constant());
-        Self::around(moving.map(|((_, bounds), place)| bounds.placed(place)).collect())
+        Self::around_models(scene, bounds, pose, |model| !scene.models[model].track.is_constant())
+    }
+
+    fn around_models(scene: &Scene, bounds: &[Bounds], pose: &Pose, moves: impl Fn(usize) -> bool) -> Self {
+        let models = || (0..scene.models.len()).filter(|model| moves(*model));
+        let boxes = models().map(|model| bounds[model].placed(&pose.models[model])).collect();
+        let numbers: Vec<u32> = models().map(|model| model as u32).collect();
+        Self { models: ModelSet::of(&numbers), ..Self::around(boxes) }
     }
 
     fn around(boxes: Vec<Bounds>) -> Self {
@@ -150,7 +151,7 @@ impl Movers {
         Self { boxes: boxes.chunks(together).map(join).collect(), models: ModelSet::default() }
     }
 
-    /// Which models moved; nobody asks of all that move.
+    /// Which models they are.
     pub fn models(&self) -> ModelSet {
         self.models
     }

@@ -66,7 +66,7 @@ pub fn gather(
             }
         });
     });
-    settle(tile, contest.fallen());
+    mark_fallen(tile, contest.fallen());
     let extent = stage.view.grid.extent(number);
     if extent != [TILE as u32; 2] {
         let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));
@@ -88,7 +88,7 @@ pub fn gather(
 }
 
 /// Cells into which nothing has `fallen` are missed; the samples in the others are a frame older.
-fn settle(tile: &mut Tile, fallen: &Column<u8>) {
+fn mark_fallen(tile: &mut Tile, fallen: &Column<u8>) {
     // without a branch: all columns are gone through many cells at a time
     for (status, fallen) in tile.status.iter_mut().zip(fallen) {
         *status = match *fallen {

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::plan::ShadowCheck;
 use super::stage::{Stage, set_bits};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3, are_same};
 use crate::motion::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::shade::light::Arrival;
@@ -159,19 +159,19 @@ impl ShadowQueue {
 pub struct Checks {
     /// Index into [`CHECKS`] by tag; `None` where the tag holds.
     pub queue_of: [Option<u8>; Tag::ALL.len()],
-    /// All tags hold.
-    pub all_keep: bool,
 }
 
 impl Checks {
     /// `moved`: the sample's model did. `may_be_met`: something that moved may be between sample and light.
     pub fn of(stage: &Stage, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
-            let check = stage.plan.shadow_check(light, moved, tag);
-            let is_needed = may_be_met || check != ShadowCheck::Moved;
-            CHECKS.iter().position(|known| is_needed && *known == check).map(|queue| queue as u8)
+            let check = match stage.plan.shadow_check(light, moved, tag) {
+                ShadowCheck::Moved if !may_be_met => ShadowCheck::Keep,
+                check => check,
+            };
+            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
         });
-        Self { queue_of, all_keep: queue_of.iter().all(Option::is_none) }
+        Self { queue_of }
     }
 
     /// By queue, those of eight samples that are to be asked about, a bit each. `moved` says of which of them the
@@ -184,8 +184,8 @@ impl Checks {
                 asked[usize::from(queue)] |= lanes;
             }
         };
-        let (moved_at_all, is_one) = (moved != 0, tags.iter().fold(true, |all, tag| all & (*tag == tags[0])));
-        if is_one && moved == if moved_at_all { u8::MAX } else { 0 } {
+        let moved_at_all = moved != 0;
+        if are_same(tags) && moved == if moved_at_all { u8::MAX } else { 0 } {
             ask(tags[0], moved_at_all, u8::MAX);
         } else {
             (0..).zip(tags).for_each(|(lane, tag)| ask(*tag, moved >> lane & 1 != 0, 1 << lane));
@@ -228,8 +228,8 @@ mod tests {
 
     #[test]
     fn each_sample_goes_to_the_queue_of_its_own_tag() {
-        let rests = Checks { queue_of: [Some(1), Some(0), None, None, Some(2)], all_keep: false };
-        let moved = Checks { queue_of: [Some(1), Some(1), Some(1), Some(1), Some(2)], all_keep: false };
+        let rests = Checks { queue_of: [Some(1), Some(0), None, None, Some(2)] };
+        let moved = Checks { queue_of: [Some(1), Some(1), Some(1), Some(1), Some(2)] };
         let checks = [rests, moved];
         let mixed = [
             Tag::Unknown,

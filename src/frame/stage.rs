@@ -14,7 +14,7 @@ use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::shade::phong::Palette;
 use crate::stats::RayCounts;
-use crate::trace::{HitBatch, RayBatch, Tracer};
+use crate::trace::{Among, HitBatch, RayBatch, Tracer};
 
 /// A scene as it stands in one frame. Nobody writes to it.
 #[derive(Clone, Copy)]
@@ -86,11 +86,10 @@ impl<'a> Stage<'a> {
         bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
     }
 
-    /// Whether a ray from the eye through a cell of tile number `number` may meet a model that moves in some frame of
-    /// the shot. A `false` is certain.
-    pub fn may_see_movable(&self, number: usize) -> bool {
+    /// What rays from the eye through the cells of tile number `number` may meet.
+    pub fn in_sight(&self, number: usize) -> Among {
         let ways = Sweep::fan(self.view.camera.eye, &self.view.directions_of_tile(number));
-        self.movable.may_meet_sweep(&ways)
+        if self.movable.may_meet_sweep(&ways) { Among::All } else { Among::Still }
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.

@@ -318,11 +318,12 @@ fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, benc
         }
     };
     bench.seconds.gather += lap();
+    let among = stage.in_sight(number);
     if !matches!(source, Source::Nothing) {
-        verify::verify(stage, number, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
+        verify::verify(stage, among, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
     }
     bench.seconds.verify += lap();
-    trace_missed::trace_missed(stage, number, tile, bench);
+    trace_missed::trace_missed(stage, number, among, tile, bench);
     bench.seconds.trace += lap();
     let light_changed = light::light(stage, tile, bench);
     bench.seconds.enhance += lap();

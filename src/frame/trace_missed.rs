@@ -1,7 +1,7 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
 use super::stage::{Stage, Workbench, set_bits, status_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{LANES, Lanes, Lanes3, Mask, are_same};
 use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
@@ -11,8 +11,9 @@ use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
 /// enough that what a later ray through the point meets is what this one met.
 const OFF_RAY: f32 = 2.5e-6;
 
-/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`.
-pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut Workbench) {
+/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
+/// is `among`.
+pub fn trace_missed(stage: &Stage, number: usize, among: Among, tile: &mut Tile, bench: &mut Workbench) {
     bench.begin_rays();
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         bench.owners.extend(set_bits(status_bits(status, is_traced)).map(|lane| first + lane as u32));
@@ -22,7 +23,6 @@ pub fn trace_missed(stage: &Stage, number: usize, tile: &mut Tile, bench: &mut W
     }
     push_rays(stage, number, bench);
     bench.counts.primary += bench.rays.len() as u64;
-    let among = if stage.may_see_movable(number) { Among::All } else { Among::Still };
     stage.tracer.closest(&bench.rays, among, Coherence::Coherent, &mut bench.hits);
     let answers = bench.rays.packets().zip(&bench.hits.packets).zip(bench.owners.chunks(trace::LANES));
     for (((rays, _), hits), owners) in answers {
@@ -118,8 +118,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
 /// The triangles that eight rays met.
 #[inline(always)]
 fn corners_of(stage: &Stage, models: &[u32], triangles: &[u32]) -> Corners {
-    let is_one = |numbers: &[u32]| numbers.iter().fold(true, |same, number| same & (*number == numbers[0]));
-    if is_one(triangles) && is_one(models) && models[0] != NO_HIT {
+    if are_same(triangles) && are_same(models) && models[0] != NO_HIT {
         return Corners::all(mesh_of(stage, models[0]), triangles[0]);
     }
     let mut corners = Corners::NONE;

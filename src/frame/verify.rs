@@ -8,7 +8,7 @@ use super::rest::Around;
 use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
-use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
+use crate::trace::{Among, Blockers, Coherence, Purpose, RayBatch};
 
 /// Where a verification segment ends, as a share of the way from the eye to the sample.
 ///
@@ -21,9 +21,9 @@ pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 /// Cells of a block, which is a packet.
 const BLOCK: usize = crate::trace::LANES;
 
-/// Turns reused samples of tile number `number` that are hidden now into `Obscured`. `around` has at least the samples of models that did not
-/// move, if that is known.
-pub fn verify(stage: &Stage, number: usize, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
+/// Turns reused samples that are hidden now into `Obscured`; nothing can hide them but what is `among`. `around` has at
+/// least the samples of models that did not move, if that is known.
+pub fn verify(stage: &Stage, among: Among, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
     let may_be_hidden = || match around {
         Some(around) => around.may_be_hidden(stage),
         None => Around::samples(stage, tile).may_be_hidden(stage),
@@ -31,9 +31,11 @@ pub fn verify(stage: &Stage, number: usize, tile: &mut Tile, around: Option<&Aro
     if stage.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
         verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
     }
-    let all = [Blockers::Still, Blockers::Movable];
-    let all = if stage.may_see_movable(number) { &all[..] } else { &all[..1] };
-    verify_against(SightCheck::Everything, all, stage, tile, bench);
+    let blockers: &[Blockers] = match among {
+        Among::All => &[Blockers::Still, Blockers::Movable],
+        Among::Still => &[Blockers::Still],
+    };
+    verify_against(SightCheck::Everything, blockers, stage, tile, bench);
 }
 
 /// Sends the segments of all samples whose check is `check` against `blockers`.

@@ -56,7 +56,7 @@ impl View {
 
     /// Around the [directions](Self::directions) through the cells of tile number `number`, and a cell beyond: rounding
     /// may say of a sample that it is seen there.
-    pub fn directions_of_tile(&self, number: usize) -> Bounds {
+    pub(super) fn directions_of_tile(&self, number: usize) -> Bounds {
         let sides =
             self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as u32) as f32 + 1.0]);
         let side = |axis: usize, shift: usize| {

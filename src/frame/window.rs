@@ -86,30 +86,21 @@ fn cut_plane<T>(
 
 impl Window<'_> {
     /// Writes pixels that cover these columns and rows of the picture into plane number `number`: `values` in rows
-    /// of `stride`, rounded in `halves` (as many) where the plane holds such.
-    pub fn put(
-        &mut self,
-        number: usize,
-        pixels: &[Range<usize>; 2],
-        values: &[f32],
-        stride: usize,
-        halves: &mut [f16],
-    ) {
+    /// of `stride`.
+    pub fn put(&mut self, number: usize, pixels: &[Range<usize>; 2], values: &[f32], stride: usize) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
+        let rows_of = pixels[1].start - top..pixels[1].end - top;
         match &mut self.planes[number] {
             Rows::Float(rows) => {
-                let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
-                for (to, from) in rows.iter_mut().zip(values.chunks_exact(stride)) {
+                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks_exact(stride)) {
                     copy(&mut to[columns.clone()], from);
                 }
             }
             Rows::Half(rows) => {
-                let count = pixels[1].len() * stride;
-                round_to_halves(&values[..count], &mut halves[..count]);
-                let rows = &mut rows[pixels[1].start - top..pixels[1].end - top];
-                for (to, from) in rows.iter_mut().zip(halves.chunks_exact(stride)) {
-                    copy(&mut to[columns.clone()], from);
+                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks_exact(stride)) {
+                    let to = &mut to[columns.clone()];
+                    round_to_halves(&from[..to.len()], to);
                 }
             }
         }
@@ -178,7 +169,7 @@ mod tests {
         let mut windows = cut(&mut planes, 20, 0..8, [10, 4], |plane, window| window != 2 || plane == 1);
         for (number, window) in windows.iter_mut().enumerate() {
             let [left, top] = window.corner;
-            window.put(1, &[left..left + 10, top..top + 4], &[1.0; 40], 10, &mut [f16::ZERO; 40]);
+            window.put(1, &[left..left + 10, top..top + 4], &[1.0; 40], 10);
             let Rows::Half(rows) = &window.planes[0] else { panic!("a plane of halves") };
             assert_eq!(rows.len(), if number == 2 { 0 } else { 4 });
         }
@@ -205,8 +196,8 @@ mod tests {
                     for (i, value) in values[..16].iter_mut().enumerate() {
                         *value = ((y + i / 4) * width + left + i % 4) as f32;
                     }
-                    window.put(0, &pixels, &values, 4, &mut [f16::ZERO; CELLS]);
-                    window.put(1, &pixels, &values, 4, &mut [f16::ZERO; CELLS]);
+                    window.put(0, &pixels, &values, 4);
+                    window.put(1, &pixels, &values, 4);
                     if left == 16 {
                         window.count_up(1, &pixels, 40.0);
                         window.clear(0, &pixels);

@@ -250,12 +250,8 @@ impl Tags {
 
     /// The same for many cells.
     pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
-        for (to, from) in self.single.iter_mut().zip(&from.single) {
-            moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
-        }
-        for (to, from) in self.area.iter_mut().zip(&from.area) {
-            moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
-        }
+        copy_all(&mut self.single, &from.single, moves);
+        copy_all(&mut self.area, &from.area, moves);
     }
 
     /// Forgets what is known of some cells.
@@ -272,6 +268,12 @@ impl Tags {
     pub fn forget_all(&mut self) {
         self.single.iter_mut().for_each(|column| column.fill(Tag::Unknown));
         self.area.iter_mut().for_each(|column| column.fill(AreaTag::UNKNOWN));
+    }
+}
+
+fn copy_all<T: Copy>(to: &mut [Column<T>], from: &[Column<T>], moves: &[Move]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
     }
 }
 

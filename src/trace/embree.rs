@@ -22,7 +22,7 @@ use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer,
 };
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, are_same};
 use crate::motion::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
@@ -245,8 +245,9 @@ impl Tracer for EmbreeTracer<'_> {
                 }
             }
             // Embree sets the end of a ray that is blocked to minus infinity
-            let ends = [0, LANES / 2].map(|first| Lanes::load(&ray.tfar, first).lt(Lanes::ZERO).bits());
-            *blocked |= open & u16::from_le_bytes(ends);
+            let is_set = |end: Lanes| end.le(Lanes::splat(f32::NEG_INFINITY)).bits();
+            let set = [0, LANES / 2].map(|first| is_set(Lanes::load(&ray.tfar, first)));
+            *blocked |= open & u16::from_le_bytes(set);
         }
     }
 }
@@ -280,7 +281,7 @@ impl EmbreeTracer<'_> {
             place.filter(|place| (place.instance == INVALID) == (by == Blockers::Still))
         };
         let models = &packet.own_model;
-        let is_one = models.iter().fold(true, |all, model| all & (*model == models[0]));
+        let is_one = are_same(models);
         let one = place_of(models[0]);
         if is_one && one.is_none() {
             return own;

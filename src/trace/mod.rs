@@ -51,7 +51,7 @@ pub enum Purpose {
 
 /// Answers rays about the scene as it was committed.
 pub trait Tracer: Sync {
-    /// For each ray of `rays` the first hit.
+    /// For each ray of `rays` the first hit `among` the models.
     fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch);
 
     /// Sets the bit of each ray of `rays` that `by` blocks; rays whose bit is set are not asked again.
