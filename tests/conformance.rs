@@ -176,6 +176,13 @@ fn a_segment_is_not_blocked_by_its_own_end() {
             let own = closest(tracer, way, &rays)[0].unwrap().triangle;
             let blocked = blocks(tracer, way, by, Purpose::Sight, &rays);
             assert_eq!(blocked, [own != 0, own != 1, true, true]);
+            // a packet whose rays all end on the same model, or on none
+            for (model, triangle) in [(0, 0), (0, 1), (u32::MAX, u32::MAX)] {
+                let mut rays = RayBatch::default();
+                (0..16).for_each(|_| rays.push_to_sample(eye, at - eye, 0.0, 1.5, model, triangle));
+                let blocked = blocks(tracer, way, by, Purpose::Sight, &rays);
+                assert_eq!(blocked, [own != triangle; 16], "{model} {triangle}");
+            }
         });
     }
 }

@@ -158,6 +158,18 @@ fn a_moving_model_before_a_turning_camera() {
 }
 
 #[test]
+fn a_model_that_rests_for_a_while_is_still_seen_by_a_moving_camera() {
+    let place = DVec3::new(-0.4, 1.6, 1.5);
+    let track = TransformTrack {
+        translate: toy::keys(&[(1.0, place), (4.0, place), (6.0, place + DVec3::X)]),
+        ..TransformTrack::identity()
+    };
+    let mut scene = with_camera(world(), goes(EYE, EYE + DVec3::new(1.0, 0.2, -1.5)), rests(TARGET));
+    scene.models.push(toy::moving("rests at first", toy::octahedron(0, true), track));
+    assert!(audited(&scene).1 > 0.6);
+}
+
+#[test]
 fn everything_moves_at_once() {
     let mut scene =
         with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), goes(TARGET, TARGET + DVec3::Y)));

@@ -131,3 +131,27 @@ pub fn seen_from_behind(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     let before = facets.dot(stage.offsets(tile, first)).lt(Lanes::ZERO);
     may_have_turned & !before.bits()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::TagLayout;
+
+    #[test]
+    fn what_has_fallen_says_what_a_cell_holds() {
+        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        tile.model.fill(3);
+        tile.age = std::array::from_fn(|cell| if cell % 2 == 0 { 5 } else { u16::MAX });
+        let fallen = std::array::from_fn(|cell| (cell % 3) as u8);
+        mark_fallen(&mut tile, &fallen);
+        for cell in 0..CELLS {
+            let grown = if cell % 2 == 0 { 6 } else { u16::MAX };
+            let wanted = match cell % 3 {
+                0 => (Status::Missed, EMPTY, 0),
+                1 => (Status::Good, 3, grown),
+                _ => (Status::Overlapped, 3, grown),
+            };
+            assert_eq!((tile.status[cell], tile.model[cell], tile.age[cell]), wanted, "{cell}");
+        }
+    }
+}

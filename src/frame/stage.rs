@@ -243,3 +243,32 @@ impl Workbench {
 pub fn bit(bits: &[u16], ray: usize) -> bool {
     bits[ray / 16] >> (ray % 16) & 1 != 0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_say_what_lanes_say() {
+        for bits in 0..=u8::MAX {
+            let lanes: Vec<usize> = (0..LANES).filter(|lane| bits >> lane & 1 != 0).collect();
+            assert_eq!(set_bits(bits).collect::<Vec<_>>(), lanes);
+        }
+        let is_odd = |model: u32| model % 2 == 1;
+        for models in [
+            [7; LANES],
+            [4; LANES],
+            [EMPTY; LANES],
+            [BACKGROUND; LANES],
+            [4, 7, 7, EMPTY, 5, 4, BACKGROUND, 7],
+        ] {
+            let bits_of = |holds: fn(u32) -> bool| {
+                (0..LANES).fold(0, |bits, lane| bits | u8::from(holds(models[lane])) << lane)
+            };
+            assert_eq!(bits_of_models(&models, is_odd), bits_of(is_odd), "{models:?}");
+            assert_eq!(surface_bits(&models), bits_of(|model| model < EMPTY), "{models:?}");
+        }
+        let status = [Status::Good, Status::Missed, Status::Overlapped, Status::Outside];
+        assert_eq!(status_bits(&[status, status].concat(), Status::is_reused), 0b0101_0101);
+    }
+}

@@ -92,6 +92,7 @@ impl View {
 pub(super) mod tests {
     use super::*;
     use crate::frame::grid::tests::settings;
+    use glam::{EulerRot, Quat};
 
     /// An eye at `eye` that looks along -Z with a right angle from top to bottom.
     pub fn camera(eye: Vec3) -> CameraPose {
@@ -118,24 +119,29 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_tiles_directions_hold_those_of_its_cells() {
-        let view = view(50, 37, 2);
-        let [mut inside, mut outside] = [0, 0];
-        for tile in 0..view.grid.tiles() {
-            let around = view.directions_of_tile(tile);
-            let [left, top] = view.grid.tile_corner(tile);
-            for (x, y) in (0..view.grid.cells_y).flat_map(|y| (0..view.grid.cells_x).map(move |x| (x, y))) {
-                let is_own = (left..left + TILE as u32).contains(&x) && (top..top + TILE as u32).contains(&y);
-                for rim in [0.0, 0.5, 1.0] {
-                    let direction =
-                        view.directions(Lanes::splat(x as f32 + rim), Lanes::splat(y as f32 + rim));
-                    let is_in = around.union(Bounds::at(direction.lane(0))) == around;
-                    assert!(is_in || !is_own, "{x} {y} of {tile}");
-                    *if is_in { &mut inside } else { &mut outside } += 1;
+    fn a_tiles_directions_hold_those_of_its_cells_and_a_cell_beyond() {
+        let turn = Quat::from_euler(EulerRot::YXZ, 0.7, -0.4, 0.3);
+        let [right, up, forward] = [Vec3::X, Vec3::Y, Vec3::NEG_Z].map(|axis| turn * axis);
+        for (width, height, samples) in [(70, 37, 1), (25, 15, 3), (8, 5, 11)] {
+            let grid = Arc::new(Grid::new(&settings(width, height, samples)));
+            let view = View::new(&grid, CameraPose { right, up, forward, ..camera(Vec3::ONE) });
+            let (mut inside, mut outside) = (0, 0);
+            for tile in 0..grid.tiles() {
+                let around = view.directions_of_tile(tile);
+                let ([left, top], edge) = (grid.tile_corner(tile), grid.tile_pixels * samples);
+                for (x, y) in (0..grid.cells_y).flat_map(|y| (0..grid.cells_x).map(move |x| (x, y))) {
+                    let is_own = (left..left + edge).contains(&x) && (top..top + edge).contains(&y);
+                    for (across, down) in [(-1.0, 0.5), (0.5, -1.0), (2.0, 1.5), (1.5, 2.0)] {
+                        let at = [x as f32 + across, y as f32 + down].map(Lanes::splat);
+                        let direction = Bounds::at(view.directions(at[0], at[1]).lane(0));
+                        let is_in = around.union(direction) == around;
+                        assert!(is_in || !is_own, "{samples}: {x} {y} of {tile}");
+                        *if is_in { &mut inside } else { &mut outside } += 1;
+                    }
                 }
             }
+            assert!(outside > inside, "{samples}: a tile is no more than it must be");
         }
-        assert!(outside > inside, "a tile is no more than it must be");
     }
 
     #[test]
