@@ -307,5 +307,5 @@ fn ask(
 }
 
 fn answer(stage: &Stage, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
-    queue.answer(ShadowCheck::StillThenMovable, Coherence::Coherent, stage.tracer, say);
+    queue.answer(ShadowCheck::StillThenMovable, Among::All, Coherence::Coherent, stage.tracer, say);
 }

@@ -11,7 +11,7 @@ use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_color
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
-use crate::trace::Coherence;
+use crate::trace::{Among, Coherence};
 
 /// A worker's memory for this phase.
 #[derive(Debug)]
@@ -37,18 +37,20 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     }
     // asked for only where a tag may hold though something moved
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
-    let surfaces = may_hold.then(|| Around::surfaces(stage, tile));
-    for light in 0..stage.pose.lights.len() {
+    let mut surfaces = may_hold.then(|| Around::surfaces(stage, tile));
+    for (light, pose) in stage.pose.lights.iter().enumerate() {
         let may_be_met = stage.plan.any_moved
-            && surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage, light));
+            && surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage.movers, pose));
         if !may_be_met && all_tags_hold(stage, light, tile) {
             continue;
         }
         // for samples of models that did not move, and of those that did
         let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
-        let ask = if stage.pose.lights[light].shape.is_area() { ask_area_light } else { ask_light };
-        ask(stage, light, &checks, tile, &mut lighting, bench);
+        let surfaces = surfaces.get_or_insert_with(|| Around::surfaces(stage, tile));
+        let among = if surfaces.may_be_in_shadow(stage.movable, pose) { Among::All } else { Among::Still };
+        let ask = if pose.shape.is_area() { ask_area_light } else { ask_light };
+        ask(stage, light, among, &checks, tile, &mut lighting, bench);
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
         if *stale != 0 {
@@ -83,10 +85,11 @@ fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     bits & surface_bits(models)
 }
 
-/// Brings the tags of a light that is no area up to date.
+/// Brings the tags of a light that is no area up to date. Its rays can meet nothing but what is `among`.
 fn ask_light(
     stage: &Stage,
     light: usize,
+    among: Among,
     checks: &[Checks; 2],
     tile: &mut Tile,
     lighting: &mut Lighting,
@@ -129,7 +132,7 @@ fn ask_light(
     let tags = tile.tags.single_mut(slot);
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         bench.counts.shadow += queue.count();
-        queue.answer_packets(check, Coherence::Coherent, stage.tracer, |cells, now| {
+        queue.answer_packets(check, among, Coherence::Coherent, stage.tracer, |cells, now| {
             let first = cells[0] as usize;
             // whole blocks, as in every frame that is traced in full
             let is_block = cells.len() == now.len()
@@ -155,11 +158,12 @@ fn ask_light(
     }
 }
 
-/// Brings the tags of an area light up to date. Each sample's rays to it make one packet: they start in one
+/// Brings the tags of an area light up to date, in the same way. Each sample's rays to it make one packet: they start in one
 /// point and cost no more than those of neighbours to one point of the light.
 fn ask_area_light(
     stage: &Stage,
     light: usize,
+    among: Among,
     checks: &[Checks; 2],
     tile: &mut Tile,
     lighting: &mut Lighting,
@@ -207,7 +211,7 @@ fn ask_area_light(
     let mut queues = std::mem::take(&mut lighting.queues);
     for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
         bench.counts.shadow += queue.count();
-        queue.answer_sixteen(check, Coherence::Coherent, stage.tracer, |cell, shadows| {
+        queue.answer_sixteen(check, among, Coherence::Coherent, stage.tracer, |cell, shadows| {
             lighting.learn(tile, slot, cell as usize, shadows);
         });
     }

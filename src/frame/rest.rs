@@ -4,10 +4,10 @@
 use rayon::prelude::*;
 
 use super::contest::Falls;
-use super::movers::{Bounds, ModelSet, Sweep};
+use super::movers::{Bounds, ModelSet, Movers, Sweep};
 use super::plan::LightChange;
 use super::stage::Stage;
-use crate::motion::pose::LightShape;
+use crate::motion::pose::{LightPose, LightShape};
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
 /// What is remembered of a tile from frame to frame while the camera stands. Nothing is, by default.
@@ -87,11 +87,11 @@ impl Rest {
 
     /// Whether nothing that moved may hide a sample or change its light.
     fn is_out_of_reach(&self, stage: &Stage) -> bool {
-        let may_be_in_shadow = |light| self.around.may_be_in_shadow(stage, light);
+        let may_be_in_shadow = |light| self.around.may_be_in_shadow(stage.movers, light);
         !self.is_doubtful
             && !self.may_have_moved(stage)
             && !self.around.may_be_hidden(stage)
-            && !(0..stage.plan.lights.len()).any(may_be_in_shadow)
+            && !stage.pose.lights.iter().any(may_be_in_shadow)
     }
 }
 
@@ -130,10 +130,10 @@ impl Around {
         hides(surfaces, Sweep::between(&Bounds::at(eye), surfaces)) || hides(sky, Sweep::fan(eye, sky))
     }
 
-    /// Whether anything that moved may be between a light and any surface. A `false` is certain.
-    pub fn may_be_in_shadow(&self, stage: &Stage, light: usize) -> bool {
+    /// Whether any of `movers` may be between a light and any surface. A `false` is certain.
+    pub fn may_be_in_shadow(&self, movers: &Movers, light: &LightPose) -> bool {
         let surfaces = &self.surfaces;
-        let ways = match stage.pose.lights[light].shape {
+        let ways = match light.shape {
             LightShape::Directional { to_light } => Sweep::along(surfaces, to_light),
             LightShape::Point { position } | LightShape::Spot { position, .. } => {
                 Sweep::between(&Bounds::at(position), surfaces)
@@ -142,7 +142,7 @@ impl Around {
                 Sweep::between(&Bounds::of_rectangle(center, across, up), surfaces)
             }
         };
-        !surfaces.is_empty() && stage.movers.may_meet_sweep(&ways)
+        !surfaces.is_empty() && movers.may_meet_sweep(&ways)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::shade::light::Arrival;
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
-use crate::trace::{Blockers, Coherence, Purpose, RayBatch, Tracer};
+use crate::trace::{Among, Blockers, Coherence, Purpose, RayBatch, Tracer};
 
 // a bit of a sample's word for each point of a light
 const _: () = assert!(LightShape::GRID * LightShape::GRID == AREA_POINTS);
@@ -82,15 +82,17 @@ impl ShadowQueue {
         }
     }
 
-    /// Traces the rays and says to the owner of each who shadows it, if anyone.
+    /// Traces the rays, which can meet nothing but what is `among`, and says to the owner of each who shadows it, if
+    /// anyone.
     pub fn answer(
         &mut self,
         check: ShadowCheck,
+        among: Among,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(u32, Tag),
     ) {
-        self.answer_packets(check, coherence, tracer, |owners, tags| {
+        self.answer_packets(check, among, coherence, tracer, |owners, tags| {
             owners.iter().zip(tags).for_each(|(owner, tag)| say(*owner, *tag));
         });
     }
@@ -99,11 +101,12 @@ impl ShadowQueue {
     pub fn answer_packets(
         &mut self,
         check: ShadowCheck,
+        among: Among,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(&[u32], &[Tag; PACKET]),
     ) {
-        let [first, second] = self.trace(check, coherence, tracer);
+        let [first, second] = self.trace(check, among, coherence, tracer);
         let answers = self.by_first.iter().zip(&self.blocked);
         for (owners, (by_first, blocked)) in self.owners.chunks(PACKET).zip(answers) {
             let tags = std::array::from_fn(|lane| match (by_first >> lane & 1, blocked >> lane & 1) {
@@ -119,11 +122,12 @@ impl ShadowQueue {
     pub fn answer_sixteen(
         &mut self,
         check: ShadowCheck,
+        among: Among,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(u32, Shadows),
     ) {
-        let [first, second] = self.trace(check, coherence, tracer).map(|tag| match tag {
+        let [first, second] = self.trace(check, among, coherence, tracer).map(|tag| match tag {
             Tag::ByMovable => u16::MAX,
             _ => 0,
         });
@@ -135,7 +139,13 @@ impl ShadowQueue {
     }
 
     /// Traces the rays; gives the tags of what the first and the second test found.
-    fn trace(&mut self, check: ShadowCheck, coherence: Coherence, tracer: &dyn Tracer) -> [Tag; 2] {
+    fn trace(
+        &mut self,
+        check: ShadowCheck,
+        among: Among,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+    ) -> [Tag; 2] {
         let [first, second] = match check {
             ShadowCheck::Keep => [None, None],
             ShadowCheck::Moved => [Some(Blockers::Moved), None],
@@ -145,7 +155,10 @@ impl ShadowQueue {
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);
         let ask = |by: Option<Blockers>, blocked: &mut [u16]| {
-            let Some(by) = by else { return Tag::Lit };
+            // who is not asked blocks nothing
+            let Some(by) = by.filter(|by| among == Among::All || *by == Blockers::Still) else {
+                return Tag::Lit;
+            };
             tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
             if by == Blockers::Still { Tag::ByStill } else { Tag::ByMovable }
         };
