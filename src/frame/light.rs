@@ -35,7 +35,7 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
         *stale = must_be_summed(stage, tile, first);
     }
-    // asked for only where a tag may hold though something moved
+    // found at once where a tag may hold though something moved, and else for the first light that is asked
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let mut surfaces = may_hold.then(|| Around::surfaces(stage, tile));
     for (light, pose) in stage.pose.lights.iter().enumerate() {
@@ -158,8 +158,8 @@ fn ask_light(
     }
 }
 
-/// Brings the tags of an area light up to date, in the same way. Each sample's rays to it make one packet: they start in one
-/// point and cost no more than those of neighbours to one point of the light.
+/// Brings the tags of an area light up to date, in the same way. Each sample's rays to it make one packet: they
+/// start in one point and cost no more than those of neighbours to one point of the light.
 fn ask_area_light(
     stage: &Stage,
     light: usize,
