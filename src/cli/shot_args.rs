@@ -70,9 +70,9 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
 
-    /// How Embree's structures are built [default: best]
-    #[arg(long, value_enum, value_name = "HOW")]
-    pub build: Option<BuildArg>,
+    /// How Embree's structures are built
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub build: BuildArg,
 
     /// Threads that work [default: one for each core]
     #[arg(long, value_name = "N", value_parser = threads)]
@@ -97,19 +97,26 @@ pub enum FilterArg {
 }
 
 /// Ways to build by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum BuildArg {
+    /// What the whole shot, whichever of its frames are asked for, is rendered soonest with
+    #[default]
+    Auto,
     /// With care, for fast rays
     Best,
-    /// Fast, for a look at a big model
+    /// Fast, for few frames of a big model
     Quick,
 }
 
-impl From<BuildArg> for Build {
-    fn from(how: BuildArg) -> Self {
-        match how {
-            BuildArg::Best => Self::Best,
-            BuildArg::Quick => Self::Quick,
+impl BuildArg {
+    /// What holds for `shot`. (Not for the frames that are asked for: their pictures must not depend on which
+    /// others are rendered with them.)
+    fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
+        let triangles = || shot.scene.models.iter().map(|model| model.mesh.triangles.len() as u64).sum();
+        match self {
+            Self::Auto => Build::that_pays(shot.rays(settings), triangles()),
+            Self::Best => Build::Best,
+            Self::Quick => Build::Quick,
         }
     }
 }
@@ -151,7 +158,8 @@ impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
         let shot = open(&self.shot, self.strict)?;
-        let settings = self.settled(&shot.settings)?;
+        let mut settings = self.settled(&shot.settings)?;
+        settings.build = self.build.for_shot(&shot, &settings);
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
         Ok(Job {
             path: self.shot.clone(),
@@ -162,7 +170,7 @@ impl ShotArgs {
         })
     }
 
-    /// `settings` with what the command line says instead.
+    /// `settings` with what the command line says instead. How to build depends on the shot, too, and stays.
     fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
         let (width, height) = self.size.unwrap_or((settings.width, settings.height));
         let filter = self.filter.map(|filter| match filter {
@@ -170,14 +178,7 @@ impl ShotArgs {
             FilterArg::Mitchell => Filter::Mitchell,
         });
         let samples = self.samples.unwrap_or(settings.samples);
-        let count = u64::from(width) * u64::from(height) * u64::from(samples).pow(2);
-        if count > MOST_IN_A_FRAME {
-            return Err(Failure::Usage(format!(
-                "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-                 {MOST_IN_A_FRAME} are the most: take a smaller --size or fewer --samples"
-            )));
-        }
-        Ok(Settings {
+        let settled = Settings {
             width,
             height,
             samples,
@@ -186,9 +187,17 @@ impl ShotArgs {
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
-            build: self.build.map_or(settings.build, Build::from),
+            build: settings.build,
             mode: settings.mode,
-        })
+        };
+        let count = settled.samples_a_frame();
+        if count > MOST_IN_A_FRAME {
+            return Err(Failure::Usage(format!(
+                "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
+                 {MOST_IN_A_FRAME} are the most: take a smaller --size or fewer --samples"
+            )));
+        }
+        Ok(settled)
     }
 }
 
@@ -285,8 +294,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit \
-                    --build quick";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -298,7 +306,7 @@ mod tests {
             base_every: 0,
             layers: Layers::Z,
             audit: true,
-            build: Build::Quick,
+            build: Build::Best,
         };
         assert_eq!(settled, expected);
     }
@@ -333,6 +341,18 @@ mod tests {
     fn frames_may_be_negative() {
         let frames = typed("a.toml --frames -2-1").expect("fine").frames.expect("given");
         assert_eq!(frames.list(), [-2, -1, 0, 1]);
+    }
+
+    #[test]
+    fn a_build_may_be_asked_for() {
+        let shot = open(Path::new("scenes/analytic/triangle.obj"), true).expect("a scene of the repository");
+        let build = |line: &str| {
+            let args = typed(line).expect("fine");
+            args.build.for_shot(&shot, &args.settled(&shot.settings).expect("fine"))
+        };
+        assert_eq!(build("a.obj"), Build::Best, "rays by the million, and one triangle");
+        assert_eq!(build("a.obj --build quick"), Build::Quick);
+        assert_eq!(build("a.obj --size 1x1 --samples 1 --build best"), Build::Best);
     }
 
     #[test]

@@ -238,13 +238,10 @@ impl<'s> Renderer<'s> {
     pub fn memory(&self) -> Memory {
         let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
         let bytes = (store + self.workshop.spare.bytes() + self.falls.bytes()) as u64;
-        let samples = u64::from(self.settings.width)
-            * u64::from(self.settings.height)
-            * u64::from(self.settings.samples).pow(2);
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
-            bytes_per_sample: bytes as f64 / samples as f64,
+            bytes_per_sample: bytes as f64 / self.settings.samples_a_frame() as f64,
         }
     }
 }

@@ -6,15 +6,16 @@ use glam::Vec3;
 
 use super::assemble::{Assembly, Override};
 use super::bake::baked;
+use super::frames::Run;
 use super::mtl::{MapKd, MtlMaterial};
 use super::paths::find_beside;
 use super::shot_file::{
     BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
 };
 use super::toml_text::{At, TomlText};
-use super::{Background, Frames, Model, Scene, SceneError, Warning, shot_tracks, turntable};
+use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::layers::Layers;
-use crate::motion::TransformTrack;
+use crate::motion::{LightPose, TransformTrack};
 use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
@@ -34,6 +35,17 @@ pub struct Shot {
     pub output: Option<String>,
     /// What a reader of the picture should know.
     pub warnings: Vec<Warning>,
+}
+
+impl Shot {
+    /// How many rays all its frames take with `settings` if each sample is traced once: from the eye and to
+    /// each light. (Reflections come on top, and what is reused goes.)
+    pub fn rays(&self, settings: &Settings) -> u64 {
+        let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
+        let points = |light: &Light| LightPose::of(light, 0.0).shape.points() as u64;
+        let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
+        frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample)
+    }
 }
 
 /// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.
