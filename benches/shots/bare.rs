@@ -186,9 +186,9 @@ fn attach(
             continue;
         }
         parts.push((model, range.start as u32));
-        let triangles: Arc<[[u32; 3]]> = match range.len() == mesh.triangles.len() {
+        let triangles = match range.len() == mesh.triangles.len() {
             true => Arc::clone(&mesh.triangles),
-            false => Arc::from(&mesh.triangles[range]),
+            false => Arc::new(mesh.triangles[range].to_vec()),
         };
         scene.attach(&Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?)?;
     }

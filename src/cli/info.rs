@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::Vec3;
 use openexr::{Attribute, ReadImage};
+use rayon::prelude::*;
 
 use super::failure::Failure;
 use super::shot_args::open;
@@ -137,8 +138,8 @@ fn surfaces(text: &mut String, scene: &Scene) {
 
 /// Of the mesh, object space.
 fn bounds(model: &Model) -> Option<(Vec3, Vec3)> {
-    let points = model.mesh.positions.as_slice().iter().map(|&point| Vec3::from(point));
-    points.map(|point| (point, point)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    let points = model.mesh.positions.as_slice().par_iter().map(|&point| Vec3::from(point));
+    points.map(|point| (point, point)).reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 fn exr(image: &ReadImage) -> String {

@@ -1,11 +1,12 @@
 //! From files to meshes: each OBJ once, with its materials looked up, overridden and settled.
 
 use std::collections::{HashMap, HashSet};
+use std::iter;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use embree::VertexBuffer;
-use rayon::prelude::*;
 
 use super::error::Findings;
 use super::lines::words;
@@ -123,7 +124,7 @@ impl Assembly {
         let by_name: HashMap<&str, &Defined> =
             defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
         let mut used = vec![false; obj.materials.len()];
-        obj.material_of.iter().for_each(|id| used[*id as usize] = true);
+        obj.uses.iter().for_each(|(_, id)| used[*id as usize] = true);
         let mut ids = vec![0; obj.materials.len()];
         let mut unknown = Vec::new();
         for (i, named) in obj.materials.iter().enumerate().filter(|(i, _)| used[*i]) {
@@ -255,24 +256,34 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
     (found, missing)
 }
 
+/// Triangles one after the other that have the same of the file's materials.
+struct Use {
+    triangles: Range<usize>,
+    material: usize,
+}
+
 /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
 fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
-    let casts: Vec<bool> = ids.iter().map(|id| materials[usize::from(*id)].casts_shadow()).collect();
-    let casts = |triangle: usize| casts[obj.material_of[triangle] as usize];
-    let count = obj.triangles.len();
-    let shadow_casting = (0..count).into_par_iter().filter(|triangle| casts(*triangle)).count();
-    let material_at = |triangle: usize| ids[obj.material_of[triangle] as usize];
-    let (triangles, material_of) = if shadow_casting == 0 || shadow_casting == count {
-        (obj.triangles, (0..count).into_par_iter().map(material_at).collect())
-    } else {
-        let (mut order, last): (Vec<usize>, Vec<usize>) = (0..count).partition(|triangle| casts(*triangle));
-        order.extend(last);
-        let order = || order.par_iter().copied();
-        (order().map(|i| obj.triangles[i]).collect(), order().map(material_at).collect())
-    };
+    let casts = |a_use: &Use| materials[usize::from(ids[a_use.material])].casts_shadow();
+    let mut uses = Vec::with_capacity(obj.uses.len());
+    let mut begin = 0;
+    for (count, material) in &obj.uses {
+        uses.push(Use { triangles: begin..begin + count, material: *material as usize });
+        begin += count;
+    }
+    let shadow_casting = uses.iter().filter(|a_use| casts(a_use)).map(|a_use| a_use.triangles.len()).sum();
+    let mut triangles = obj.triangles;
+    if shadow_casting > 0 && shadow_casting < triangles.len() {
+        uses.sort_by_key(|a_use| !casts(a_use));
+        triangles = uses.iter().flat_map(|a_use| &triangles[a_use.triangles.clone()]).copied().collect();
+    }
+    let mut material_of = Vec::with_capacity(triangles.len());
+    for Use { triangles, material } in uses {
+        material_of.extend(iter::repeat_n(ids[material], triangles.len()));
+    }
     Mesh {
         positions: Arc::new(VertexBuffer::new(obj.positions)),
-        triangles: triangles.into(),
+        triangles: Arc::new(triangles),
         normals: obj.normals,
         uvs: obj.uvs,
         material_of,

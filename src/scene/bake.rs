@@ -26,7 +26,7 @@ pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         positions: Arc::new(VertexBuffer::new(positions)),
         triangles: if mirrored {
             // a mirror image turns the other way; its outside must stay outside
-            mesh.triangles.par_iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>().into()
+            Arc::new(mesh.triangles.par_iter().map(|[a, b, c]| [*a, *c, *b]).collect())
         } else {
             mesh.triangles.clone()
         },
@@ -45,7 +45,7 @@ mod tests {
     fn triangle() -> Mesh {
         Mesh {
             positions: Arc::new(VertexBuffer::new(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])),
-            triangles: Arc::from([[0, 1, 2]]),
+            triangles: Arc::new(vec![[0, 1, 2]]),
             normals: vec![Vec3::new(0.6, 0.0, 0.8); 3],
             uvs: Vec::new(),
             material_of: vec![0],

@@ -13,7 +13,7 @@ pub struct Mesh {
     /// Finite, shared with Embree.
     pub positions: Arc<VertexBuffer>,
     /// Counter-clockwise seen from outside; indices into the per-vertex lists. Never empty.
-    pub triangles: Arc<[[u32; 3]]>,
+    pub triangles: Arc<Vec<[u32; 3]>>,
     /// Unit length, or zero where the file's was unusable (the face's normal serves then).
     pub normals: Vec<Vec3>,
     /// v = 0 at the bottom of the picture, as in OBJ.

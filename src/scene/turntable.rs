@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::assemble::Assembly;
@@ -108,11 +108,12 @@ fn around(mesh: &Mesh) -> CameraTrack {
 /// Of the vertices that triangles use: stray ones must not make the model small.
 fn bounds(mesh: &Mesh) -> (DVec3, DVec3) {
     let positions = mesh.positions.as_slice();
-    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let joined = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+    let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+    let joined = |a: (Vec3A, Vec3A), b: (Vec3A, Vec3A)| (a.0.min(b.0), a.1.max(b.1));
     let of_block = |block: &[[u32; 3]]| {
-        let corners = block.as_flattened().iter().map(|i| Vec3::from(positions[*i as usize]).as_dvec3());
+        let corners = block.as_flattened().iter().map(|i| Vec3A::from(positions[*i as usize]));
         corners.fold(nothing, |bounds, corner| joined(bounds, (corner, corner)))
     };
-    mesh.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined)
+    let (low, high) = mesh.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined);
+    (low.as_dvec3(), high.as_dvec3())
 }

@@ -167,7 +167,8 @@ fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> 
             continue;
         }
         let first = range.start as u32;
-        let triangles = if range.len() == all.len() { Arc::clone(all) } else { Arc::from(&all[range]) };
+        let triangles =
+            if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
         let geometry = Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?;
         halves.push((half, (geometry, first)));
     }

@@ -21,7 +21,7 @@ pub fn keys<T: afterimage::motion::Keyed>(keys: &[(f64, T)]) -> Track<T> {
 pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_shadow: bool) -> Mesh {
     Mesh {
         positions: Arc::new(VertexBuffer::new(corners.to_vec())),
-        triangles: triangles.into(),
+        triangles: Arc::new(triangles.to_vec()),
         shadow_casting: if casts_shadow { triangles.len() } else { 0 },
         normals: Vec::new(),
         uvs: vec![Vec2::ZERO; corners.len()],

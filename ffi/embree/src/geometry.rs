@@ -33,7 +33,7 @@ impl VertexBuffer {
 pub struct Geometry {
     device: Device,
     vertices: Arc<VertexBuffer>,
-    indices: Arc<[[u32; 3]]>,
+    indices: Arc<Vec<[u32; 3]>>,
     mask: u32,
 }
 
@@ -49,12 +49,15 @@ impl Geometry {
     pub fn triangles(
         device: &Device,
         vertices: Arc<VertexBuffer>,
-        indices: Arc<[[u32; 3]]>,
+        indices: Arc<Vec<[u32; 3]>>,
         mask: u32,
     ) -> Result<Self, Error> {
         let count = vertices.as_slice().len();
         let is_bad = |corner: &u32| *corner as usize >= count;
-        if let Some(triangle) = indices.iter().position(|corners| corners.iter().any(is_bad)) {
+        // without an early end, several are looked at at once
+        let highest = indices.as_flattened().iter().fold(0, |highest, corner| highest.max(*corner));
+        if !indices.is_empty() && is_bad(&highest) {
+            let triangle = indices.iter().position(|corners| corners.iter().any(is_bad)).unwrap_or(0);
             let corners = indices[triangle];
             return Err(Error::invalid_argument(format!(
                 "triangle {triangle} has the vertices {corners:?}, but there are only {count} vertices"
@@ -73,7 +76,7 @@ impl Geometry {
     }
 
     /// The corners of its triangles.
-    pub fn indices(&self) -> &Arc<[[u32; 3]]> {
+    pub fn indices(&self) -> &Arc<Vec<[u32; 3]>> {
         &self.indices
     }
 

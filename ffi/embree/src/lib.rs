@@ -11,7 +11,7 @@
 //! let device = Device::new("")?;
 //! let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 //! let vertices = Arc::new(VertexBuffer::new(corners));
-//! let triangle = Geometry::triangles(&device, vertices, Arc::from([[0, 1, 2]]), u32::MAX)?;
+//! let triangle = Geometry::triangles(&device, vertices, Arc::new(vec![[0, 1, 2]]), u32::MAX)?;
 //!
 //! let mut scene = Scene::new(&device, BuildQuality::Medium, false)?;
 //! let id = scene.attach(&triangle)?;
@@ -53,7 +53,7 @@
 //! # use embree::{Device, Error, Geometry, VertexBuffer};
 //! # use std::sync::Arc;
 //! fn wrong(device: &Device, vertices: VertexBuffer) -> Result<Geometry, Error> {
-//!     let mesh = Geometry::triangles(device, Arc::new(vertices), Arc::from([[0, 1, 2]]), u32::MAX)?;
+//!     let mesh = Geometry::triangles(device, Arc::new(vertices), Arc::new(vec![[0, 1, 2]]), u32::MAX)?;
 //!     drop(vertices);
 //!     Ok(mesh)
 //! }

@@ -36,7 +36,7 @@ fn a_wrong_configuration_is_refused_in_embrees_words() {
 #[test]
 fn an_index_out_of_range_is_an_error() {
     let vertices = Arc::new(VertexBuffer::new(UNIT_TRIANGLE.to_vec()));
-    let indices = Arc::from([[0, 1, 2], [0, 3, 1]]);
+    let indices = Arc::new(vec![[0, 1, 2], [0, 3, 1]]);
     let error = Geometry::triangles(&device(), Arc::clone(&vertices), indices, 1).unwrap_err();
     assert_eq!(error.code(), ErrorCode::InvalidArgument);
     assert!(error.message().contains("triangle 1"), "{error}");
@@ -73,7 +73,7 @@ fn a_scene_outlives_whatever_it_was_made_from() {
     let vertices = Arc::new(VertexBuffer::new(UNIT_TRIANGLE.to_vec()));
     let mut scene = {
         let device = device();
-        let indices = Arc::from([[0, 1, 2]]);
+        let indices = Arc::new(vec![[0, 1, 2]]);
         let geometry = Geometry::triangles(&device, Arc::clone(&vertices), indices, 1).unwrap();
         let mut child = medium(&device);
         child.attach(&geometry).unwrap();

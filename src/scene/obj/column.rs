@@ -23,8 +23,10 @@ pub(super) struct Column {
     values: Vec<u32>,
     /// Corners from which on indices are relative, and absolute again, and so on.
     turns: Vec<u32>,
-    /// Whether it had the same values as the positions' column, and does not keep them.
+    /// Whether it has the same values as the positions' column, and does not keep them.
     is_as_positions: bool,
+    /// The highest of those that do not count back.
+    highest: u32,
 }
 
 /// An index points beyond what there is.
@@ -36,6 +38,19 @@ impl Column {
     pub fn clear(&mut self) {
         self.values.clear();
         self.turns.clear();
+        self.highest = 0;
+    }
+
+    /// Becomes the same as `other`.
+    pub fn copy(&mut self, other: &Self) {
+        self.values.clone_from(&other.values);
+        self.turns.clone_from(&other.turns);
+        self.highest = other.highest;
+    }
+
+    /// The same as this, of positions, for another kind; nothing counts back.
+    pub fn as_positions(&self) -> Self {
+        Self { is_as_positions: true, highest: self.highest, ..Self::default() }
     }
 
     /// Its content, without spare memory. Without values where they are the same as those of `positions`.
@@ -43,9 +58,9 @@ impl Column {
         // relative ones may become different
         let is_same = |positions: &Self| self.turns.is_empty() && self == positions;
         if positions.is_some_and(is_same) {
-            return Self { is_as_positions: true, ..Self::default() };
+            return self.as_positions();
         }
-        Self { values: self.values.as_slice().to_vec(), turns: self.turns.clone(), is_as_positions: false }
+        Self { values: self.values.as_slice().to_vec(), turns: self.turns.clone(), ..*self }
     }
 
     /// Adds indices for the corners from number `corner` on; negative ones count back from the last of
@@ -54,7 +69,9 @@ impl Column {
     pub fn append<const N: usize>(&mut self, corner: usize, indices: [i32; N], defined: usize) {
         if self.values.len() == corner && self.turns.len() % 2 == 0 && indices.iter().all(|index| *index > 0)
         {
-            self.values.extend_from_slice(&indices.map(|index| index as u32));
+            let indices = indices.map(|index| index as u32);
+            self.values.extend_from_slice(&indices);
+            self.highest = indices.iter().fold(self.highest, |highest, index| highest.max(*index));
         } else {
             self.append_any(corner, &indices, defined);
         }
@@ -71,6 +88,7 @@ impl Column {
             // pieces do not define as much as to overflow this
             let value = if *index < 0 { defined as i32 + 1 + index } else { *index };
             self.values.push(value as u32); // the sign of relative ones comes back in `resolve`
+            self.highest = self.highest.max(*index.max(&0) as u32);
         }
     }
 
@@ -92,12 +110,15 @@ impl Column {
         corners: usize,
         positions: &[u32],
     ) -> Result<Indices, OutOfRange> {
-        let Self { mut values, turns, is_as_positions } = self;
+        let Self { mut values, turns, is_as_positions, highest } = self;
         if count == 0 || (values.is_empty() && !is_as_positions) {
             return Ok(Indices::Absent);
         }
+        if u64::from(highest) > count {
+            return Err(OutOfRange);
+        }
         if is_as_positions {
-            return check(positions, count).map(|()| Indices::AsPositions);
+            return Ok(Indices::AsPositions);
         }
         let mut begin = 0;
         let ends = turns.iter().map(|turn| *turn as usize).chain([values.len()]);
@@ -105,8 +126,8 @@ impl Column {
             let indices = &mut values[begin..end];
             if run % 2 == 1 {
                 to_absolute(indices, before)?;
+                check(indices, count)?;
             }
-            check(indices, count)?;
             begin = end;
         }
         values.resize(corners, 0);

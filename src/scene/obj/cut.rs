@@ -11,8 +11,8 @@ use crate::scene::polygon::Cutter;
 pub(super) struct Triangles {
     /// Vertices of each.
     pub corners: Vec<[u32; 3]>,
-    /// Material of each.
-    pub material_of: Vec<u32>,
+    /// How many, one after the other, have which material; counts are above 0.
+    pub uses: Vec<(usize, u32)>,
     /// Faces without an area: nothing is left of those.
     pub flat: usize,
 }
@@ -32,14 +32,20 @@ pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
     let flat = parts.iter().map(|part| part.flat).sum();
     let lengths = || parts.iter().map(|part| part.corners.len() / 3);
     let count = lengths().sum();
-    let (mut corners, mut material_of) = (vec![[0; 3]; count], vec![0; count]);
-    let places = split(&mut corners, lengths()).into_par_iter().zip(split(&mut material_of, lengths()));
-    places.zip(parts).for_each(|((corners, materials), part)| {
-        corners.as_flattened_mut().copy_from_slice(&part.corners);
-        let places = split(materials, part.uses.iter().map(|(count, _)| *count));
-        places.into_iter().zip(&part.uses).for_each(|(place, (_, material))| place.fill(*material));
-    });
-    Triangles { corners, material_of, flat }
+    let mut uses: Vec<(usize, u32)> = Vec::new();
+    for (count, material) in parts.iter().flat_map(|part| &part.uses).filter(|(count, _)| *count > 0) {
+        match uses.last_mut() {
+            Some((sum, last)) if last == material => *sum += count,
+            _ => uses.push((*count, *material)),
+        }
+    }
+    let mut corners = vec![[0; 3]; count];
+    let places = split(&mut corners, lengths());
+    // each is freed once it is copied
+    let copy =
+        |(place, part): (&mut [[u32; 3]], Part)| place.as_flattened_mut().copy_from_slice(&part.corners);
+    places.into_par_iter().zip(parts).for_each(copy);
+    Triangles { corners, uses, flat }
 }
 
 impl Part {
@@ -106,5 +112,7 @@ impl<'a> Faces<'a> {
 /// Not finite counts as an area: the check of coordinates finds it.
 #[inline(always)]
 fn has_area([a, b, c]: [DVec3; 3]) -> bool {
-    (b - a).cross(c - a) != DVec3::ZERO
+    let (u, v) = (b - a, c - a);
+    // one part of the cross product after the other: mostly the first tells
+    u.x * v.y - v.x * u.y != 0.0 || u.y * v.z - v.y * u.z != 0.0 || u.z * v.x - v.z * u.x != 0.0
 }

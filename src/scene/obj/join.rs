@@ -14,9 +14,9 @@ use super::piece::{Faces, Name, Piece};
 pub(super) struct Joined {
     /// Of `v`.
     pub positions: Vec<[f32; 3]>,
-    /// Of `vt`.
+    /// Of `vt`; finite.
     pub uvs: Vec<[f32; 2]>,
-    /// Of `vn`, of any length.
+    /// Of `vn`; of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
     /// In the order of the file.
     pub runs: Vec<Run>,
@@ -141,7 +141,7 @@ fn named(name: &[u8], line: usize) -> Named {
 impl Run {
     /// So many entries are defined before the piece, and `counts` in the file.
     fn new(faces: Faces, [bv, bvt, bvn]: [u64; 3], counts: [u64; 3]) -> Result<Self, OutOfRange> {
-        let Faces { columns: [positions, uvs, normals], corners, count, arities, uses } = faces;
+        let Faces { columns: [positions, uvs, normals], corners, count, arities, uses, .. } = faces;
         let mut places = match positions.resolve(bv, counts[0], corners, &[])? {
             Indices::Own(places) => places,
             _ if corners == 0 => Vec::new(),

@@ -18,6 +18,7 @@ mod number;
 #[cfg(test)]
 mod oracle;
 mod piece;
+mod plain;
 mod share;
 mod source;
 mod statement;
@@ -25,6 +26,7 @@ mod statement;
 use std::io;
 use std::path::Path;
 
+use bytemuck::cast_vec;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -37,7 +39,7 @@ use source::Source;
 
 /// Bytes of a piece: its text and what is read from it fit into a core's cache, and ten thousand of them
 /// are no burden.
-const PIECE: u64 = 1 << 20;
+const PIECE: u64 = 1 << 18;
 
 /// The content of an OBJ file.
 #[derive(Debug, Default, PartialEq)]
@@ -50,8 +52,8 @@ pub struct ObjFile {
     pub uvs: Vec<Vec2>,
     /// Never empty; none without an area.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle, an index into `materials`.
-    pub material_of: Vec<u32>,
+    /// How many triangles, one after the other, have which of the `materials`; counts are above 0.
+    pub uses: Vec<(usize, u32)>,
     /// Names after `usemtl` by their first use; the first is empty, for faces before any.
     pub materials: Vec<Named>,
     /// What `mtllib` lines say, in order.
@@ -95,9 +97,16 @@ fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<ObjFile, Fault>> 
 }
 
 fn pieces(source: &Source<'_>, size: u64) -> io::Result<Vec<Piece>> {
-    let ranges = source.pieces(size)?;
-    let read = |(buffer, reader): &mut (Vec<u8>, Reader), range| Ok(reader.read(source.read(range, buffer)?));
-    ranges.into_par_iter().map_init(Default::default, read).collect()
+    let ranges = source.pieces(size)?.into_iter().enumerate();
+    let read = |(buffer, reader): &mut (Vec<u8>, Reader), (number, range)| {
+        Ok((number, reader.read(source.read(range, buffer)?)))
+    };
+    // each thread takes the next piece: ranges of them, handed out beforehand, would not end at the same time
+    let pieces: io::Result<Vec<(usize, Piece)>> =
+        ranges.par_bridge().map_init(Default::default, read).collect();
+    let mut pieces = pieces?;
+    pieces.sort_unstable_by_key(|(number, _)| *number);
+    Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
 }
 
 fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
@@ -120,8 +129,10 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     if triangles.corners.is_empty() {
         return Err(Misfit::Whole(Fault::whole(nothing_there(triangles.flat + too_small))));
     }
-    let (triangles, material_of) = (triangles.corners, triangles.material_of);
-    Ok(ObjFile { positions, normals, uvs, triangles, material_of, materials, libraries })
+    let (triangles, uses) = (triangles.corners, triangles.uses);
+    // the same bytes: nothing is copied
+    let (normals, uvs) = (cast_vec(normals), cast_vec(uvs));
+    Ok(ObjFile { positions, normals, uvs, triangles, uses, materials, libraries })
 }
 
 /// Whether all coordinates are numbers that can be used.
@@ -186,7 +197,7 @@ mod tests {
     fn materials_are_counted_by_their_first_use() {
         let obj = read_text("f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl\tc\no x\nf 1 3 4\nusemtl a b\nf 2 3 4");
         let names: Vec<_> = obj.materials.iter().map(|named| named.name.as_str()).collect();
-        assert_eq!((names, obj.material_of), (vec!["", "a b", "c"], vec![0, 1, 2, 1]));
+        assert_eq!((names, obj.uses), (vec!["", "a b", "c"], vec![(1, 0), (1, 1), (1, 2), (1, 1)]));
     }
 
     #[test]

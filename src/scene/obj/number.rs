@@ -8,7 +8,7 @@ const ZEROS: u64 = 0x3030_3030_3030_3030;
 const WHOLE_POWERS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
 /// Powers of ten that an f64 holds exactly.
-const POWERS: [f64; 23] = [
+pub(super) const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
     1e19, 1e20, 1e21, 1e22,
 ];
@@ -18,9 +18,6 @@ const EXACT_MANTISSA: u64 = 1 << 53;
 
 /// Most digits that surely fit into 64 bits.
 const MOST_DIGITS: usize = 19;
-
-/// Bytes that three indices of seven digits surely fit into, however they are loaded.
-const WINDOW: usize = 40;
 
 /// What is still to be read of a text.
 #[derive(Debug, Clone, Copy)]
@@ -56,9 +53,8 @@ impl Cursor<'_> {
 
     /// The number here, as `str::parse` reads it, and the byte behind it, a blank or the line's end. Goes
     /// behind both. `None` close to the end of the text, too.
-    #[inline(always)]
     pub fn number(&mut self) -> Option<(f32, u8)> {
-        match self.short_number() {
+        match self.usual_number() {
             Some((value, end, length)) => {
                 self.skip(length)?;
                 Some((value, end))
@@ -69,31 +65,7 @@ impl Cursor<'_> {
 
     /// Up to three indices with slashes between (0 for what is left out between two), and the byte behind
     /// them. Goes behind all. `None` where there is no index, and close to the end of the text.
-    #[inline(always)]
     pub fn indices(&mut self) -> Option<([i32; 3], u8)> {
-        let Some(window) = self.rest.first_chunk::<WINDOW>() else { return self.any_indices() };
-        let first = short_index(window, 0, None);
-        let Some((v, mut end, mut at)) = first else { return self.any_indices() };
-        let (mut vt, mut vn) = (0, 0);
-        if end == b'/' {
-            let like = Some((v, at, eight(window, 0)));
-            if window[at % 32] != b'/' {
-                let Some(second) = short_index(window, at, like) else { return self.any_indices() };
-                (vt, end, at) = second;
-            } else {
-                at += 1;
-            }
-            if end == b'/' {
-                let Some(third) = short_index(window, at, like) else { return self.any_indices() };
-                (vn, end, at) = third;
-            }
-        }
-        self.skip(at)?;
-        Some(([v, vt, vn], end))
-    }
-
-    #[inline(never)]
-    fn any_indices(&mut self) -> Option<([i32; 3], u8)> {
         let mut indices = [0; 3];
         let mut end = b'/';
         for (part, index) in indices.iter_mut().enumerate() {
@@ -122,37 +94,7 @@ impl Cursor<'_> {
         Some((if is_negative { -value } else { value }, end))
     }
 
-    /// A number as most are written: one digit or two, a point, and up to 7 digits. With the byte behind it
-    /// and the length of both.
-    #[inline(always)]
-    fn short_number(&self) -> Option<(f32, u8, usize)> {
-        let bytes = self.eight(0)?;
-        let sign = u32::from(bytes as u8 == b'-');
-        let [first, second, third, ..] = (bytes >> (8 * sign)).to_le_bytes();
-        let (digit, next) = (first.wrapping_sub(b'0'), second.wrapping_sub(b'0'));
-        let (whole, length) = match (second, third) {
-            _ if digit > 9 => return self.usual_number(),
-            (b'.', _) => (digit, 1),
-            (_, b'.') if next <= 9 => (10 * digit + next, 2),
-            _ => return self.usual_number(),
-        };
-        let begin = sign as usize + length + 1;
-        let bytes = self.eight(begin)?;
-        let (count, low) = leading_digits(bytes);
-        if count == 0 || count == 8 {
-            return self.usual_number();
-        }
-        let end = (bytes >> (8 * count)) as u8;
-        if end != b' ' && end != b'\n' {
-            return self.usual_number();
-        }
-        let mantissa = u64::from(whole) * WHOLE_POWERS[count] + low;
-        let value = rounded_once(mantissa as i64 as f64 / POWERS[count])?;
-        Some((f32::from_bits(value.to_bits() | sign << 31), end, begin + count + 1))
-    }
-
     /// A number of up to 15 digits, with the byte behind it and the length of both.
-    #[inline(never)]
     fn usual_number(&self) -> Option<(f32, u8, usize)> {
         let is_negative = self.peek() == b'-';
         let mut at = usize::from(is_negative);
@@ -214,39 +156,6 @@ impl Cursor<'_> {
     }
 }
 
-/// An index of one to seven digits, `at` a place below 32, with the byte behind it and the place behind
-/// both. Is quick to see that it is the same as another, whose value is given with the place behind it
-/// and the bytes that it begins with: in many files the indices of a corner are equal.
-#[inline(always)]
-fn short_index(
-    window: &[u8; WINDOW],
-    at: usize,
-    like: Option<(i32, usize, u64)>,
-) -> Option<(i32, u8, usize)> {
-    let bytes = eight(window, at);
-    if let Some((value, behind, same)) = like {
-        let bits = 8 * (behind - 1);
-        let end = (bytes >> bits) as u8;
-        if ((bytes ^ same) << (64 - bits)) == 0 && end < b'0' {
-            return Some((value, end, at + behind));
-        }
-    }
-    let (count, value) = leading_digits(bytes);
-    // an index of 0 has its own meaning
-    if count == 0 || count == 8 || value == 0 {
-        return None;
-    }
-    Some((value as i32, (bytes >> (8 * count)) as u8, at + count + 1))
-}
-
-/// Eight bytes at a place below 32, the first one lowest.
-#[inline(always)]
-fn eight(window: &[u8; WINDOW], at: usize) -> u64 {
-    // the remainder changes nothing, but shows that no check is needed
-    let bytes = window[at % 32..].first_chunk();
-    bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes))
-}
-
 /// Blanks within a line: what ASCII calls whitespace, without the line end.
 #[inline(always)]
 pub(super) fn is_blank(byte: u8) -> bool {
@@ -269,13 +178,18 @@ fn leading_digits(bytes: u64) -> (usize, u64) {
         return (0, 0);
     }
     // leading zeros come in; all 8 digits stay where they are
-    let digits = bytes << (bits.wrapping_neg() % 64);
+    ((bits / 8) as usize, eight_digits(bytes << (bits.wrapping_neg() % 64)))
+}
+
+/// The value of eight digits (not their letters), the first one lowest.
+#[inline(always)]
+pub(super) fn eight_digits(digits: u64) -> u64 {
     // pairs of digits, then both halves at once: D. Lemire, "Quickly parsing eight digits" (2018)
     let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8);
     const LOW: u64 = 0x0000_00FF_0000_00FF;
     let high = (pairs & LOW).wrapping_mul(100 + (1_000_000 << 32));
     let low = ((pairs >> 16) & LOW).wrapping_mul(1 + (10_000 << 32));
-    ((bits / 8) as usize, high.wrapping_add(low) >> 32)
+    high.wrapping_add(low) >> 32
 }
 
 /// An f64 that was rounded once, as the f32 that rounding the exact value would have given. `None` where
@@ -285,7 +199,7 @@ fn leading_digits(bytes: u64) -> (usize, u64) {
 /// power of ten are exact, one operation rounds once. (With at most 2^53 for one and 10^22 for the other
 /// there is neither an overflow nor a subnormal f32.)
 #[inline(always)]
-fn rounded_once(value: f64) -> Option<f32> {
+pub(super) fn rounded_once(value: f64) -> Option<f32> {
     const DROPPED: u64 = (1 << 29) - 1;
     (value.to_bits() & DROPPED != 1 << 28).then_some(value as f32)
 }
@@ -413,10 +327,8 @@ mod tests {
     #[test]
     fn indices_are_read_with_what_is_behind() {
         let indices = |text: &str| {
-            let far_from_the_end = format!("{text}{}", " ".repeat(WINDOW));
-            let read = Cursor { rest: far_from_the_end.as_bytes() }.indices();
-            assert_eq!(read, Cursor { rest: far_from_the_end.as_bytes() }.any_indices(), "{text}");
-            read.map(|(indices, _)| indices)
+            let far_from_the_end = format!("{text}{}", " ".repeat(16));
+            Cursor { rest: far_from_the_end.as_bytes() }.indices().map(|(indices, _)| indices)
         };
         for (text, expected) in [
             ("7", [7, 0, 0]),

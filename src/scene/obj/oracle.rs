@@ -10,6 +10,7 @@ mod collection;
 
 use std::borrow::Cow;
 use std::fmt::Write;
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
@@ -36,8 +37,10 @@ fn ours(obj: &ObjFile) -> Soup {
         let uv = obj.uvs.get(i).copied().unwrap_or_default();
         corner(obj.positions[i], uv, obj.normals.get(i).copied().unwrap_or_default())
     };
-    let material = |id: &u32| obj.materials[*id as usize].name.clone();
-    obj.triangles.iter().zip(&obj.material_of).map(|(t, id)| (material(id), t.map(corner))).collect()
+    let uses = obj.uses.iter().flat_map(|(count, material)| iter::repeat_n(*material, *count));
+    let material = |id: u32| obj.materials[id as usize].name.clone();
+    assert_eq!(uses.clone().count(), obj.triangles.len());
+    obj.triangles.iter().zip(uses).map(|(t, id)| (material(id), t.map(corner))).collect()
 }
 
 /// What tobj reads; `None` where it refuses.

@@ -5,10 +5,12 @@
 
 use std::collections::HashMap;
 
+use glam::Vec3;
 use memchr::memchr;
 
 use super::column::Column;
 use super::number::{Cursor, is_blank};
+use super::plain::{self, Face};
 use super::statement::{self, MOST_CORNERS};
 use crate::scene::lines::{Lines, split_keyword, words};
 
@@ -23,9 +25,9 @@ pub(super) type Name = (Vec<u8>, usize);
 pub(super) struct Piece {
     /// Of `v`.
     pub positions: Vec<[f32; 3]>,
-    /// Of `vt`.
+    /// Of `vt`; finite.
     pub uvs: Vec<[f32; 2]>,
-    /// Of `vn`, of any length.
+    /// Of `vn`; of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
     /// Of faces of three corners and more.
     pub faces: Faces,
@@ -44,8 +46,10 @@ pub(super) struct Piece {
 /// Faces one after the other.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faces {
-    /// Of position, texture coordinate and normal.
+    /// Of position, texture coordinate and normal; only the first is filled as long as all agree.
     pub columns: [Column; 3],
+    /// Whether some corner's indices differ, or count back.
+    is_mixed: bool,
     /// In all.
     pub corners: usize,
     /// In all.
@@ -59,6 +63,7 @@ pub(super) struct Faces {
 /// Reads pieces, one after the other, into the same memory.
 #[derive(Debug, Default)]
 pub(super) struct Reader {
+    /// Texture coordinates and normals are as written here.
     piece: Piece,
     material_of: HashMap<Vec<u8>, u32>,
     /// The face that is being read.
@@ -72,7 +77,7 @@ impl Reader {
         let mut cursor = Cursor { rest: text };
         while !cursor.rest.is_empty() && !self.piece.is_faulty {
             let line = cursor.rest;
-            if self.plain_line(&mut cursor).is_some() {
+            if self.plain_line(&mut cursor).or_else(|| self.usual_line(&mut cursor)).is_some() {
                 self.piece.lines += 1;
             } else {
                 cursor.rest = self.any_line(line);
@@ -98,17 +103,12 @@ impl Reader {
     /// The piece, in no more memory than it needs; the reader's own stays for the next.
     fn packed(&mut self) -> Piece {
         let piece = &mut self.piece;
-        let [positions, uvs, normals] = &piece.faces.columns;
         Piece {
             positions: piece.positions.as_slice().to_vec(),
-            uvs: piece.uvs.as_slice().to_vec(),
-            normals: piece.normals.as_slice().to_vec(),
+            uvs: piece.uvs.iter().map(usable_uv).collect(),
+            normals: piece.normals.iter().map(usable_normal).collect(),
             faces: Faces {
-                columns: [
-                    positions.packed(None),
-                    uvs.packed(Some(positions)),
-                    normals.packed(Some(positions)),
-                ],
+                columns: piece.faces.packed_columns(),
                 arities: piece.faces.arities.as_slice().to_vec(),
                 uses: std::mem::take(&mut piece.faces.uses),
                 ..piece.faces
@@ -119,23 +119,56 @@ impl Reader {
         }
     }
 
-    /// Reads a line of the usual kind; `None`, with nothing kept, for any other.
+    /// Reads a line as most are spelled; `None`, with nothing kept, for any other.
     #[inline(always)]
     fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        let window = cursor.rest.first_chunk()?;
+        let length = match window[..3] {
+            [b'v', b' ', _] => {
+                let (position, length) = plain::three_numbers(window, 2)?;
+                self.piece.positions.push(position);
+                length
+            }
+            [b'f', b' ', _] => {
+                let (face, length) = plain::face(window, 2)?;
+                let defined = self.defined();
+                match face {
+                    Face::Triangle(corners) => self.piece.faces.add(corners, defined),
+                    Face::Quad(corners) => self.piece.faces.add(corners, defined),
+                }
+                length
+            }
+            [b'v', b'n', b' '] => {
+                let (normal, length) = plain::three_numbers(window, 3)?;
+                self.piece.normals.push(normal);
+                length
+            }
+            [b'v', b't', b' '] => {
+                let (uv, length) = plain::two_numbers(window, 3)?;
+                self.piece.uvs.push(uv);
+                length
+            }
+            _ => return None,
+        };
+        cursor.skip(length)
+    }
+
+    /// Reads a line of the usual kind; `None`, with nothing kept, for any other.
+    #[inline(never)]
+    fn usual_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         cursor.skip_blanks();
         match *cursor.rest {
-            [b'v', b' ', ..] => self.piece.positions.push(plain_numbers(cursor, 2)?),
-            [b'f', b' ', ..] => self.plain_face(cursor)?,
-            [b'v', b'n', b' ', ..] => self.piece.normals.push(plain_numbers(cursor, 3)?),
-            [b'v', b't', b' ', ..] => self.piece.uvs.push(plain_numbers(cursor, 3)?),
+            [b'v', b' ', ..] => self.piece.positions.push(usual_numbers(cursor, 2)?),
+            [b'f', b' ', ..] => self.usual_face(cursor)?,
+            [b'v', b'n', b' ', ..] => self.piece.normals.push(usual_numbers(cursor, 3)?),
+            [b'v', b't', b' ', ..] => self.piece.uvs.push(usual_numbers(cursor, 3)?),
             [b'\n', ..] => cursor.skip(1)?,
             _ => return None,
         }
         Some(())
     }
 
-    #[inline(always)]
-    fn plain_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+    fn usual_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         self.corners.clear();
         cursor.skip(2)?;
         loop {
@@ -159,8 +192,8 @@ impl Reader {
     /// Adds the face that was read; `None` where it has too many corners.
     #[inline(always)]
     fn add_face(&mut self) -> Option<()> {
+        let defined = self.defined();
         let piece = &mut self.piece;
-        let defined = [piece.positions.len(), piece.uvs.len(), piece.normals.len()];
         match *self.corners.as_slice() {
             [] | [_] | [_, _] => piece.too_small += 1,
             // apart, because their length is known where they are added
@@ -170,6 +203,12 @@ impl Reader {
             ref corners => piece.faces.add_polygon(corners, defined),
         }
         Some(())
+    }
+
+    /// How many `v`, `vt`, `vn` there are so far.
+    #[inline(always)]
+    fn defined(&self) -> [usize; 3] {
+        [self.piece.positions.len(), self.piece.uvs.len(), self.piece.normals.len()]
     }
 
     /// Reads any line at the beginning of `text`, and those that continue it; gives what is behind.
@@ -224,6 +263,17 @@ impl Reader {
 impl Faces {
     #[inline(always)]
     fn add<const N: usize>(&mut self, corners: [Corner; N], defined: [usize; 3]) {
+        if !self.is_mixed && corners.iter().all(|[v, vt, vn]| *v > 0 && vt == v && vn == v) {
+            self.columns[0].append(self.corners, corners.map(|[v, ..]| v), defined[0]);
+        } else {
+            self.add_mixed(corners, defined);
+        }
+        self.count(N);
+    }
+
+    #[inline(always)]
+    fn add_mixed<const N: usize>(&mut self, corners: [Corner; N], defined: [usize; 3]) {
+        self.mix();
         for part in 0..3 {
             let indices = corners.map(|corner| corner[part]);
             // what not all corners have is dropped
@@ -231,10 +281,31 @@ impl Faces {
                 self.columns[part].append(self.corners, indices, defined[part]);
             }
         }
-        self.count(N);
+    }
+
+    /// From now on each column is filled.
+    fn mix(&mut self) {
+        if !self.is_mixed {
+            let [positions, others @ ..] = &mut self.columns;
+            others.iter_mut().for_each(|column| column.copy(positions));
+            self.is_mixed = true;
+        }
+    }
+
+    /// The columns, without spare memory.
+    fn packed_columns(&self) -> [Column; 3] {
+        let [positions, uvs, normals] = &self.columns;
+        if self.is_mixed {
+            [positions.packed(None), uvs.packed(Some(positions)), normals.packed(Some(positions))]
+        } else if self.corners > 0 {
+            [positions.packed(None), positions.as_positions(), positions.as_positions()]
+        } else {
+            Default::default()
+        }
     }
 
     fn add_polygon(&mut self, corners: &[Corner], defined: [usize; 3]) {
+        self.mix();
         for part in 0..3 {
             if corners.iter().all(|corner| corner[part] != 0) {
                 for (number, corner) in (self.corners..).zip(corners) {
@@ -258,14 +329,21 @@ impl Faces {
     }
 }
 
+fn usable_uv(uv: &[f32; 2]) -> [f32; 2] {
+    if uv.iter().all(|x| x.is_finite()) { *uv } else { [0.0; 2] }
+}
+
+fn usable_normal(normal: &[f32; 3]) -> [f32; 3] {
+    Vec3::from(*normal).normalize_or_zero().into()
+}
+
 fn emptied<T>(mut list: Vec<T>) -> Vec<T> {
     list.clear();
     list
 }
 
 /// N numbers behind a keyword of so many bytes with its blank, and whatever else is in the line.
-#[inline(always)]
-fn plain_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Option<[f32; N]> {
+fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Option<[f32; N]> {
     cursor.skip(keyword)?;
     let (mut values, mut end) = ([0.0; N], b' ');
     for value in &mut values {

@@ -11,7 +11,6 @@ use std::iter;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::column::Indices;
@@ -32,9 +31,9 @@ const BLOCKS_A_THREAD: usize = 4;
 pub(super) struct Vertices {
     pub positions: Vec<[f32; 3]>,
     /// Finite.
-    pub uvs: Vec<Vec2>,
+    pub uvs: Vec<[f32; 2]>,
     /// Of unit length, or zero.
-    pub normals: Vec<Vec3>,
+    pub normals: Vec<[f32; 3]>,
 }
 
 /// How the corners' indices of one part follow from those of their positions.
@@ -111,26 +110,10 @@ fn all_used(runs: &[Run], positions: usize) -> bool {
 
 fn as_they_are(joined: &mut Joined, parts: [Part; 2]) -> Vertices {
     let positions = std::mem::take(&mut joined.positions);
-    let count = positions.len();
-    let uvs = if parts[0] == Part::Same {
-        joined.uvs[..count].par_iter().map(usable_uv).collect()
-    } else {
-        Vec::new()
-    };
-    let normals = if parts[1] == Part::Same {
-        joined.normals[..count].par_iter().map(usable_normal).collect()
-    } else {
-        Vec::new()
-    };
+    let (mut uvs, mut normals) = (std::mem::take(&mut joined.uvs), std::mem::take(&mut joined.normals));
+    uvs.truncate(if parts[0] == Part::Same { positions.len() } else { 0 });
+    normals.truncate(if parts[1] == Part::Same { positions.len() } else { 0 });
     Vertices { positions, uvs, normals }
-}
-
-fn usable_uv(uv: &[f32; 2]) -> Vec2 {
-    Some(Vec2::from(*uv)).filter(|uv| uv.is_finite()).unwrap_or_default()
-}
-
-fn usable_normal(normal: &[f32; 3]) -> Vec3 {
-    Vec3::from(*normal).normalize_or_zero()
 }
 
 fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
@@ -167,14 +150,13 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
         uvs: match parts[0] {
             Part::Absent => Vec::new(),
             part => gathered(&blocks, size, |position, [key, _]| {
-                index(part, key, position).and_then(|i| joined.uvs.get(i)).map(usable_uv).unwrap_or_default()
+                index(part, key, position).and_then(|i| joined.uvs.get(i)).copied().unwrap_or_default()
             }),
         },
         normals: match parts[1] {
             Part::Absent => Vec::new(),
             part => gathered(&blocks, size, |position, [_, key]| {
-                let normal = index(part, key, position).and_then(|i| joined.normals.get(i));
-                normal.map(usable_normal).unwrap_or_default()
+                index(part, key, position).and_then(|i| joined.normals.get(i)).copied().unwrap_or_default()
             }),
         },
     })

@@ -27,7 +27,7 @@ pub fn medium(device: &Device) -> Scene {
 pub fn mesh(device: &Device, triangles: &[Triangle], mask: u32) -> Geometry {
     let vertices = Arc::new(VertexBuffer::new(triangles.as_flattened().to_vec()));
     let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Geometry::triangles(device, vertices, indices, mask).unwrap()
+    Geometry::triangles(device, vertices, Arc::new(indices), mask).unwrap()
 }
 
 /// Rays that fall along -z.

@@ -1,0 +1,346 @@
+//! Lines as most files spell them, read sixteen and more bytes at a time. Whatever is spelled otherwise is refused, and
+//! left to [`super::number`].
+//!
+//! One comparison finds all bytes that are no digits, and their mask where each number ends. (Masks instead of looking
+//! at byte after byte: G. Langdale and D. Lemire, "Parsing Gigabytes of JSON per Second", 2019, section 3.1.)
+
+use bytemuck::cast;
+use wide::{CmpEq, CmpGt, i8x16, i8x32, i16x8};
+
+use super::number::{POWERS, eight_digits, rounded_once};
+
+/// Bytes that are looked at: the beginning of a line, and what may be loaded behind it.
+pub(super) const WINDOW: usize = REACH + 64;
+
+/// Numbers and corners begin before this byte of the window.
+const REACH: usize = 128;
+
+/// Most digits before a point, and of an index.
+const MOST_WHOLE: usize = 7;
+
+/// By the number of digits before the point and by the length of the number: where each of its digits stands, the last
+/// one in the last lane; before the first -1, for zero.
+static PLACES: [[[i8; 16]; 16]; MOST_WHOLE + 1] = places();
+
+/// Indices of a corner: position, texture coordinate, normal; 0 for what is left out.
+type Corner = [i32; 3];
+
+/// A face as most are.
+#[derive(Debug, PartialEq)]
+pub(super) enum Face {
+    Triangle([Corner; 3]),
+    Quad([Corner; 4]),
+}
+
+/// Something that was read, where it ends, and the byte there.
+#[derive(Clone, Copy)]
+struct Read<T> {
+    value: T,
+    end: usize,
+    last: u8,
+}
+
+/// Two numbers behind a keyword of `keyword` bytes, to the line's end, and the length of the line.
+#[inline(always)]
+pub(super) fn two_numbers(window: &[u8; WINDOW], keyword: usize) -> Option<([f32; 2], usize)> {
+    let x = number(window, skip_blanks(window, keyword))?;
+    let y = number(window, x.next()?)?;
+    Some(([x.value, y.value], y.line_end(window)?))
+}
+
+/// Three numbers behind a keyword of `keyword` bytes, to the line's end, and the length of the line.
+#[inline(always)]
+pub(super) fn three_numbers(window: &[u8; WINDOW], keyword: usize) -> Option<([f32; 3], usize)> {
+    let x = number(window, skip_blanks(window, keyword))?;
+    let y = number(window, x.next()?)?;
+    let z = number(window, y.next()?)?;
+    Some(([x.value, y.value, z.value], z.line_end(window)?))
+}
+
+/// The face behind a keyword of `keyword` bytes, and the length of the line.
+#[inline(always)]
+pub(super) fn face(window: &[u8; WINDOW], keyword: usize) -> Option<(Face, usize)> {
+    let a = corner(window, skip_blanks(window, keyword))?;
+    let b = corner(window, a.next()?)?;
+    let c = corner(window, b.next()?)?;
+    if let Some(length) = c.line_end(window) {
+        return Some((Face::Triangle([a.value, b.value, c.value]), length));
+    }
+    let d = corner(window, c.next()?)?;
+    Some((Face::Quad([a.value, b.value, c.value, d.value]), d.line_end(window)?))
+}
+
+/// The number at byte `at`: with a minus sign or without, a point in it, up to seven digits before that, and fifteen
+/// bytes in all.
+#[inline(always)]
+fn number(window: &[u8; WINDOW], at: usize) -> Option<Read<f32>> {
+    if at >= REACH {
+        return None;
+    }
+    let minus = usize::from(window[at] == b'-');
+    let others = not_digits(sixteen(window, at)?) >> minus;
+    let point = others.trailing_zeros() as usize;
+    let end = (others & others.wrapping_sub(1)).trailing_zeros() as usize;
+    let begin = at + minus;
+    if point > MOST_WHOLE || !(2..16).contains(&end) || window[begin + point] != b'.' {
+        return None;
+    }
+    let digits =
+        (sixteen(window, begin)? - i8x16::splat(b'0' as i8)).swizzle_relaxed(PLACES[point][end].into());
+    let digits: i16x8 = cast(digits);
+    let pairs: i16x8 = (digits & i16x8::splat(0xff)) * i16x8::splat(10) + (digits >> 8);
+    let fours = pairs.dot(i16x8::new([100, 1, 100, 1, 100, 1, 100, 1]));
+    let [high, low]: [u64; 2] = cast(fours);
+    let eight = |fours: u64| fours.wrapping_mul(1 + (10_000 << 32)) >> 32;
+    let mantissa = eight(high) * 100_000_000 + eight(low);
+    // 14 digits at most: exact, as the power of ten
+    let value = rounded_once(mantissa as i64 as f64 / POWERS[(end - 1 - point) % 16])?;
+    let value = f32::from_bits(value.to_bits() | (minus as u32) << 31);
+    Some(Read { value, end: begin + end, last: window[begin + end] })
+}
+
+/// The corner at byte `at`: indices of one to seven digits, 0 for what is left out.
+#[inline(always)]
+fn corner(window: &[u8; WINDOW], at: usize) -> Option<Read<Corner>> {
+    if at >= REACH {
+        return None;
+    }
+    let bytes = thirty_two(window, at)?;
+    let others = (bytes + i8x32::splat(TO_LOWEST)).cmp_gt(i8x32::splat(HIGHEST_DIGIT)).move_mask() as u32;
+    let first = others.trailing_zeros() as usize;
+    let v = index(window, at, first)?;
+    // often all three are the same: then the text is, too, where it is moved by one of them
+    let moved = thirty_two(window, at + first + 1)?;
+    let same = (!bytes.cmp_eq(moved).move_mask()).trailing_zeros() as usize;
+    let end = 3 * first + 2;
+    if window[at + first] == b'/' && same > 2 * first && others >> end & 1 == 1 {
+        return Some(Read { value: [v; 3], end: at + end, last: window[at + end] });
+    }
+    any_corner(window, at, v, others)
+}
+
+/// A corner whose indices differ, the first of which is `v`, from the mask of `others` than digits.
+#[inline(never)]
+fn any_corner(window: &[u8; WINDOW], at: usize, v: i32, others: u32) -> Option<Read<Corner>> {
+    let read = |value, length| Read { value, end: at + length, last: window[at + length] };
+    let first = others.trailing_zeros() as usize;
+    if window[at + first] != b'/' {
+        return Some(read([v, 0, 0], first));
+    }
+    let others = others & others.wrapping_sub(1);
+    let second = others.trailing_zeros() as usize;
+    let length = second - first - 1;
+    let vt = if length == 0 { 0 } else { index(window, at + first + 1, length)? };
+    if window[at + second] != b'/' {
+        return (vt > 0).then(|| read([v, vt, 0], second));
+    }
+    let others = others & others.wrapping_sub(1);
+    let third = others.trailing_zeros() as usize;
+    let vn = index(window, at + second + 1, third - second - 1)?;
+    Some(read([v, vt, vn], third))
+}
+
+impl<T> Read<T> {
+    /// Where the next word begins, one blank behind this.
+    #[inline(always)]
+    fn next(&self) -> Option<usize> {
+        (self.last == b' ').then_some(self.end + 1)
+    }
+
+    /// Behind the line's end, which comes at once or after one blank.
+    #[inline(always)]
+    fn line_end(&self, window: &[u8; WINDOW]) -> Option<usize> {
+        match self.last {
+            b'\n' => Some(self.end + 1),
+            b' ' | b'\r' if window[self.end + 1] == b'\n' => Some(self.end + 2),
+            _ => None,
+        }
+    }
+}
+
+/// The index that the digits at byte `at` mean, one to seven of them. 0 has its own meaning, and is refused.
+#[inline(always)]
+fn index(window: &[u8; WINDOW], at: usize, digits: usize) -> Option<i32> {
+    if !(1..=MOST_WHOLE).contains(&digits) {
+        return None;
+    }
+    let bytes = u64::from_le_bytes(*window[at..].first_chunk()?);
+    let zeros = u64::from_le_bytes([b'0'; 8]);
+    // zeros come in before the first digit, and what is behind the last one goes
+    let value = eight_digits((bytes ^ zeros) << (64 - 8 * digits)) as i32;
+    (value != 0).then_some(value)
+}
+
+/// Taken from a byte's value, wrapping around: the digits become the lowest ten.
+const TO_LOWEST: i8 = (0x80 - b'0') as i8;
+const HIGHEST_DIGIT: i8 = i8::MIN + 9;
+
+/// Bytes that are no digits, a bit each.
+#[inline(always)]
+fn not_digits(bytes: i8x16) -> u32 {
+    (bytes + i8x16::splat(TO_LOWEST)).cmp_gt(i8x16::splat(HIGHEST_DIGIT)).move_mask() as u32
+}
+
+#[inline(always)]
+fn sixteen(window: &[u8; WINDOW], at: usize) -> Option<i8x16> {
+    Some(i8x16::new(window[at..].first_chunk::<16>()?.map(|byte| byte as i8)))
+}
+
+#[inline(always)]
+fn thirty_two(window: &[u8; WINDOW], at: usize) -> Option<i8x32> {
+    Some(i8x32::new(window[at..].first_chunk::<32>()?.map(|byte| byte as i8)))
+}
+
+#[inline(always)]
+fn skip_blanks(window: &[u8; WINDOW], mut at: usize) -> usize {
+    while at < REACH && window[at] == b' ' {
+        at += 1;
+    }
+    at
+}
+
+const fn places() -> [[[i8; 16]; 16]; MOST_WHOLE + 1] {
+    let mut places = [[[-1; 16]; 16]; MOST_WHOLE + 1];
+    let mut point = 0;
+    while point <= MOST_WHOLE {
+        let mut length = point + 1;
+        while length < 16 {
+            let mut digit = 0;
+            while digit < length - 1 {
+                let place = if digit < point { digit } else { digit + 1 };
+                places[point][length][16 - (length - 1) + digit] = place as i8;
+                digit += 1;
+            }
+            length += 1;
+        }
+        point += 1;
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use super::super::number::Cursor;
+    use super::*;
+
+    /// The beginning of a line, and whatever may be behind it.
+    fn window(line: &str) -> [u8; WINDOW] {
+        let mut window = [b'7'; WINDOW];
+        window[..line.len()].copy_from_slice(line.as_bytes());
+        window
+    }
+
+    #[test]
+    fn usual_numbers_are_read_to_the_bit() {
+        for word in [
+            "0.0",
+            "-0.0",
+            "1.",
+            ".5",
+            "-.5",
+            "0.123456",
+            "-12.345678",
+            "1234567.1234567",
+            "-0.00000000001",
+            "9999999.999999",
+            "0.1",
+            "123.4",
+            "0000000.1",
+            "16777.217",
+            "-1.0000001",
+        ] {
+            for end in ["\n", " \n", "\r\n"] {
+                let line = format!("v {word}{end}");
+                let expected: f32 = word.parse().unwrap();
+                let read = number(&window(&line), 2).unwrap();
+                assert_eq!(read.value.to_bits(), expected.to_bits(), "{word}");
+                assert_eq!(read.line_end(&window(&line)), Some(line.len()), "{word}");
+            }
+        }
+    }
+
+    /// Digits, points and signs in any order: what is not refused is what `str::parse` reads.
+    #[test]
+    fn random_words_are_read_to_the_bit_or_refused() {
+        let mut dice = 1u64;
+        let mut read = 0;
+        for _ in 0..300_000 {
+            let mut word = String::new();
+            for _ in 0..1 + roll(&mut dice) % 18 {
+                word.push(b"0123456789.-9.e/"[roll(&mut dice) as usize % 16] as char);
+            }
+            let window = window(&format!("{word}\n"));
+            let whole = number(&window, 0).filter(|read| read.line_end(&window).is_some());
+            if let Some(Read { value, .. }) = whole {
+                assert_eq!(Ok(f32::to_bits(value)), word.parse().map(f32::to_bits), "{word}");
+                read += 1;
+            }
+        }
+        assert!(read > 1000, "{read}");
+    }
+
+    /// Between two floats one division does not round as two do: those are left to others.
+    #[test]
+    fn a_number_that_would_be_rounded_twice_is_refused() {
+        let is_read = |word: &str| number(&window(word), 0).is_some();
+        assert!(!is_read("16777217.0\n"), "eight digits before the point");
+        assert!(!is_read("2097152.125\n"), "between two floats");
+        assert!(is_read("2097152.126\n"));
+    }
+
+    #[test]
+    fn corners_are_read_as_by_the_byte() {
+        let mut dice = 2u64;
+        let mut read = 0;
+        for _ in 0..300_000 {
+            let index = |dice: &mut u64| (roll(dice) % 10u64.pow(1 + (roll(dice) % 8) as u32)).to_string();
+            let indices = [(); 3].map(|()| index(&mut dice));
+            let slashes =
+                [(); 3].map(|()| ["", "/", "/", "//", "x", "-", "/-"][roll(&mut dice) as usize % 7]);
+            let [a, b, c] = if roll(&mut dice) % 2 == 0 { [0, 0, 0] } else { [0, 1, 2] };
+            let [d, e, f] = slashes;
+            let word = match roll(&mut dice) % 3 {
+                0 => format!("{}{d}", indices[a]),
+                1 => format!("{}{d}{}{e}", indices[a], indices[b]),
+                _ => format!("{}{d}{}{e}{}{f}", indices[a], indices[b], indices[c]),
+            };
+            let line = format!("{word} ");
+            let Some(corner) = corner(&window(&line), 0) else { continue };
+            // what ends at another byte than a blank is refused where the next corner is wanted
+            if let Some(next) = corner.next() {
+                let text = format!("{word}{}", " ".repeat(16));
+                assert_eq!(Cursor { rest: text.as_bytes() }.indices(), Some((corner.value, b' ')), "{word}");
+                assert_eq!(next, line.len());
+                read += 1;
+            }
+        }
+        assert!(read > 10_000, "{read}");
+    }
+
+    #[test]
+    fn faces_are_read_to_the_end_of_the_line() {
+        let read = |line: &str| face(&window(line), 2);
+        let (triangle, quad) = (
+            |corners: [Corner; 3], length| Some((Face::Triangle(corners), length)),
+            |corners: [Corner; 4], length| Some((Face::Quad(corners), length)),
+        );
+        assert_eq!(read("f 1 2 3\n"), triangle([[1, 0, 0], [2, 0, 0], [3, 0, 0]], 8));
+        assert_eq!(read("f  1/1/1 2/2/2 3/3/3 \n"), triangle([[1; 3], [2; 3], [3; 3]], 22));
+        assert_eq!(read("f 1/2 3//4 5/6/7\r\n"), triangle([[1, 2, 0], [3, 0, 4], [5, 6, 7]], 18));
+        let seven = "1234567/1234567/1234567";
+        let line = format!("f {seven} {seven} {seven} {seven}\n");
+        assert_eq!(read(&line), quad([[1_234_567; 3]; 4], line.len()));
+        for refused in
+            ["f 1 2\n", "f 1 2 3 4 5\n", "f 1 2 3 \\\n", "f 1 2 3 # a\n", "f 1 2 0\n", "f 1 -2 3\n"]
+        {
+            assert_eq!(read(refused), None, "{refused}");
+        }
+        assert_eq!(read(&format!("f {} 1 2 3\n", " ".repeat(REACH))), None, "too far behind");
+    }
+
+    fn roll(dice: &mut u64) -> u64 {
+        *dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *dice >> 33
+    }
+}
