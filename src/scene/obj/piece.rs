@@ -123,33 +123,30 @@ impl Reader {
     #[inline(always)]
     fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         let window = cursor.rest.first_chunk()?;
-        let length = match window[..3] {
-            [b'v', b' ', _] => {
-                let (position, length) = plain::three_numbers(window, 2)?;
-                self.piece.positions.push(position);
-                length
-            }
-            [b'f', b' ', _] => {
-                let (face, length) = plain::face(window, 2)?;
-                let defined = self.defined();
-                match face {
-                    Face::Triangle(corners) => self.piece.faces.add(corners, defined),
-                    Face::Quad(corners) => self.piece.faces.add(corners, defined),
-                }
-                length
-            }
-            [b'v', b'n', b' '] => {
-                let (normal, length) = plain::three_numbers(window, 3)?;
-                self.piece.normals.push(normal);
-                length
-            }
-            [b'v', b't', b' '] => {
-                let (uv, length) = plain::two_numbers(window, 3)?;
-                self.piece.uvs.push(uv);
-                length
-            }
+        let (keyword, count) = match window[..3] {
+            [b'v', b' ', _] => (2, 3),
+            [b'v', b'n', b' '] => (3, 3),
+            [b'v', b't', b' '] => (3, 2),
+            [b'f', b' ', _] => return self.plain_face(cursor),
             _ => return None,
         };
+        let (values, length) = plain::numbers(window, keyword, count)?;
+        match window[1] {
+            b'n' => self.piece.normals.push(values),
+            b't' => self.piece.uvs.push([values[0], values[1]]),
+            _ => self.piece.positions.push(values),
+        }
+        cursor.skip(length)
+    }
+
+    #[inline(always)]
+    fn plain_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        let (face, length) = plain::face(cursor.rest.first_chunk()?, 2)?;
+        let defined = self.defined();
+        match face {
+            Face::Triangle(corners) => self.piece.faces.add(corners, defined),
+            Face::Quad(corners) => self.piece.faces.add(corners, defined),
+        }
         cursor.skip(length)
     }
 
