@@ -3,6 +3,8 @@
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
+use crate::aligned::Aligned;
+
 /// How a plane is stored in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneKind {
@@ -16,8 +18,8 @@ pub enum PlaneKind {
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Values {
-    Half(Vec<f16>),
-    Float(Vec<f32>),
+    Half(Aligned<f16>),
+    Float(Aligned<f32>),
 }
 
 /// The largest finite half.
@@ -26,12 +28,12 @@ const HALF_MAX: f32 = 65504.0;
 impl Values {
     /// As many zeros, to become halves.
     pub fn halves(count: usize) -> Self {
-        Self::Half(vec![f16::ZERO; count])
+        Self::Half(Aligned::zeros(count))
     }
 
     /// As many zeros, to become floats.
     pub fn floats(count: usize) -> Self {
-        Self::Float(vec![0.0; count])
+        Self::Float(Aligned::zeros(count))
     }
 
     /// `values` as a plane of that kind holds them.
@@ -70,7 +72,7 @@ impl Values {
     pub fn to_floats(&self) -> Vec<f32> {
         match self {
             Self::Half(values) => values.to_f32_vec(),
-            Self::Float(values) => values.clone(),
+            Self::Float(values) => values.to_vec(),
         }
     }
 

@@ -46,6 +46,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod aligned;
 pub mod cli;
 pub mod film;
 pub mod frame;
