@@ -3,13 +3,12 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// Bytes that caches fetch together.
-const LINE: usize = 64;
+use crate::prefetch::LINE;
 
 /// A list of fixed length. As a slice it is the list alone.
 #[derive(Debug)]
 pub struct Aligned<T> {
-    /// The list, and as many values before and behind it as one line takes.
+    /// The list, and as many values more, before and behind it together, as a line holds.
     padded: Vec<T>,
     /// The first one of the list.
     first: usize,
@@ -20,6 +19,7 @@ impl<T: Copy + Default> Aligned<T> {
     /// So many zeros, or whatever is the default.
     #[must_use]
     pub fn zeros(length: usize) -> Self {
+        const { assert!(LINE % size_of::<T>() == 0, "values do not fill lines") };
         let in_line = LINE / size_of::<T>();
         let padded = vec![T::default(); length + in_line];
         // it need not be known: then nothing but time is lost

@@ -2,7 +2,7 @@
 //! depends on it, and where processors cannot be told, nothing happens.
 
 /// Bytes that caches fetch together.
-const LINE: usize = 64;
+pub const LINE: usize = 64;
 
 /// `values` are read or written over soon.
 #[inline(always)]

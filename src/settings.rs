@@ -41,13 +41,13 @@ pub enum Build {
     /// Built with care, for fast rays: right for an animation.
     #[default]
     Best,
-    /// Built fast, for rays that are a little slower: right for few frames of a big model.
+    /// Built fast, for rays that are a little slower: right for a short shot of a big model.
     Quick,
 }
 
 impl Build {
-    /// Rays for each triangle from which on a careful build pays. With ten million triangles it takes 0.26
-    /// microseconds a triangle longer, and makes a ray 5 to 8 nanoseconds faster (docs/performance.md,
+    /// Rays for each triangle from which on a careful build pays. With ten million triangles it takes a quarter of
+    /// a microsecond a triangle longer, and makes a ray RAYGAIN nanoseconds faster (docs/performance.md,
     /// "Growth"); rays through smaller models gain less, but there a build is no matter.
     const RAYS_A_TRIANGLE: u64 = 40;
 
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn a_careful_build_is_for_many_rays() {
         let frame = 2 * 1280 * 720;
-        assert_eq!(Build::that_pays(frame, 10_000_000), Build::Quick, "a look at a big model");
+        assert_eq!(Build::that_pays(frame, 10_000_000), Build::Quick, "a frame of a big model");
         assert_eq!(Build::that_pays(24 * 4 * frame, 1_000_000), Build::Best, "an animation");
         assert_eq!(Build::that_pays(0, u64::MAX), Build::Quick);
     }

@@ -413,9 +413,10 @@ fn summary(comparison: &Comparison) -> String {
     lines.extend(ours.audit.map(table::audit_line));
     lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
     lines.push(format!(
-        "{:<9}in no sum above: writing {}, building the scene {}",
+        "{:<9}in no sum above: writing {}, building the scene{} {}",
         "beside",
         duration(ours.seconds.write),
+        table::quickly(comparison.settings.picture.build),
         duration(comparison.build_seconds)
     ));
     lines.extend(backend_table::lines(&comparison.backends));

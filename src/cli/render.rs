@@ -14,7 +14,7 @@ use super::terminal::Terminal;
 use crate::frame::Renderer;
 use crate::output;
 use crate::report::file::write_json;
-use crate::settings::Mode;
+use crate::settings::{Build, Mode};
 use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
 
 /// Below the options in `--help`.
@@ -168,7 +168,11 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
 
     // what was finished is reported even if a later frame failed
     let memory = renderer.memory().with_peak();
-    terminal.result(&record.summary(memory, renderer.build_seconds(), terminal.elapsed()));
+    terminal.result(&record.summary(
+        memory,
+        (job.settings.build, renderer.build_seconds()),
+        terminal.elapsed(),
+    ));
     terminal.result(&format!("{:<9}{}", "files", target.text()));
     let stats = write_stats(options, &record, memory);
     outcome.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
@@ -250,7 +254,7 @@ impl Record {
         Totals::of(&self.frames)
     }
 
-    fn summary(&self, memory: Memory, build_seconds: f64, wall_seconds: f64) -> String {
+    fn summary(&self, memory: Memory, (build, build_seconds): (Build, f64), wall_seconds: f64) -> String {
         let run_up = Totals::of(&self.run_up);
         table::summary(&table::Summary {
             frames: self.frames.len(),
@@ -258,6 +262,7 @@ impl Record {
             full_rays: self.full_rays,
             run_up: (!self.run_up.is_empty()).then_some((self.run_up.len(), &run_up)),
             memory,
+            build,
             build_seconds,
             wall_seconds,
         })
@@ -285,7 +290,7 @@ mod tests {
         assert_eq!((record.frames.len(), record.run_up.len()), (1, 1));
         assert_eq!((full.is_some(), record.full_rays), (true, 30.0));
         assert_eq!(record.totals().samples.base, 0);
-        assert!(record.summary(Memory::default(), 0.0, 1.0).contains("about 50.0 %"));
+        assert!(record.summary(Memory::default(), (Build::Best, 0.0), 1.0).contains("about 50.0 %"));
     }
 
     #[test]

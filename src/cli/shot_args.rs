@@ -99,12 +99,12 @@ pub enum FilterArg {
 /// Ways to build by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum BuildArg {
-    /// What the whole shot, whichever of its frames are asked for, is rendered soonest with
+    /// Whichever renders the whole shot sooner, whatever frames are asked for
     #[default]
     Auto,
     /// With care, for fast rays
     Best,
-    /// Fast, for few frames of a big model
+    /// Fast, for a short shot of a big model
     Quick,
 }
 
@@ -112,9 +112,10 @@ impl BuildArg {
     /// What holds for `shot`. (Not for the frames that are asked for: their pictures must not depend on which
     /// others are rendered with them.)
     fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
-        let triangles = || shot.scene.models.iter().map(|model| model.mesh.triangles.len() as u64).sum();
         match self {
-            Self::Auto => Build::that_pays(shot.rays(settings), triangles()),
+            Self::Auto => {
+                shot.rays(settings).map_or(Build::Best, |rays| Build::that_pays(rays, shot.triangles()))
+            }
             Self::Best => Build::Best,
             Self::Quick => Build::Quick,
         }
@@ -158,8 +159,8 @@ impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
         let shot = open(&self.shot, self.strict)?;
-        let mut settings = self.settled(&shot.settings)?;
-        settings.build = self.build.for_shot(&shot, &settings);
+        let settings = self.settled(&shot.settings)?;
+        let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
         Ok(Job {
             path: self.shot.clone(),
@@ -170,7 +171,7 @@ impl ShotArgs {
         })
     }
 
-    /// `settings` with what the command line says instead. How to build depends on the shot, too, and stays.
+    /// `settings` with what the command line says instead, but for how to build: that depends on the shot, too.
     fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
         let (width, height) = self.size.unwrap_or((settings.width, settings.height));
         let filter = self.filter.map(|filter| match filter {
@@ -258,6 +259,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
+    use crate::scene::Scene;
     use crate::settings::Mode;
 
     #[derive(Parser)]
@@ -352,7 +354,30 @@ mod tests {
         };
         assert_eq!(build("a.obj"), Build::Best, "rays by the million, and one triangle");
         assert_eq!(build("a.obj --build quick"), Build::Quick);
+        // 120 frames of a sample, with a ray from the eye and one to each of two lights
+        assert_eq!(
+            shot.rays(&Settings { width: 1, height: 1, samples: 1, ..shot.settings.clone() }),
+            Some(360)
+        );
         assert_eq!(build("a.obj --size 1x1 --samples 1 --build best"), Build::Best);
+        let big = || Shot {
+            scene: Scene { models: vec![shot.scene.models[0].clone(); 10], ..shot.scene.clone() },
+            ..shot.clone()
+        };
+        assert_eq!(big().triangles(), 10);
+        let build = |line: &str, shot: &Shot| {
+            let args = typed(line).expect("fine");
+            args.build.for_shot(shot, &args.settled(&shot.settings).expect("fine"))
+        };
+        assert_eq!(build("a.obj --size 1x1 --samples 1", &big()), Build::Quick, "36 rays a triangle");
+        assert_eq!(
+            build("a.obj --size 1x1 --samples 1 --frames 1-9999", &big()),
+            Build::Quick,
+            "of the shot"
+        );
+        assert_eq!(build("a.obj --size 2x1 --samples 1", &big()), Build::Best);
+        let open = Shot { says_frames: false, ..big() };
+        assert_eq!(build("a.obj --size 1x1 --samples 1", &open), Build::Best, "nobody knows how many");
     }
 
     #[test]

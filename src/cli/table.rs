@@ -1,6 +1,7 @@
 //! The table on stdout: one line a frame, and what the run amounts to.
 
 use super::terminal::duration;
+use crate::settings::Build;
 use crate::stats::{AuditCounts, FrameStats, FullEstimate, Memory, RayCounts, Totals, saved_percent};
 
 /// Title line of a render's table. Rays in millions.
@@ -67,10 +68,20 @@ pub struct Summary<'a> {
     pub run_up: Option<(usize, &'a Totals)>,
     /// At the end.
     pub memory: Memory,
-    /// Building the acceleration structure.
+    /// How the acceleration structure was built.
+    pub build: Build,
+    /// How long that took.
     pub build_seconds: f64,
     /// The whole run, from the first frame on.
     pub wall_seconds: f64,
+}
+
+/// What is to be said where a scene was not built with care.
+pub fn quickly(build: Build) -> &'static str {
+    match build {
+        Build::Best => "",
+        Build::Quick => ", quickly,",
+    }
 }
 
 /// The lines below the table.
@@ -78,12 +89,13 @@ pub fn summary(sum: &Summary<'_>) -> String {
     let totals = sum.totals;
     let mut lines = vec![
         format!(
-            "{:<9}{} in {}: rendering {}, writing {}; building the scene before {}",
+            "{:<9}{} in {}: rendering {}, writing {}; building the scene before{} {}",
             "frames",
             sum.frames,
             duration(sum.wall_seconds),
             duration(totals.seconds.rendering()),
             duration(totals.seconds.write),
+            quickly(sum.build),
             duration(sum.build_seconds),
         ),
         samples_line(totals),
@@ -202,13 +214,19 @@ mod tests {
             full_rays: 2_470_000.0,
             run_up: Some((3, &totals)),
             memory: Memory { peak_bytes: 3 << 30, store_bytes: 1 << 20, bytes_per_sample: 58.0 },
+            build: Build::Quick,
             build_seconds: 0.1,
             wall_seconds: 0.6,
         };
         let text = summary(&sum);
-        for part in
-            ["95.0 % reused", "rendering 0.40 s, writing 0.10 s", "1.24 M:", "about 50.0 %", "3 more frames"]
-        {
+        for part in [
+            "95.0 % reused",
+            "rendering 0.40 s, writing 0.10 s",
+            "before, quickly, 0.1",
+            "1.24 M:",
+            "about 50.0 %",
+            "3 more frames",
+        ] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
         assert!(text.contains("3.00 GiB at most") && text.contains("0 differ"));

@@ -258,7 +258,7 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
 
 /// Triangles one after the other that have the same of the file's materials.
 struct Use {
-    triangles: Range<usize>,
+    range: Range<usize>,
     material: usize,
 }
 
@@ -268,18 +268,20 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
     let mut uses = Vec::with_capacity(obj.uses.len());
     let mut begin = 0;
     for (count, material) in &obj.uses {
-        uses.push(Use { triangles: begin..begin + count, material: *material as usize });
+        uses.push(Use { range: begin..begin + count, material: *material as usize });
         begin += count;
     }
-    let shadow_casting = uses.iter().filter(|a_use| casts(a_use)).map(|a_use| a_use.triangles.len()).sum();
+    let shadow_casting = uses.iter().filter(|a_use| casts(a_use)).map(|a_use| a_use.range.len()).sum();
     let mut triangles = obj.triangles;
     if shadow_casting > 0 && shadow_casting < triangles.len() {
         uses.sort_by_key(|a_use| !casts(a_use));
-        triangles = uses.iter().flat_map(|a_use| &triangles[a_use.triangles.clone()]).copied().collect();
+        let mut ordered = Vec::with_capacity(triangles.len());
+        uses.iter().for_each(|a_use| ordered.extend_from_slice(&triangles[a_use.range.clone()]));
+        triangles = ordered;
     }
     let mut material_of = Vec::with_capacity(triangles.len());
-    for Use { triangles, material } in uses {
-        material_of.extend(iter::repeat_n(ids[material], triangles.len()));
+    for Use { range, material } in uses {
+        material_of.extend(iter::repeat_n(ids[material], range.len()));
     }
     Mesh {
         positions: Arc::new(VertexBuffer::new(obj.positions)),

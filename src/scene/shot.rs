@@ -1,6 +1,8 @@
 //! Loads shots: a shot file (`.toml`) with all that it names, or a bare OBJ as a turntable.
 
+use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -27,8 +29,10 @@ pub struct Shot {
     pub scene: Scene,
     /// How it is to be rendered.
     pub settings: Settings,
-    /// Which frames.
+    /// Which frames; the first alone where the file does not say.
     pub frames: Frames,
+    /// Whether it does.
+    pub says_frames: bool,
     /// Frames per second, as numerator and denominator; both above 0.
     pub rate: (i32, u32),
     /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
@@ -39,12 +43,25 @@ pub struct Shot {
 
 impl Shot {
     /// How many rays all its frames take with `settings` if each sample is traced once: from the eye and to
-    /// each light. (Reflections come on top, and what is reused goes.)
-    pub fn rays(&self, settings: &Settings) -> u64 {
+    /// each light. (Reflections come on top, and what is reused goes.) `None` where it does not say which
+    /// frames it has.
+    pub fn rays(&self, settings: &Settings) -> Option<u64> {
+        if !self.says_frames {
+            return None;
+        }
         let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
         let points = |light: &Light| LightPose::of(light, 0.0).shape.points() as u64;
         let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
-        frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample)
+        Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
+    }
+
+    /// How many triangles are built for it: those of a mesh that moves at several places once.
+    pub fn triangles(&self) -> u64 {
+        let mut moving = HashSet::new();
+        let models = self.scene.models.iter();
+        let built =
+            models.filter(|model| model.track.is_constant() || moving.insert(Arc::as_ptr(&model.mesh)));
+        built.map(|model| model.mesh.triangles.len() as u64).sum()
     }
 }
 
@@ -100,6 +117,7 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
         scene: Scene { camera, models, materials, textures, lights, ambient, background },
         settings,
         frames,
+        says_frames: file.render.frames.is_some(),
         rate,
         output: output(text, file.output.path)?,
         warnings: findings.warnings,

@@ -70,6 +70,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         scene,
         settings,
         frames: Frames::between(1, FRAMES),
+        says_frames: true,
         rate: (24, 1),
         output: None,
         warnings: findings.warnings,

@@ -56,8 +56,8 @@ impl Geometry {
         let is_bad = |corner: &u32| *corner as usize >= count;
         // without an early end, several are looked at at once
         let highest = indices.as_flattened().iter().fold(0, |highest, corner| highest.max(*corner));
-        if !indices.is_empty() && is_bad(&highest) {
-            let triangle = indices.iter().position(|corners| corners.iter().any(is_bad)).unwrap_or(0);
+        let first_bad = || indices.iter().position(|corners| corners.iter().any(is_bad));
+        if let Some(triangle) = Some(highest).filter(is_bad).and_then(|_| first_bad()) {
             let corners = indices[triangle];
             return Err(Error::invalid_argument(format!(
                 "triangle {triangle} has the vertices {corners:?}, but there are only {count} vertices"

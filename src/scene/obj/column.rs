@@ -48,7 +48,7 @@ impl Column {
         self.highest = other.highest;
     }
 
-    /// The same as this, of positions, for another kind; nothing counts back.
+    /// What another kind keeps whose indices are these, the positions'. None of them may count back.
     pub fn as_positions(&self) -> Self {
         Self { is_as_positions: true, highest: self.highest, ..Self::default() }
     }

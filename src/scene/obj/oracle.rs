@@ -171,6 +171,11 @@ fn odd_files_of_our_own_are_read_as_tobj_reads_them() {
     let relative = "v 9 0 0\nv 9 1 0\nv 9 0 1\nvn 0 0 1\nf -3//-1 -2//-1 -1//-1\n".repeat(9);
     let seams =
         "vt 0 0\nvt 1 0\nvn 0 0 1\nvn 0 1 0\nf 1/1/1 2/2/1 3/1/2\nf 3/2/2 2/2/1 1/1/1\nf 1/2 2/1 3/1\n";
+    // longer than what is looked at at once
+    let alike = "v 0.5 -1.25 12.25\nvt 0.125 0.25\nvn 0.0 -2 1\nv 1.5 1.25 -0.25\nvt -2 1\nvn 0.6 -0.0 0.25\n\
+                 v 3.5 -1 100.25\nvt 5 0.25\nvn 0.5 0.5 0.25\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 1/1/1 2/2/2\n";
+    let mixed = "f 1/2/1 2/1/2 3/3/3\nf 1 2 3\nf 1//3 2//2 3//1 2//2\nf 1/3 2/1 3/2\n";
+    let counting = "f 1/1/1 2/2/2 3/3/3 2/2/2 1/1/1\nf -1/-1/-1 -2/-2/-2 -3/-3/-3\nf 1/1/1 -1/-1/-1 2/2/2\n";
     for (name, faces) in [
         ("triangles", "f 1 2 3\nf 1 3 4\n".repeat(5)),
         ("quads and more", "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 7 5\nf 1 2 3 4 8 7 6\n".repeat(3)),
@@ -202,10 +207,27 @@ fn odd_files_of_our_own_are_read_as_tobj_reads_them() {
             "v 1e2 -.5 +3.\nv 0.1234567890123456789 1E-3 -0\nv 16777217.0000001 1.5e0 7\nf 9 10 11\n".into(),
         ),
         ("a tip of many normals", tip(150)),
+        ("points and signs", alike.repeat(30)),
+        ("corners that agree, and others", format!("{}{mixed}{}", alike.repeat(12), alike.repeat(12))),
+        (
+            "corners that agree, of five and counting back",
+            format!("{}{counting}{}", alike.repeat(12), alike.repeat(12)),
+        ),
+        (
+            "more in a line",
+            alike.repeat(12).replace(".25\n", ".25 0.5 0.5 0.5\n").replace("-2 1\n", "-2 1 7\n"),
+        ),
+        (
+            "whole numbers and blanks",
+            alike.repeat(12).replace(".25", "").replace("f ", "f  ").replace(".5 ", ".5e0  "),
+        ),
         ("no last line end", "f 1 2 3\nf 1 3 4".into()),
     ] {
         let text = format!("{CUBE}{faces}");
-        assert!(compare(text.as_bytes(), &[1, 7, 20, 33, 100, PIECE], name), "{name}: tobj reads it");
+        assert!(
+            compare(text.as_bytes(), &[1, 7, 20, 33, 100, 300, 700, PIECE], name),
+            "{name}: tobj reads it"
+        );
     }
 }
 
@@ -220,17 +242,23 @@ fn faulty_files_have_the_same_fault_in_pieces_of_any_size() {
         "f 1 1 1",
         "",
         "vt 1 1\nf 1/2 2/1 3/1",
+        "vt 1 1\nvn 1 0 0\nf 1/1/1 1/1/1 1/1/1\nf 2/2/2 1/1/1 1/1/1",
+        "vt 1 1\nf -1/-1 1/1 2/9",
     ] {
         let text = format!("{CUBE}{faces}\nv 1 2 3\n# c\n# c\n# c\n");
         compare(text.as_bytes(), &[1, 7, 33, PIECE], faces);
+        let text =
+            format!("{text}{}", "# a comment that is longer than what is looked at at once\n".repeat(9));
+        compare(text.as_bytes(), &[PIECE], faces);
     }
 }
 
 #[test]
 fn real_files_are_read_as_tobj_reads_them() {
     let mut found = 0;
-    for folder in ["awkward", "statues", "animated", "bathroom", "kitchen", "warehouse"] {
-        let Some(folder) = collection::folder(folder) else { continue };
+    let collected = ["awkward", "statues", "animated", "bathroom", "kitchen", "warehouse"];
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for folder in collected.into_iter().filter_map(collection::folder).chain([own]) {
         let mut files = Vec::new();
         files_of(&folder, &mut files);
         for path in &files {

@@ -1,7 +1,10 @@
 //! Reads a piece of an OBJ file without knowing what stands before it.
 //!
-//! Plain lines, which big files are made of, are read where they stand. Whatever is unusual about a line (a
-//! comment, a continuation, a sign) has it read again with care; so here nothing has to be decided twice.
+//! Lines are read in one of three ways. Those of which big files are made, `v`, `vt`, `vn` and `f` with one blank between
+//! words and numbers that are neither long nor have an exponent, are read where they stand (`plain`). Others of these
+//! four are read word by word (`number`): longer numbers, more corners, indices that count back. Whatever else there
+//! is about a line (a comment, a continuation, a sign that OBJ does not need) has it read again with care, so that
+//! nothing has to be decided twice (`statement`).
 
 use std::collections::HashMap;
 
@@ -48,7 +51,7 @@ pub(super) struct Piece {
 pub(super) struct Faces {
     /// Of position, texture coordinate and normal; only the first is filled as long as all agree.
     pub columns: [Column; 3],
-    /// Whether some corner's indices differ, or count back.
+    /// Whether some corner's indices differ or count back, or a face has more than four.
     is_mixed: bool,
     /// In all.
     pub corners: usize,
@@ -119,7 +122,7 @@ impl Reader {
         }
     }
 
-    /// Reads a line as most are spelled; `None`, with nothing kept, for any other.
+    /// Reads a line as `plain` can; `None`, with nothing kept, for any other.
     #[inline(always)]
     fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         let window = cursor.rest.first_chunk()?;
@@ -127,10 +130,18 @@ impl Reader {
             [b'v', b' ', _] => (2, 3),
             [b'v', b'n', b' '] => (3, 3),
             [b'v', b't', b' '] => (3, 2),
-            [b'f', b' ', _] => return self.plain_face(cursor),
+            [b'f', b' ', _] => {
+                let length = self.plain_face(window)?;
+                return cursor.skip(length);
+            }
             _ => return None,
         };
-        let (values, length) = plain::numbers(window, keyword, count)?;
+        let (values, end) = plain::numbers(window, keyword, count)?;
+        let length = match plain::line_end(window, end) {
+            Some(length) => length,
+            None if is_blank(window[end]) => end + behind_more(&cursor.rest[end..])?,
+            None => return None,
+        };
         match window[1] {
             b'n' => self.piece.normals.push(values),
             b't' => self.piece.uvs.push([values[0], values[1]]),
@@ -139,18 +150,19 @@ impl Reader {
         cursor.skip(length)
     }
 
+    /// Gives the length of the line.
     #[inline(always)]
-    fn plain_face(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
-        let (face, length) = plain::face(cursor.rest.first_chunk()?, 2)?;
+    fn plain_face(&mut self, window: &[u8; plain::WINDOW]) -> Option<usize> {
+        let (face, length) = plain::face(window)?;
         let defined = self.defined();
         match face {
             Face::Triangle(corners) => self.piece.faces.add(corners, defined),
             Face::Quad(corners) => self.piece.faces.add(corners, defined),
         }
-        cursor.skip(length)
+        Some(length)
     }
 
-    /// Reads a line of the usual kind; `None`, with nothing kept, for any other.
+    /// Reads a line word by word; `None`, with nothing kept, for any that is no plain `v`, `vt`, `vn` or `f`.
     #[inline(never)]
     fn usual_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         cursor.skip_blanks();
@@ -351,12 +363,18 @@ fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Opt
         (*value, end) = cursor.number()?;
     }
     if end != b'\n' {
-        let length = memchr(b'\n', cursor.rest)?;
-        let is_continued = cursor.rest[..length].trim_ascii_end().last() == Some(&b'\\');
-        cursor.skip(length + 1)?;
-        return (!is_continued).then_some(values);
+        let length = behind_more(cursor.rest)?;
+        cursor.skip(length)?;
     }
     Some(values)
+}
+
+/// The length of what is left of a line, in which nothing counts any more. `None` where it is continued.
+#[inline(never)]
+fn behind_more(rest: &[u8]) -> Option<usize> {
+    let length = memchr(b'\n', rest)?;
+    let is_continued = rest[..length].trim_ascii_end().last() == Some(&b'\\');
+    (!is_continued).then_some(length + 1)
 }
 
 #[cfg(test)]

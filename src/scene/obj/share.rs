@@ -110,9 +110,10 @@ fn all_used(runs: &[Run], positions: usize) -> bool {
 
 fn as_they_are(joined: &mut Joined, parts: [Part; 2]) -> Vertices {
     let positions = std::mem::take(&mut joined.positions);
-    let (mut uvs, mut normals) = (std::mem::take(&mut joined.uvs), std::mem::take(&mut joined.normals));
-    uvs.truncate(if parts[0] == Part::Same { positions.len() } else { 0 });
-    normals.truncate(if parts[1] == Part::Same { positions.len() } else { 0 });
+    let mut uvs = if parts[0] == Part::Same { std::mem::take(&mut joined.uvs) } else { Vec::new() };
+    let mut normals = if parts[1] == Part::Same { std::mem::take(&mut joined.normals) } else { Vec::new() };
+    uvs.truncate(positions.len());
+    normals.truncate(positions.len());
     Vertices { positions, uvs, normals }
 }
 
