@@ -80,7 +80,7 @@ pub struct Summary<'a> {
 pub fn quickly(build: Build) -> &'static str {
     match build {
         Build::Best => "",
-        Build::Quick => ", quickly,",
+        Build::Quick => " (quickly)",
     }
 }
 
@@ -222,7 +222,7 @@ mod tests {
         for part in [
             "95.0 % reused",
             "rendering 0.40 s, writing 0.10 s",
-            "before, quickly, 0.1",
+            "before (quickly) 0.1",
             "1.24 M:",
             "about 50.0 %",
             "3 more frames",
