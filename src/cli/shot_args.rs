@@ -257,9 +257,11 @@ fn threads(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use glam::DVec3;
 
     use super::*;
-    use crate::scene::Scene;
+    use crate::motion::{Interpolation, Track, TransformTrack};
+    use crate::scene::{Model, Scene};
     use crate::settings::Mode;
 
     #[derive(Parser)]
@@ -346,38 +348,35 @@ mod tests {
     }
 
     #[test]
-    fn a_build_may_be_asked_for() {
-        let shot = open(Path::new("scenes/analytic/triangle.obj"), true).expect("a scene of the repository");
-        let build = |line: &str| {
-            let args = typed(line).expect("fine");
-            args.build.for_shot(&shot, &args.settled(&shot.settings).expect("fine"))
+    fn how_to_build_follows_from_the_shot() {
+        let one = open(Path::new("scenes/analytic/triangle.obj"), true).expect("a scene of the repository");
+        let of = |model: &Model| {
+            let scene = Scene { models: vec![model.clone(); 10], ..one.scene.clone() };
+            Shot { scene, ..one.clone() }
         };
-        assert_eq!(build("a.obj"), Build::Best, "rays by the million, and one triangle");
-        assert_eq!(build("a.obj --build quick"), Build::Quick);
-        // 120 frames of a sample, with a ray from the eye and one to each of two lights
+        let model = &one.scene.models[0];
+        let scale = Track::through(vec![(1.0, DVec3::ONE), (2.0, DVec3::ZERO)], Interpolation::Linear);
+        let track = TransformTrack { scale: scale.expect("good keys"), ..TransformTrack::identity() };
+        let (still, moving) = (of(model), of(&Model { track, ..model.clone() }));
         assert_eq!(
-            shot.rays(&Settings { width: 1, height: 1, samples: 1, ..shot.settings.clone() }),
-            Some(360)
+            [one.triangles(), still.triangles(), moving.triangles()],
+            [1, 10, 1],
+            "built once to move"
         );
-        assert_eq!(build("a.obj --size 1x1 --samples 1 --build best"), Build::Best);
-        let big = || Shot {
-            scene: Scene { models: vec![shot.scene.models[0].clone(); 10], ..shot.scene.clone() },
-            ..shot.clone()
-        };
-        assert_eq!(big().triangles(), 10);
-        let build = |line: &str, shot: &Shot| {
-            let args = typed(line).expect("fine");
+        let tiny = Settings { width: 1, height: 1, samples: 1, ..one.settings.clone() };
+        assert_eq!(one.rays(&tiny), Some(360), "120 frames; from the eye, and to two lights");
+
+        let build = |options: &str, shot: &Shot| {
+            let args = typed(&format!("a.obj --size 1x1 --samples 1 {options}")).expect("fine");
             args.build.for_shot(shot, &args.settled(&shot.settings).expect("fine"))
         };
-        assert_eq!(build("a.obj --size 1x1 --samples 1", &big()), Build::Quick, "36 rays a triangle");
-        assert_eq!(
-            build("a.obj --size 1x1 --samples 1 --frames 1-9999", &big()),
-            Build::Quick,
-            "of the shot"
-        );
-        assert_eq!(build("a.obj --size 2x1 --samples 1", &big()), Build::Best);
-        let open = Shot { says_frames: false, ..big() };
-        assert_eq!(build("a.obj --size 1x1 --samples 1", &open), Build::Best, "nobody knows how many");
+        assert_eq!(build("", &one), Build::Best);
+        assert_eq!(build("--build quick", &one), Build::Quick);
+        assert_eq!(build("", &still), Build::Quick, "36 rays a triangle");
+        assert_eq!(build("--build best", &still), Build::Best);
+        assert_eq!(build("--frames 1-9999", &still), Build::Quick, "whatever frames are asked for");
+        assert_eq!(build("", &Shot { says_frames: false, ..still }), Build::Best, "nobody knows how many");
+        assert_eq!(build("", &moving), Build::Best);
     }
 
     #[test]

@@ -57,7 +57,7 @@ impl Geometry {
         // without an early end, several are looked at at once
         let highest = indices.as_flattened().iter().fold(0, |highest, corner| highest.max(*corner));
         let first_bad = || indices.iter().position(|corners| corners.iter().any(is_bad));
-        if let Some(triangle) = Some(highest).filter(is_bad).and_then(|_| first_bad()) {
+        if let Some(triangle) = is_bad(&highest).then(first_bad).flatten() {
             let corners = indices[triangle];
             return Err(Error::invalid_argument(format!(
                 "triangle {triangle} has the vertices {corners:?}, but there are only {count} vertices"

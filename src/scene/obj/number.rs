@@ -205,15 +205,15 @@ pub(super) fn rounded_once(value: f64) -> Option<f32> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
     use super::*;
 
     /// Numbers that look random, the same in each run (SplitMix64).
-    struct Dice(u64);
+    pub struct Dice(pub u64);
 
     impl Dice {
-        fn roll(&mut self) -> u64 {
+        pub fn roll(&mut self) -> u64 {
             self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
             let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
             let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);

@@ -47,8 +47,8 @@ pub(super) fn numbers(window: &[u8; WINDOW], keyword: usize, count: usize) -> Op
     let mut values = [0.0; 3];
     // as if a word ended before the first number
     let mut read = Read { value: 0.0, end: skip_blanks(window, keyword) - 1, last: b' ' };
-    // one piece of code for all, which the processor's cache for decoded code holds: unrolled, and repeated for each
-    // keyword, it takes a tenth longer
+    // one piece of code for all keywords and numbers: unrolled, it takes longer, because it no longer fits into the
+    // processor's cache for decoded code (docs/performance.md, "Tried and thrown out")
     for value in &mut values[..count] {
         read = number(window, read.next()?)?;
         *value = read.value;
@@ -263,6 +263,7 @@ const fn places() -> [[[i8; 16]; 16]; 16] {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
     use super::super::number::Cursor;
+    use super::super::number::tests::Dice;
     use super::*;
 
     /// The beginning of a line, and whatever may be behind it.
@@ -308,12 +309,12 @@ mod tests {
     /// Digits, points and signs in any order: what is not refused is what `str::parse` reads.
     #[test]
     fn random_words_are_read_to_the_bit_or_refused() {
-        let mut dice = 1u64;
+        let mut dice = Dice(1);
         let mut read = 0;
         for _ in 0..300_000 {
             let mut word = String::new();
-            for _ in 0..1 + roll(&mut dice) % 18 {
-                word.push(b"0123456789.-9.e/"[roll(&mut dice) as usize % 16] as char);
+            for _ in 0..1 + dice.roll() % 18 {
+                word.push(b"0123456789.-9.e/"[dice.roll() as usize % 16] as char);
             }
             let window = window(&format!("{word}\n"));
             let whole = number(&window, 0).filter(|read| line_end(&window, read.end).is_some());
@@ -336,16 +337,15 @@ mod tests {
 
     #[test]
     fn corners_are_read_as_by_the_byte() {
-        let mut dice = 2u64;
+        let mut dice = Dice(2);
         let mut read = 0;
         for _ in 0..300_000 {
-            let index = |dice: &mut u64| (roll(dice) % 10u64.pow(1 + (roll(dice) % 8) as u32)).to_string();
+            let index = |dice: &mut Dice| (dice.roll() % 10u64.pow(1 + (dice.roll() % 8) as u32)).to_string();
             let indices = [(); 3].map(|()| index(&mut dice));
-            let slashes =
-                [(); 3].map(|()| ["", "/", "/", "//", "x", "-", "/-"][roll(&mut dice) as usize % 7]);
-            let [a, b, c] = if roll(&mut dice) % 2 == 0 { [0, 0, 0] } else { [0, 1, 2] };
+            let slashes = [(); 3].map(|()| ["", "/", "/", "//", "x", "-", "/-"][dice.roll() as usize % 7]);
+            let [a, b, c] = if dice.roll() % 2 == 0 { [0, 0, 0] } else { [0, 1, 2] };
             let [d, e, f] = slashes;
-            let word = match roll(&mut dice) % 3 {
+            let word = match dice.roll() % 3 {
                 0 => format!("{}{d}", indices[a]),
                 1 => format!("{}{d}{}{e}", indices[a], indices[b]),
                 _ => format!("{}{d}{}{e}{}{f}", indices[a], indices[b], indices[c]),
@@ -382,10 +382,5 @@ mod tests {
             assert_eq!(read(refused), None, "{refused}");
         }
         assert_eq!(read(&format!("f {} 1 2 3\n", " ".repeat(REACH))), None, "too far behind");
-    }
-
-    fn roll(dice: &mut u64) -> u64 {
-        *dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        *dice >> 33
     }
 }
