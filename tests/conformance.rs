@@ -18,7 +18,8 @@ const KINDS: [(BackendKind, Build); 3] = [
     (BackendKind::Embree, Build::Quick),
     (BackendKind::Rust, Build::Best),
 ];
-const WAYS: [Coherence; 3] = [Coherence::Coherent, Coherence::Bounced, Coherence::Incoherent];
+const WAYS: [Coherence; 4] =
+    [Coherence::Coherent, Coherence::Bounced, Coherence::Fanned, Coherence::Incoherent];
 
 fn scene_of(models: Vec<Model>) -> Scene {
     let camera = toy::camera(Track::constant(DVec3::Z), Track::constant(DVec3::ZERO));

@@ -224,14 +224,13 @@ fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mu
         }
     }
     bench.counts.shadow += queue.count();
-    let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Bounced);
+    let check = ShadowCheck::StillThenMovable;
     if light.shape.is_area() {
-        // sixteen rays from one point: as good a bundle as any
-        queue.answer_sixteen(check, Among::All, Coherence::Coherent, stage.tracer, |owner, shadows| {
+        queue.answer_sixteen(check, Among::All, Coherence::Fanned, stage.tracer, |owner, shadows| {
             lit[owner as usize] = shadows.asked & !shadows.blocked;
         });
     } else {
-        queue.answer(check, Among::All, coherence, stage.tracer, |owner, tag| {
+        queue.answer(check, Among::All, Coherence::Bounced, stage.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
         });
     }

@@ -2,12 +2,12 @@
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
 use super::placed::Placed;
-use super::plan::LightChange;
+use super::plan::{LightChange, ShadowCheck};
 use super::rest::Around;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits, surface_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::samples::{CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
+use crate::samples::{AREA_POINTS, CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
@@ -158,8 +158,10 @@ fn ask_light(
     }
 }
 
-/// Brings the tags of an area light up to date, in the same way. Each sample's rays to it make one packet: they
-/// start in one point and cost no more than those of neighbours to one point of the light.
+/// Brings the tags of an area light up to date, in the same way. Where all points of the light are asked for, each
+/// sample's rays make one packet: they start in one point and cost no more than those of neighbours to one point of
+/// the light. Where it is only asked what moved, a few points of each sample are in doubt, and neighbours' rays to one
+/// point share a packet.
 fn ask_area_light(
     stage: &Stage,
     light: usize,
@@ -183,6 +185,7 @@ fn ask_area_light(
         let placed = bench.placed.get(stage, tile, first);
         let aim = Aim::at(pose, tile.points(first));
         let origins = off_surfaces(placed.point, placed.facet);
+        let mut to_points = [[0; LANES]; CHECKS.len()];
         for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
             let cell = first + lane;
             let point = placed.point.lane(lane);
@@ -201,21 +204,48 @@ fn ask_area_light(
                 cell,
                 Shadows { asked: all_asked & !faces, blocked: u16::MAX, by_movable: 0 },
             );
-            for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
-                queue.push_sixteen(origins.lane(lane), &arrivals, asked & faces, cell as u32);
+            for (check, asked) in asked.into_iter().enumerate() {
+                let asked = asked & faces;
+                if asks_all_points(CHECKS[check]) {
+                    lighting.queues[check].push_sixteen(origins.lane(lane), &arrivals, asked, cell as u32);
+                } else {
+                    to_points[check][lane] = asked;
+                }
             }
             let counted = &mut bench.cell_rays.shadow[cell];
             *counted = counted.saturating_add((all_asked & faces).count_ones() as u16);
+        }
+        for (queue, asked) in lighting.queues.iter_mut().zip(&to_points) {
+            let points = asked.iter().fold(0, |points, asked| points | asked);
+            for point in (0..AREA_POINTS).filter(|point| points >> point & 1 != 0) {
+                let arrival = arrival(pose, point, &aim, placed.point);
+                let wanted = (0..)
+                    .zip(asked)
+                    .fold(0, |bits, (lane, asked)| bits | ((asked >> point & 1) as u8) << lane);
+                queue.push_from(origins, &arrival, wanted, (point * CELLS + first) as u32);
+            }
         }
     }
     let mut queues = std::mem::take(&mut lighting.queues);
     for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
         bench.counts.shadow += queue.count();
-        queue.answer_sixteen(check, among, Coherence::Coherent, stage.tracer, |cell, shadows| {
-            lighting.learn(tile, slot, cell as usize, shadows);
-        });
+        if asks_all_points(check) {
+            queue.answer_sixteen(check, among, Coherence::Fanned, stage.tracer, |cell, shadows| {
+                lighting.learn(tile, slot, cell as usize, shadows);
+            });
+        } else {
+            queue.answer(check, among, Coherence::Fanned, stage.tracer, |owner, tag| {
+                let (point, cell) = (owner as usize / CELLS, owner as usize % CELLS);
+                lighting.learn(tile, slot, cell, Shadows::of_point(point, tag));
+            });
+        }
     }
     lighting.queues = queues;
+}
+
+/// Whether samples that are asked about in this way mostly ask for all points of an area light.
+fn asks_all_points(check: ShadowCheck) -> bool {
+    check == ShadowCheck::StillThenMovable
 }
 
 impl Lighting {

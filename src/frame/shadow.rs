@@ -44,6 +44,14 @@ pub struct Shadows {
     pub by_movable: u16,
 }
 
+impl Shadows {
+    /// Of the ray to one point of the light, of which this is the tag.
+    pub fn of_point(point: usize, tag: Tag) -> Self {
+        let bit = |is_set: bool| u16::from(is_set) << point;
+        Self { asked: bit(true), blocked: bit(tag != Tag::Lit), by_movable: bit(tag == Tag::ByMovable) }
+    }
+}
+
 impl ShadowQueue {
     /// No rays.
     pub fn clear(&mut self) {
@@ -60,11 +68,15 @@ impl ShadowQueue {
     /// numbers count up from `owner`.
     #[inline(always)]
     pub fn push(&mut self, point: Lanes3, facet: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
-        if wanted == 0 {
-            return;
+        if wanted != 0 {
+            self.push_from(off_surfaces(point, facet), arrival, wanted, owner);
         }
-        let far = Lanes::splat(arrival.far);
-        self.rays.push_lanes(off_surfaces(point, facet), arrival.to_light, far, wanted);
+    }
+
+    /// The same from `origins` that are off their surfaces already.
+    #[inline(always)]
+    pub fn push_from(&mut self, origins: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
+        self.rays.push_lanes(origins, arrival.to_light, Lanes::splat(arrival.far), wanted);
         if wanted == u8::MAX {
             self.owners.extend(owner..owner + LANES as u32);
         } else {

@@ -18,6 +18,9 @@ pub enum Coherence {
     /// Off and through the surfaces of neighbours: often about the same way. What becomes of that is the
     /// backend's choice.
     Bounced,
+    /// To the points of an area light, from one surface or from neighbours: a bundle for walls and floors. But among
+    /// the small triangles of one thing each ray finds its own. What becomes of that is the backend's choice.
+    Fanned,
     /// All around: each for itself. No phase casts such rays; comparisons of backends do.
     Incoherent,
 }

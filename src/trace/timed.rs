@@ -48,7 +48,7 @@ impl Tracer for Timed<'_> {
     fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
-            Coherence::Bounced | Coherence::Incoherent => &self.bounced,
+            Coherence::Bounced | Coherence::Fanned | Coherence::Incoherent => &self.bounced,
         };
         clocked(kind, || self.tracer.closest(rays, among, coherence, hits));
     }
