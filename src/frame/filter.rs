@@ -56,9 +56,9 @@ impl Default for Filtering {
 /// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
 /// included, in its `film`: for a filter wider than a pixel.
 pub fn sum(stage: &Stage, number: usize, tile: &Tile, bench: &mut Workbench, film: &mut TileFilm) {
-    let Workbench { filtering, radiance, .. } = bench;
+    let Workbench { filtering, radiance, is_centred, .. } = bench;
     prepare(stage, tile, filtering);
-    locate(stage, number, tile, filtering);
+    locate(stage, number, tile, *is_centred, filtering);
     let Filtering { alpha, albedo, x, y, .. } = &**filtering;
     let mut columns = [None; sums::COUNT];
     filtered(stage, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
@@ -76,7 +76,7 @@ pub fn filter(
     window: &mut Window,
 ) -> Written {
     let grid = &*stage.view.grid;
-    let Workbench { filtering, placed, radiance, cell_rays, .. } = bench;
+    let Workbench { filtering, placed, radiance, cell_rays, is_centred, .. } = bench;
     filtering.sums.begin();
     filtering.data.begin();
     let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
@@ -84,7 +84,7 @@ pub fn filter(
     if picture.filter == Filter::Box {
         prepare(stage, tile, filtering);
         if shows_samples && grid.samples > 1 {
-            locate(stage, number, tile, filtering);
+            locate(stage, number, tile, *is_centred, filtering);
         }
         let Filtering { alpha, albedo, sums, .. } = &mut **filtering;
         for (plane, column) in filtered(stage, radiance, alpha, albedo) {
@@ -157,7 +157,8 @@ fn finish(
     let mut channels = channels.filter(|(_, (channel, _))| wanted(channel)).peekable();
     while let Some((number, (channel, was_zero))) = channels.next() {
         // rows lie far from each other, each in memory that no cache has any more
-        if let Some((next, _)) = channels.peek().filter(|(_, (next, _))| is_some(next)) {
+        if let Some((next, _)) = channels.peek().filter(|(_, (next, was_zero))| is_some(next) || !**was_zero)
+        {
             window.prefetch(*next, &pixels);
         }
         let values = match channel.source {
@@ -207,12 +208,12 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
 }
 
 /// Where in the tile the samples are seen. A sample's own cell holds it; rounding may say the next one.
-fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) {
+fn locate(stage: &Stage, number: usize, tile: &Tile, is_centred: bool, filtering: &mut Filtering) {
     let grid = &stage.view.grid;
     let [left, top] = grid.tile_corner(number).map(|at| Lanes::splat(at as f32));
     for first in (0..CELLS).step_by(LANES) {
         let status = &tile.status[first..first + LANES];
-        if status.iter().all(|status| is_traced(*status)) {
+        if is_centred || status.iter().all(|status| is_traced(*status)) {
             // through the centres of their cells
             let centre = |column: &[f32]| Lanes::load(column, first) + Lanes::splat(0.5);
             centre(&grid.place_x).store(&mut filtering.x, first);

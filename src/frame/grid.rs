@@ -139,6 +139,12 @@ impl Grid {
         let ([x, y], edge) = (self.tile_corner(tile), self.tile_pixels * self.samples);
         [edge.min(self.cells_x - x), edge.min(self.cells_y - y)]
     }
+
+    /// How many they are.
+    pub fn cells(&self, tile: usize) -> u64 {
+        let [across, down] = self.extent(tile);
+        u64::from(across * down)
+    }
 }
 
 /// Whether a cell of a tile is within its `extent`.

@@ -29,26 +29,26 @@ impl Default for Lighting {
 }
 
 /// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light. Whether
-/// any of that may have changed.
-pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
+/// any of that may have changed; and where the samples are, if that had to be found out.
+pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> (bool, Option<Around>) {
     let mut lighting = std::mem::take(&mut bench.lighting);
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
         *stale = must_be_summed(stage, tile, first);
     }
     // found at once where a tag may hold though something moved, and else for the first light that is asked
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
-    let mut surfaces = may_hold.then(|| Around::surfaces(stage, tile));
+    let mut around = may_hold.then(|| Around::samples(stage, tile));
     for (light, pose) in stage.pose.lights.iter().enumerate() {
         let may_be_met = stage.plan.any_moved
-            && surfaces.as_ref().is_none_or(|surfaces| surfaces.may_be_in_shadow(stage.movers, pose));
+            && around.as_ref().is_none_or(|around| around.may_be_in_shadow(stage.movers, pose));
         if !may_be_met && all_tags_hold(stage, light, tile) {
             continue;
         }
         // for samples of models that did not move, and of those that did
         let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
-        let surfaces = surfaces.get_or_insert_with(|| Around::surfaces(stage, tile));
-        let among = if surfaces.may_be_in_shadow(stage.movable, pose) { Among::All } else { Among::Still };
+        let around = around.get_or_insert_with(|| Around::samples(stage, tile));
+        let among = if around.may_be_in_shadow(stage.movable, pose) { Among::All } else { Among::Still };
         let ask = if pose.shape.is_area() { ask_area_light } else { ask_light };
         ask(stage, light, among, &checks, tile, &mut lighting, bench);
     }
@@ -61,7 +61,7 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> bool {
     }
     let is_changed = lighting.stale.iter().any(|stale| *stale != 0);
     bench.lighting = lighting;
-    is_changed
+    (is_changed, around)
 }
 
 /// Whether no tag of a whole tile needs a ray, if nothing that moved can have come between it and the light: none is

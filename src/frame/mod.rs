@@ -168,7 +168,7 @@ impl<'s> Renderer<'s> {
 
         // what will not pay is not begun
         let base_plan = Plan::of_base_frame(&pose);
-        let (last, unused, foreseen) = choose(last, &self.chain, &stage);
+        let (mut last, unused, foreseen) = choose(last, &self.chain, &stage);
         if last.is_none() {
             stage.plan = &base_plan;
         }
@@ -176,7 +176,11 @@ impl<'s> Renderer<'s> {
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
-        shop.begin_frame(&self.grid, last.is_some() && stage.plan.camera == CameraChange::None);
+        if last.is_none() || stage.plan.camera != CameraChange::None {
+            last.iter_mut().for_each(|(store, _)| shop.forget(store));
+            shop.memos.clear();
+        }
+        shop.begin_frame(&self.grid);
         let lists = (&mut self.falls, &mut self.lifted);
         let (mut store, mut source) = begin(last, &stage, &self.layout, &mut shop.memos, lists);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -219,7 +223,7 @@ impl<'s> Renderer<'s> {
     pub fn forget_tags(&mut self) {
         if let Some((store, _)) = &mut self.last {
             store.tiles.iter_mut().for_each(|tile| tile.tags.forget_all());
-            self.workshop.memos.clear();
+            self.workshop.forget(store);
         }
     }
 
@@ -230,7 +234,7 @@ impl<'s> Renderer<'s> {
             for tile in &mut store.tiles {
                 [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().flatten().for_each(|at| *at += 0.01);
             }
-            self.workshop.memos.clear();
+            self.workshop.forget(store);
         }
     }
 

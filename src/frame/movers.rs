@@ -42,22 +42,29 @@ impl Bounds {
         mesh.positions.as_slice().iter().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
     }
 
-    /// Around eight samples at a time: those of `tile` that show a surface, or the background.
-    pub fn of_samples(stage: &Stage, tile: &Tile, background: bool) -> Self {
-        let (mut low, mut high) = (Lanes3::splat(Vec3::INFINITY), Lanes3::splat(Vec3::NEG_INFINITY));
+    /// Around the samples of `tile`: the surfaces, world space, and the directions to the background.
+    pub fn of_samples(stage: &Stage, tile: &Tile) -> [Self; 2] {
+        let nothing = [Lanes3::splat(Vec3::INFINITY), Lanes3::splat(Vec3::NEG_INFINITY)];
+        let (mut surfaces, mut sky) = (nothing, nothing);
+        let widen = |[low, high]: &mut [Lanes3; 2], wanted: Mask, offsets: Lanes3| {
+            *low = low.min(wanted.select3(offsets, *low));
+            *high = high.max(wanted.select3(offsets, *high));
+        };
         for first in (0..CELLS).step_by(LANES) {
             let models = &tile.model[first..first + LANES];
-            let wanted = if background { Mask::equal(models, BACKGROUND) } else { Mask::less(models, EMPTY) };
-            if wanted.any() {
-                let offsets = stage.offsets(tile, first);
-                low = low.min(wanted.select3(offsets, low));
-                high = high.max(wanted.select3(offsets, high));
+            let offsets = stage.offsets(tile, first);
+            widen(&mut surfaces, Mask::less(models, EMPTY), offsets);
+            let is_sky = Mask::equal(models, BACKGROUND);
+            if is_sky.any() {
+                widen(&mut sky, is_sky, offsets);
             }
         }
-        let eye = if background { Vec3::ZERO } else { stage.view.camera.eye };
-        (0..LANES).fold(Self::EMPTY, |all, lane| {
-            all.union(Self { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
-        })
+        let around = |[low, high]: [Lanes3; 2], eye: Vec3| {
+            (0..LANES).fold(Self::EMPTY, |all, lane| {
+                all.union(Self { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
+            })
+        };
+        [around(surfaces, stage.view.camera.eye), around(sky, Vec3::ZERO)]
     }
 
     /// Around eight points.

@@ -194,21 +194,23 @@ pub fn count(stage: &Stage, tile: &Tile, rays: &CellRays, data: &mut Planes<{ da
         reduce(grid, column, |sum, value| sum + value, pixels);
     };
     let mut column = [0.0; CELLS];
-    let mut count_those = |number: usize, unit: f32, is_one: &dyn Fn(Status) -> bool| {
-        for (count, status) in column.iter_mut().zip(&tile.status) {
-            *count = f32::from(u8::from(is_one(*status)));
+    // no early way out: many are compared at once
+    let has = |status: Status| tile.status.iter().fold(false, |any, other| any | (*other == status));
+    let is_there = STATUSES.map(has);
+    for ((status, number), _) in
+        STATUSES.into_iter().zip(data::STATUS..).zip(is_there).filter(|(_, there)| *there)
+    {
+        for (count, other) in column.iter_mut().zip(&tile.status) {
+            *count = f32::from(u8::from(*other == status));
         }
         sum(&column, data.open(number));
-        data.columns[number].iter_mut().for_each(|count| *count *= unit);
-    };
-    for (status, number) in STATUSES.into_iter().zip(data::STATUS..) {
-        // no early way out: many are compared at once
-        if tile.status.iter().fold(false, |any, other| any | (*other == status)) {
-            count_those(number, share, &|other| other == status);
-        }
+        data.columns[number].iter_mut().for_each(|count| *count *= share);
     }
-    if tile.status.iter().fold(false, |any, status| any | is_traced(*status)) {
-        count_those(data::RAYS, 1.0, &is_traced);
+    if STATUSES.into_iter().zip(is_there).any(|(status, is_there)| is_there && is_traced(status)) {
+        for (count, status) in column.iter_mut().zip(&tile.status) {
+            *count = f32::from(u8::from(is_traced(*status)));
+        }
+        sum(&column, data.open(data::RAYS));
     }
     for (number, counts) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
         if counts.iter().fold(0, |any, count| any | count) != 0 {

@@ -22,8 +22,15 @@ pub struct Memo {
     /// Whether cells of it were traced in the frame before: that frame took their samples to lie in the centres of
     /// their cells, and later ones take them to lie where they are seen, which may be a rounding step away.
     pub was_traced: bool,
+    /// Whether all of its samples were traced since the camera came to rest: then every frame takes them to lie in the
+    /// centres of their cells.
+    pub is_centred: bool,
     /// Whether rays went on from it when it was shown last: what they meet is made anew in every frame.
     pub goes_on: bool,
+    /// Frames that the ages of its samples are behind by: nobody reads them while the film shows the tile.
+    pub frames_behind: u16,
+    /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
+    pub around: Option<Around>,
     /// Forgotten when it is not true any more.
     pub rest: Option<Rest>,
 }
@@ -35,9 +42,15 @@ impl Memo {
     }
 
     /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
-    /// change. With `chooses` one sample of several is shown for each pixel, the nearest to its centre.
-    pub fn shows_samples(&self, chooses: bool) -> bool {
-        self.is_known && !self.goes_on && !(chooses && self.was_traced)
+    /// change. With `places` that depends on where in their cells they are: in colours that reach across pixels, and
+    /// where one sample of several is shown for each pixel, the nearest to its centre.
+    pub fn shows_samples(&self, places: bool) -> bool {
+        self.is_known && !self.goes_on && (self.is_centred || !(places && self.was_traced))
+    }
+
+    /// Whether the film, if it is that of the frame before, shows the tile's colours as they are.
+    pub fn stands(&self) -> bool {
+        self.is_at_rest && self.shows_samples(true)
     }
 
     /// Whether the film, if it is that of the frame before, shows the tile as it is, but for its age.
@@ -52,7 +65,8 @@ pub fn find(store: &SampleStore, stage: &Stage, falls: &Falls, memos: &mut [Memo
     let lights_rest = stage.plan.lights.iter().all(|light| *light == LightChange::None);
     memos.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (memo, tile))| {
         let is_out_of_reach = !stage.plan.any_moved || {
-            let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile));
+            let around = memo.around.take();
+            let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile, around));
             rest.is_out_of_reach(stage) && !falls.any(number)
         };
         memo.is_at_rest = memo.is_known && lights_rest && is_out_of_reach;
@@ -70,11 +84,11 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Of a tile as it stands.
-    fn of(stage: &Stage, tile: &Tile) -> Self {
+    /// Of a tile as it stands, all samples of which are within `around`, if that is known.
+    fn of(stage: &Stage, tile: &Tile, around: Option<Around>) -> Self {
         let any_doubtful = || stage.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
         Self {
-            around: Around::samples(stage, tile),
+            around: around.unwrap_or_else(|| Around::samples(stage, tile)),
             models: ModelSet::of(&tile.model),
             is_doubtful: has_gaps(tile) || any_doubtful(),
         }
@@ -113,13 +127,8 @@ pub struct Around {
 impl Around {
     /// Those of `tile`.
     pub fn samples(stage: &Stage, tile: &Tile) -> Self {
-        let [surfaces, sky] = [false, true].map(|background| Bounds::of_samples(stage, tile, background));
+        let [surfaces, sky] = Bounds::of_samples(stage, tile);
         Self { surfaces, sky }
-    }
-
-    /// The surfaces of `tile` alone.
-    pub fn surfaces(stage: &Stage, tile: &Tile) -> Self {
-        Self { surfaces: Bounds::of_samples(stage, tile, false), sky: Bounds::EMPTY }
     }
 
     /// Whether anything that moved may be between the eye and any sample. A `false` is certain.

@@ -212,6 +212,8 @@ pub struct Workbench {
     pub filtering: Box<super::filter::Filtering>,
     /// The tile's surfaces in world space.
     pub placed: Box<PlacedTile>,
+    /// Whether all samples lie in the centres of their cells.
+    pub is_centred: bool,
     /// What each cell shows in this frame.
     pub radiance: Box<super::enhance::Radiance>,
 }

@@ -37,7 +37,13 @@ impl Lifted {
 }
 
 /// Takes the samples of models that moved out of `store`; their cells are missed. `memos` has one for each tile.
-pub fn lift(store: &mut SampleStore, memos: &[Memo], stage: &Stage, layout: &TagLayout, lifted: &mut Lifted) {
+pub fn lift(
+    store: &mut SampleStore,
+    memos: &mut [Memo],
+    stage: &Stage,
+    layout: &TagLayout,
+    lifted: &mut Lifted,
+) {
     let tiles_x = stage.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
     lifted.tiles_x = tiles_x;
@@ -46,10 +52,11 @@ pub fn lift(store: &mut SampleStore, memos: &[Memo], stage: &Stage, layout: &Tag
         lifted.rows.iter_mut().for_each(|row| row.len = 0);
         return;
     }
-    let tiles = store.tiles.par_chunks_mut(tiles_x).zip(memos.par_chunks(tiles_x));
+    let tiles = store.tiles.par_chunks_mut(tiles_x).zip(memos.par_chunks_mut(tiles_x));
     tiles.zip(&mut lifted.rows).for_each(|((tiles, memos), row)| {
         row.len = 0;
-        for (tile, _) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
+        for (tile, memo) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
+            catch_up(tile, memo);
             for first in (0..CELLS).step_by(LANES) {
                 for lane in set_bits(stage.moved_bits(&tile.model[first..first + LANES])) {
                     row.take(tile, first + lane, layout);
@@ -97,12 +104,21 @@ pub fn scatter(lifted: &Lifted, stage: &Stage, falls: &Falls) {
 }
 
 /// Makes a tile at rest that of this frame.
-pub fn grow_older(tile: &mut Tile) {
+pub fn grow_older(tile: &mut Tile, memo: &mut Memo) {
     for status in &mut tile.status {
         *status = if *status == Status::Outside { Status::Outside } else { Status::Good };
     }
-    // of cells without a sample the age means nothing
-    tile.age.iter_mut().for_each(|age| *age = age.saturating_add(1));
+    memo.frames_behind = memo.frames_behind.saturating_add(1);
+    catch_up(tile, memo);
+}
+
+/// Gives the samples of `tile` the age that they have.
+pub fn catch_up(tile: &mut Tile, memo: &mut Memo) {
+    let frames = std::mem::take(&mut memo.frames_behind);
+    if frames > 0 {
+        // of cells without a sample the age means nothing
+        tile.age.iter_mut().for_each(|age| *age = age.saturating_add(frames));
+    }
 }
 
 /// Makes tile number `number` that of this frame: samples grow older, and winners of the contest take their

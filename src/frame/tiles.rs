@@ -74,12 +74,18 @@ impl Workshop {
         }
     }
 
-    /// Forgets what is known of the tiles unless their samples stay in their cells.
-    pub fn begin_frame(&mut self, grid: &Grid, stays: bool) {
-        if !stays {
-            self.memos.clear();
-        }
+    /// Has as many memos as there are tiles.
+    pub fn begin_frame(&mut self, grid: &Grid) {
         self.memos.resize_with(grid.tiles(), Memo::default);
+    }
+
+    /// Forgets what is known of the tiles of `store`, but for where in their cells their samples are.
+    pub fn forget(&mut self, store: &mut SampleStore) {
+        let tiles = store.tiles.par_iter_mut().zip(&mut self.memos);
+        tiles.for_each(|(tile, memo)| {
+            stay::catch_up(tile, memo);
+            *memo = Memo { is_centred: memo.is_centred, ..Memo::default() };
+        });
     }
 }
 
@@ -89,7 +95,8 @@ impl Workshop {
 /// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
 /// Tiles go in bands of whole rows: between them old tiles that nobody wants any more are given back, and with a
-/// wide filter all rows of pixels that no later band reaches are written.
+/// wide filter all rows of pixels that no later band reaches are written. Where there is neither, they are one band:
+/// before a camera at rest most tiles are next to free, and threads would wait for each other at each band's end.
 pub fn run_tiles(
     stage: &Stage,
     source: &mut Source,
@@ -105,11 +112,12 @@ pub fn run_tiles(
     let grid = &*stage.view.grid;
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
-    let band_rows = band_rows(grid);
+    let needs_bands = is_wide || !matches!(source, Source::Stay(..));
+    let band_rows = if needs_bands { band_rows(grid) } else { grid.tiles_y };
     let Workshop { spare, benches, bands: [now, before], memos, standing } = shop;
     standing.clear();
     if is_wide {
-        standing.set(grid, memos.iter().map(|memo| !(film_is_last && memo.is_shown())));
+        standing.set(grid, memos.iter().map(|memo| !(film_is_last && memo.stands())));
     }
     let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
@@ -232,7 +240,14 @@ fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> Til
                         Outcome::New => filter::filter(stage, number, tile, &mut bench, picture, &mut window),
                     });
                     bench.seconds.filter += begin.elapsed().as_secs_f64();
-                    samples += count_samples(tile);
+                    samples += match outcome {
+                        Outcome::AsBefore => {
+                            let good = stage.view.grid.cells(number);
+                            debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
+                            SampleCounts { good, ..SampleCounts::default() }
+                        }
+                        _ => count_samples(tile),
+                    };
                 }
                 (bench, samples, written)
             },
@@ -265,11 +280,17 @@ fn infer_tile(
     bench: &mut Workbench,
 ) -> Outcome {
     let Work { stage, standing, film_is_last, .. } = *work;
+    let chooses = stage.view.grid.samples > 1 && stage.layers.has(Layers::OF_ONE_SAMPLE);
+    let shows_samples = film_is_last && memo.shows_samples(chooses);
+    if memo.is_at_rest && memo.is_settled && shows_samples && !standing.is_needed(number) {
+        memo.frames_behind = memo.frames_behind.saturating_add(1);
+        return Outcome::AsBefore;
+    }
     let primary = bench.counts.primary;
     bench.begin_tile();
     let change = if memo.is_at_rest {
         let begin = Instant::now();
-        stay::grow_older(tile);
+        stay::grow_older(tile, memo);
         bench.seconds.gather += begin.elapsed().as_secs_f64();
         Change::None
     } else {
@@ -278,8 +299,6 @@ fn infer_tile(
     if change != Change::None {
         memo.rest = None;
     }
-    let chooses = stage.view.grid.samples > 1 && stage.layers.has(Layers::OF_ONE_SAMPLE);
-    let shows_samples = film_is_last && memo.shows_samples(chooses);
     let was_settled = std::mem::replace(&mut memo.is_settled, change == Change::None);
     memo.was_traced = bench.counts.primary != primary;
     memo.is_known = true;
@@ -289,6 +308,7 @@ fn infer_tile(
         _ => Outcome::New,
     };
     if outcome == Outcome::New || standing.is_needed(number) {
+        bench.is_centred = memo.is_centred;
         let begin = Instant::now();
         enhance::enhance(stage, tile, bench);
         memo.goes_on = bench.radiance.has_secondary;
@@ -298,7 +318,13 @@ fn infer_tile(
 }
 
 /// Brings a tile's samples and their light up to date. Says how they differ from those of the frame before.
-fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, bench: &mut Workbench) -> Change {
+fn update_samples(
+    work: &Work,
+    number: usize,
+    tile: &mut Tile,
+    memo: &mut Memo,
+    bench: &mut Workbench,
+) -> Change {
     let Work { stage, source, .. } = *work;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
@@ -311,7 +337,10 @@ fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, benc
             reproject::begin_base(stage, number, tile);
             true
         }
-        Source::Stay(lifted, falls) => stay::settle(lifted, stage, falls, number, tile, &mut bench.contest),
+        Source::Stay(lifted, falls) => {
+            stay::catch_up(tile, memo);
+            stay::settle(lifted, stage, falls, number, tile, &mut bench.contest)
+        }
         Source::Fall(old, falls) => {
             reproject::gather(old, stage, falls, number, tile, &mut bench.contest);
             true
@@ -325,8 +354,10 @@ fn update_samples(work: &Work, number: usize, tile: &mut Tile, memo: &Memo, benc
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, among, tile, bench);
     bench.seconds.trace += lap();
-    let light_changed = light::light(stage, tile, bench);
+    let (light_changed, around) = light::light(stage, tile, bench);
+    memo.around = around;
     bench.seconds.enhance += lap();
+    memo.is_centred = matches!(source, Source::Nothing) || memo.is_centred && !took_cells;
     if took_cells || light_changed || bench.counts.primary != before.primary {
         Change::Samples
     } else if bench.counts != before {
@@ -359,7 +390,11 @@ enum Outcome {
 }
 
 fn count_samples(tile: &Tile) -> SampleCounts {
-    let count = |wanted: Status| tile.status.iter().filter(|status| **status == wanted).count() as u64;
+    // few enough for a byte to count them: many are counted at once
+    const FEW: usize = 128;
+    let count_few =
+        |few: &[Status], wanted| few.iter().fold(0, |count: u8, status| count + u8::from(*status == wanted));
+    let count = |wanted: Status| tile.status.chunks(FEW).map(|few| u64::from(count_few(few, wanted))).sum();
     SampleCounts {
         base: count(Status::Base),
         good: count(Status::Good),
