@@ -74,6 +74,11 @@ impl Channel {
         Self { name, kind: PlaneKind::Float, source }
     }
 
+    /// Whether it counts samples or rays: it may change where the samples do not.
+    pub fn is_count(&self) -> bool {
+        matches!(self.source, Source::Data(data::STATUS..))
+    }
+
     /// Room for `count` values of it.
     pub fn room(&self, count: usize) -> Values {
         // ages are counted up where they stand: halves would stop at 2048

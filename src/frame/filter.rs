@@ -125,8 +125,7 @@ pub fn recount(
     let Workbench { filtering, cell_rays, .. } = bench;
     filtering.data.begin();
     count(stage, tile, cell_rays, &mut filtering.data);
-    let is_count = |channel: &Channel| matches!(channel.source, Source::Data(data::STATUS..));
-    let counted = finish(&stage.view.grid, number, picture, filtering, window, is_count);
+    let counted = finish(&stage.view.grid, number, picture, filtering, window, Channel::is_count);
     stay(stage, number, picture, window).plus(counted)
 }
 

@@ -55,6 +55,11 @@ impl<'a> Stage<'a> {
         &self.pose.models[model as usize]
     }
 
+    /// Whether any layer shows one sample of several for each pixel, the nearest to its centre.
+    pub fn picks_samples(&self) -> bool {
+        self.view.grid.samples > 1 && self.layers.has(Layers::OF_ONE_SAMPLE)
+    }
+
     /// From the eye to a sample at `point` of `model`: an offset for a surface, a direction for the
     /// background.
     #[inline]

@@ -18,7 +18,6 @@ use super::stay::{self, Lifted};
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::layers::Layers;
 use crate::samples::{LeavingStore, SampleStore, SpareTiles, Status, TagLayout, Tile};
 use crate::settings::{Filter, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
@@ -175,7 +174,8 @@ struct Run<'a> {
     window: Window<'a>,
 }
 
-/// The runs of some rows of tiles. Of what the film shows already, windows have the age alone.
+/// The runs of some rows of tiles. Windows have those planes alone that may be written: of tiles that the film shows
+/// already, a frame younger, the age, and of tiles at rest that it shows with another status, what is counted.
 fn runs<'a>(
     work: &Work,
     rows: Range<u32>,
@@ -188,10 +188,20 @@ fn runs<'a>(
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let is_shown = |memos: &[Memo]| work.film_is_last && memos.iter().all(Memo::is_shown);
-    let shown: Vec<bool> = memos.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(is_shown)).collect();
-    let age = work.picture.age();
-    let is_wanted = |plane, window: usize| !shown[window] || Some(plane) == age;
+    let picks = work.stage.picks_samples();
+    let outcome_of = |memos: &[Memo]| match work.film_is_last {
+        true if memos.iter().all(Memo::is_shown) => Outcome::AsBefore,
+        true if memos.iter().all(|memo| memo.is_at_rest && memo.shows_samples(picks)) => Outcome::Counts,
+        _ => Outcome::New,
+    };
+    let outcomes: Vec<Outcome> =
+        memos.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(outcome_of)).collect();
+    let (channels, age) = (&work.picture.channels, work.picture.age());
+    let is_wanted = |plane: usize, window: usize| match outcomes[window] {
+        Outcome::AsBefore => Some(plane) == age,
+        Outcome::Counts => Some(plane) == age || channels[plane].is_count(),
+        Outcome::New => true,
+    };
     let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels], is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let memos = memos.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
@@ -280,8 +290,7 @@ fn infer_tile(
     bench: &mut Workbench,
 ) -> Outcome {
     let Work { stage, standing, film_is_last, .. } = *work;
-    let chooses = stage.view.grid.samples > 1 && stage.layers.has(Layers::OF_ONE_SAMPLE);
-    let shows_samples = film_is_last && memo.shows_samples(chooses);
+    let shows_samples = film_is_last && memo.shows_samples(stage.picks_samples());
     if memo.is_at_rest && memo.is_settled && shows_samples && !standing.is_needed(number) {
         memo.frames_behind = memo.frames_behind.saturating_add(1);
         return Outcome::AsBefore;
