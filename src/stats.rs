@@ -186,8 +186,8 @@ impl SampleCounts {
 /// What tracing every sample of a frame would cast, estimated in a run that does not do it.
 ///
 /// One primary ray a sample; shadow rays a sample as in the last base frame, where they were counted;
-/// reflection and refraction rays as cast, because they are made anew in every frame.
-/// `compare` measures instead.
+/// reflection and refraction rays as cast, which is too few where the camera rests and some are spared: no more is said
+/// to be saved than is. `compare` measures instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FullEstimate {
     shadow_per_sample: f64,

@@ -366,10 +366,10 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
     let mitchell = Settings { filter: Filter::Mitchell, ..box_filter.clone() };
     let turn = toy::keys(&[(5.0, TARGET), (f64::from(FRAMES), TARGET + DVec3::X * 0.1)]);
     let matt = || (matt_world(), &box_filter);
-    for (scene, settings) in
-        [matt(), (with_flyer(world()), &box_filter), (matt().0, &mitchell), (with_flyer(world()), &mitchell)]
-    {
+    let glossy = || (with_flyer(world()), &box_filter);
+    for (scene, settings) in [matt(), glossy(), (matt().0, &mitchell), (glossy().0, &mitchell)] {
         let scene = with_camera(scene, rests(EYE), turn.clone());
+        let has_mirrors = scene.models.iter().any(|model| model.name == "mirror");
         let run = |recycle: bool| {
             let mut renderer = Renderer::new(&scene, settings).expect("the scene builds");
             let frames = NUMBERS.map(|frame| {
@@ -382,9 +382,14 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
             });
             frames.into_iter().enumerate()
         };
-        for ((at, (kept, stats)), (_, (fresh, _))) in run(true).zip(run(false)) {
+        let (mut beyond, mut beyond_fresh) = (0, 0);
+        for ((at, (kept, stats)), (_, (fresh, fresh_stats))) in run(true).zip(run(false)) {
             assert_eq!(stats.audit.expect("asked for").differing, 0);
-            for plane in &kept.planes {
+            beyond += stats.rays.reflection + stats.rays.refraction;
+            beyond_fresh += fresh_stats.rays.reflection + fresh_stats.rays.refraction;
+            // what a film shows in mirrors and glass casts no rays
+            let may_differ = |name: &str| has_mirrors && name.starts_with("rays.");
+            for plane in kept.planes.iter().filter(|plane| !may_differ(plane.name)) {
                 let other = fresh.values(plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "frame {at}: {}", plane.name);
@@ -392,6 +397,62 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
                 assert!(zero || !plane.is_zero, "frame {at}: {} is not zero", plane.name);
             }
         }
+        assert!(
+            if has_mirrors { beyond * 10 < beyond_fresh * 9 } else { beyond == 0 },
+            "{beyond} of {beyond_fresh}"
+        );
+    }
+}
+
+#[test]
+fn a_mirror_shows_what_moves_behind_the_eye() {
+    // a mirror before a camera that stands, and a screen behind it; the flyer is seen in the mirror alone, or its shadow
+    // on the screen is
+    const LAST: i32 = 8;
+    let mirror =
+        Material { optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: false }, ..toy::matt(0.1) };
+    let wall = |[left, right]: [f32; 2], [low, high]: [f32; 2], z: f32, material| {
+        let corners = [[left, low, z], [right, low, z], [right, high, z], [left, high, z]];
+        toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
+    };
+    let eye = DVec3::new(0.0, 1.5, 3.0);
+    let sight = (DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 9.0, 7.5));
+    let shadow = (DVec3::new(0.0, 7.2, 5.0), DVec3::new(0.0, 9.0, 4.0));
+    for (flyer, lamp) in [sight, shadow] {
+        let way = [-9.0, 9.0].map(|x| flyer + DVec3::X * x);
+        let track = TransformTrack {
+            translate: toy::keys(&[(1.0, way[0]), (f64::from(LAST), way[1])]),
+            scale: rests(DVec3::splat(0.3)),
+            ..TransformTrack::identity()
+        };
+        let models = vec![
+            toy::still("mirror", wall([-3.0, 3.0], [-1.0, 4.0], 0.0, 0), Vec3::ZERO),
+            toy::still("screen", wall([5.0, -5.0], [-1.0, 5.0], 8.0, 1), Vec3::ZERO),
+            toy::moving("flyer", toy::octahedron(1, true), track),
+        ];
+        let lamp = toy::light("lamp", LightKind::Point { position: rests(lamp) }, 9.0);
+        let camera = toy::camera(rests(eye), rests(eye - DVec3::Z));
+        let scene = toy::scene(camera, models, vec![mirror.clone(), toy::matt(0.6)], vec![lamp]);
+        let settings = Settings { width: 192, height: 144, ..toy::settings(1) };
+        let run = |recycle: bool| {
+            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+            let frames = (1..=LAST).map(|frame| {
+                let finished = renderer.render(frame, true).expect("renders");
+                let shown = finished.film.values("reflection.R").expect("a plane");
+                if recycle {
+                    renderer.recycle(finished.film);
+                }
+                (shown, finished.stats.rays.reflection)
+            });
+            frames.collect::<Vec<_>>()
+        };
+        let (kept, fresh) = (run(true), run(false));
+        for (frame, ((kept, _), (fresh, _))) in (1..).zip(kept.iter().zip(&fresh)) {
+            assert!(kept == fresh, "frame {frame}, flyer at {flyer}");
+        }
+        assert!(kept.windows(2).any(|frames| frames[0].0 != frames[1].0), "the flyer or its shadow is seen");
+        let [cast, of] = [&kept, &fresh].map(|frames| frames.iter().map(|(_, rays)| rays).sum::<u64>());
+        assert!(cast * 4 < of * 3, "{cast} of {of}");
     }
 }
 

@@ -6,7 +6,8 @@
 //! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
 //!    ([`check_shadows`]), and the light summed anew must be the light that was kept.
 //!
-//! Highlights, reflections and refractions are made anew in every frame anyway.
+//! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
+//! still they are not made anew; that this is right is for tests/reuse.rs to say.
 //!
 //! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
 //! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding surface

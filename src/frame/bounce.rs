@@ -1,20 +1,23 @@
-//! Rays beyond the first surface: what mirrors and glass show. They depend on the eye and are traced anew
-//! in every frame, breadth first: all rays of a tile that have bounced equally often go together.
+//! Rays beyond the first surface: what mirrors and glass show. They depend on the eye and are traced anew, unless
+//! they are known to bring what the film shows ([`beyond`](super::beyond)); breadth first: all rays of a tile that have
+//! bounced equally often go together.
 
 use glam::Vec3;
 
+use super::beyond::{Beyond, TOGETHER, Ways};
 use super::enhance::Radiance;
 use super::plan::ShadowCheck;
 use super::shadow::{ShadowQueue, facing};
 use super::stage::{CellRays, Stage, Workbench, set_bits};
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::motion::LightPose;
+use crate::samples::Tag;
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::{Corners, albedo, off_surfaces, uv_at};
 use crate::shade::{Surface, phong};
 use crate::stats::RayCounts;
-use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT};
+use crate::trace::{self, Among, Coherence, HitBatch, HitPacket, NO_HIT};
 
 /// A ray whose share in the picture is below this in all three colours is not followed: half the step of
 /// an 8-bit picture at full brightness.
@@ -61,6 +64,8 @@ pub struct Bounces {
     queue: ShadowQueue,
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
+    /// Where the rays of the tile at work went, if the stage wants that noted.
+    pub beyond: Beyond,
 }
 
 impl Bounces {
@@ -82,6 +87,7 @@ impl Bounces {
 /// to the cells' radiance.
 pub fn follow(stage: &Stage, bench: &mut Workbench) {
     let mut bounces = std::mem::take(&mut bench.bounces);
+    bounces.beyond.clear();
     for _ in 0..stage.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
@@ -116,6 +122,32 @@ fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
             add(&mut bench.radiance, bounce, stage.scene.background.radiance(bounce.direction));
         }
         meet_surfaces(stage, packet, from, bounce, &mut bounces.met);
+    }
+    if stage.notes_ways {
+        note_ways(stage, bounces, &bench.hits);
+    }
+}
+
+/// Notes where the rays went.
+fn note_ways(stage: &Stage, bounces: &mut Bounces, hits: &HitBatch) {
+    let Bounces { now, met, beyond, .. } = bounces;
+    let movable = stage.movable.models();
+    let mut met = met.iter();
+    for (first, some) in (0..).step_by(TOGETHER).zip(now.chunks(TOGETHER)) {
+        // mirrors and glass send theirs different ways
+        let mut ways = [Ways::NONE; 2];
+        for (number, bounce) in (first..).zip(some) {
+            let ways = &mut ways[bounce.kind as usize];
+            let model = hits.packets[number / trace::LANES].model[number % trace::LANES];
+            match if model == NO_HIT { None } else { met.next() } {
+                Some(met) => {
+                    ways.add_to_surface(bounce.origin, met.surface.point);
+                    beyond.note_movable(movable.may_hold(model));
+                }
+                None => ways.add_to_sky(bounce.origin, bounce.direction),
+            }
+        }
+        ways.into_iter().for_each(|ways| beyond.add(ways));
     }
 }
 
@@ -197,7 +229,7 @@ fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
 
 /// Finds out whether `light`, or which of its points, reach what was met.
 fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mut Workbench) {
-    let Bounces { met, eights, queue, lit, .. } = bounces;
+    let Bounces { met, eights, queue, lit, beyond, .. } = bounces;
     queue.clear();
     lit.clear();
     lit.resize(met.len(), 0);
@@ -228,10 +260,12 @@ fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mu
     if light.shape.is_area() {
         queue.answer_sixteen(check, Among::All, Coherence::Fanned, stage.tracer, |owner, shadows| {
             lit[owner as usize] = shadows.asked & !shadows.blocked;
+            beyond.note_movable(shadows.by_movable != 0);
         });
     } else {
         queue.answer(check, Among::All, Coherence::Bounced, stage.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
+            beyond.note_movable(tag == Tag::ByMovable);
         });
     }
 }

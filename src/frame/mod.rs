@@ -11,6 +11,7 @@
 //! to the bit for any number of threads.
 
 pub mod audit;
+mod beyond;
 mod bounce;
 mod channels;
 mod contest;
@@ -162,6 +163,7 @@ impl<'s> Renderer<'s> {
             tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,
+            notes_ways: false,
             layers: self.settings.layers,
             foreseen: None,
         };
@@ -173,6 +175,8 @@ impl<'s> Renderer<'s> {
             stage.plan = &base_plan;
         }
         stage.foreseen = Some(&foreseen);
+        // not for the first frame of rest to find: of most frames that are traced in full nobody would want it
+        stage.notes_ways = last.is_some() && stage.plan.camera == CameraChange::None;
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
@@ -241,7 +245,8 @@ impl<'s> Renderer<'s> {
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
         let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
-        let bytes = (store + self.workshop.spare.bytes() + self.falls.bytes()) as u64;
+        let bytes =
+            (store + self.workshop.spare.bytes() + self.workshop.memo_bytes() + self.falls.bytes()) as u64;
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,

@@ -77,7 +77,8 @@ impl Bounds {
         !self.low.cmple(self.high).all()
     }
 
-    fn with(self, point: Vec3) -> Self {
+    /// Around this box and a point.
+    pub fn with(self, point: Vec3) -> Self {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
@@ -119,6 +120,11 @@ impl ModelSet {
     pub fn of(models: &[u32]) -> Self {
         let bit = |model: &u32| u64::from(*model < EMPTY) << (model % u64::BITS);
         Self(models.iter().fold(0, |bits, model| bits | bit(model)))
+    }
+
+    /// Whether `model` may be in it. A `false` is certain.
+    pub fn may_hold(self, model: u32) -> bool {
+        self.may_share(Self::of(&[model]))
     }
 
     /// Whether a model may be in both. A `false` is certain.
@@ -202,7 +208,12 @@ impl Sweep {
 
     /// All rays from `source` along directions in `directions`.
     pub fn fan(source: Vec3, directions: &Bounds) -> Self {
-        Self { start: Bounds::at(source), slope: *directions, end: f32::INFINITY }
+        Self::fans(&Bounds::at(source), directions)
+    }
+
+    /// All rays from points in `sources` along directions in `directions`.
+    pub fn fans(sources: &Bounds, directions: &Bounds) -> Self {
+        Self { start: *sources, slope: *directions, end: f32::INFINITY }
     }
 
     /// Whether the growing box meets `other` at some t: on each axis its low side must be below the other's

@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::beyond::Beyond;
 use super::contest::Falls;
 use super::movers::{Bounds, ModelSet, Movers, Sweep};
 use super::plan::LightChange;
@@ -17,7 +18,7 @@ pub struct Memo {
     pub is_known: bool,
     /// Whether the tile is certain to be what it was in the frame before.
     pub is_at_rest: bool,
-    /// Whether it changed in nothing in the frame before: that frame's film shows it as it is at rest.
+    /// Whether it changed in nothing in the frame before, and cast no rays: that frame's film shows it as it is at rest.
     pub is_settled: bool,
     /// Whether cells of it were traced in the frame before: that frame took their samples to lie in the centres of
     /// their cells, and later ones take them to lie where they are seen, which may be a rounding step away.
@@ -25,8 +26,12 @@ pub struct Memo {
     /// Whether all of its samples were traced since the camera came to rest: then every frame takes them to lie in the
     /// centres of their cells.
     pub is_centred: bool,
-    /// Whether rays went on from it when it was shown last: what they meet is made anew in every frame.
+    /// Whether rays went on from it when it was shown last.
     pub goes_on: bool,
+    /// Where they went, if that was noted.
+    pub beyond: Option<Beyond>,
+    /// Whether they are certain to bring what they brought.
+    pub beyond_rests: bool,
     /// Frames that the ages of its samples are behind by: nobody reads them while the film shows the tile.
     pub frames_behind: u16,
     /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
@@ -45,17 +50,13 @@ impl Memo {
     /// change. With `places` that depends on where in their cells they are: in colours that reach across pixels, and
     /// where one sample of several is shown for each pixel, the nearest to its centre.
     pub fn shows_samples(&self, places: bool) -> bool {
-        self.is_known && !self.goes_on && (self.is_centred || !(places && self.was_traced))
+        let rays_rest = !self.goes_on || self.beyond_rests;
+        self.is_known && rays_rest && (self.is_centred || !(places && self.was_traced))
     }
 
     /// Whether the film, if it is that of the frame before, shows the tile's colours as they are.
     pub fn stands(&self) -> bool {
         self.is_at_rest && self.shows_samples(true)
-    }
-
-    /// Whether the film, if it is that of the frame before, shows the tile as it is, but for its age.
-    pub fn is_shown(&self) -> bool {
-        self.is_at_rest && self.is_settled && !self.goes_on
     }
 }
 
@@ -70,6 +71,9 @@ pub fn find(store: &SampleStore, stage: &Stage, falls: &Falls, memos: &mut [Memo
             rest.is_out_of_reach(stage) && !falls.any(number)
         };
         memo.is_at_rest = memo.is_known && lights_rest && is_out_of_reach;
+        let is_beyond_reach = |beyond: &Beyond| beyond.is_out_of_reach(stage);
+        memo.beyond_rests =
+            lights_rest && (!stage.plan.any_moved || memo.beyond.as_ref().is_some_and(is_beyond_reach));
     });
 }
 
@@ -129,6 +133,11 @@ impl Around {
     pub fn samples(stage: &Stage, tile: &Tile) -> Self {
         let [surfaces, sky] = Bounds::of_samples(stage, tile);
         Self { surfaces, sky }
+    }
+
+    /// Surfaces alone, world space.
+    pub fn surfaces(surfaces: Bounds) -> Self {
+        Self { surfaces, sky: Bounds::EMPTY }
     }
 
     /// Whether anything that moved may be between the eye and any sample. A `false` is certain.

@@ -43,6 +43,8 @@ pub struct Stage<'a> {
     pub depth: u32,
     /// Whether to trace where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
+    /// Whether to note where rays beyond the first surface go: for the next frame, should the camera stand then.
+    pub notes_ways: bool,
     /// What is made of the picture beside its colours.
     pub layers: Layers,
     /// What it took to choose, once that is done.

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::beyond::Beyond;
 use super::channels::{Picture, Written};
 use super::contest::Falls;
 use super::develop::{Bands, Developer, Standing};
@@ -76,6 +77,12 @@ impl Workshop {
     /// Has as many memos as there are tiles.
     pub fn begin_frame(&mut self, grid: &Grid) {
         self.memos.resize_with(grid.tiles(), Memo::default);
+    }
+
+    /// Bytes of what is remembered of the tiles.
+    pub fn memo_bytes(&self) -> usize {
+        let beyond = |memo: &Memo| memo.beyond.as_ref().map_or(0, Beyond::bytes);
+        self.memos.iter().map(|memo| size_of_val(memo) + beyond(memo)).sum()
     }
 
     /// Forgets what is known of the tiles of `store`, but for where in their cells their samples are.
@@ -188,14 +195,14 @@ fn runs<'a>(
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let picks = work.stage.picks_samples();
-    let outcome_of = |memos: &[Memo]| match work.film_is_last {
-        true if memos.iter().all(Memo::is_shown) => Outcome::AsBefore,
-        true if memos.iter().all(|memo| memo.is_at_rest && memo.shows_samples(picks)) => Outcome::Counts,
-        _ => Outcome::New,
+    let outcome_of = |(number, memo): (usize, &Memo)| {
+        if memo.is_at_rest { work.outcome_if_same(number, memo) } else { Outcome::New }
     };
+    let first = rows.start as usize * across;
+    let outcomes: Vec<Outcome> = (first..).zip(&*memos).map(outcome_of).collect();
+    let of_window = |outcomes: &[Outcome]| outcomes.iter().copied().fold(Outcome::AsBefore, Outcome::max);
     let outcomes: Vec<Outcome> =
-        memos.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(outcome_of)).collect();
+        outcomes.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(of_window)).collect();
     let (channels, age) = (&work.picture.channels, work.picture.age());
     let is_wanted = |plane: usize, window: usize| match outcomes[window] {
         Outcome::AsBefore => Some(plane) == age,
@@ -206,7 +213,7 @@ fn runs<'a>(
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let memos = memos.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
-    let mut first = rows.start as usize * across;
+    let mut first = first;
     let runs = tiles.zip(memos).zip(films).zip(windows).map(|(((tiles, memos), films), window)| {
         let run = Run { first, tiles, memos, films, window };
         first += run.tiles.len();
@@ -225,6 +232,20 @@ struct Work<'a> {
     standing: &'a Standing,
     /// Whether the film shows the frame before: what stays the same need not be made again.
     film_is_last: bool,
+}
+
+impl Work<'_> {
+    /// What must be written of tile number `number` if its samples stay the same.
+    fn outcome_if_same(&self, number: usize, memo: &Memo) -> Outcome {
+        // the sums of what the film shows cost rays again
+        let casts_rays = memo.goes_on && self.standing.is_needed(number);
+        let is_shown = self.film_is_last && memo.shows_samples(self.stage.picks_samples());
+        match is_shown && !casts_rays {
+            false => Outcome::New,
+            true if memo.is_settled => Outcome::AsBefore,
+            true => Outcome::Counts,
+        }
+    }
 }
 
 /// Takes tiles through all phases.
@@ -289,11 +310,11 @@ fn infer_tile(
     memo: &mut Memo,
     bench: &mut Workbench,
 ) -> Outcome {
-    let Work { stage, standing, film_is_last, .. } = *work;
-    let shows_samples = film_is_last && memo.shows_samples(stage.picks_samples());
-    if memo.is_at_rest && memo.is_settled && shows_samples && !standing.is_needed(number) {
+    let Work { stage, standing, .. } = *work;
+    let outcome = work.outcome_if_same(number, memo);
+    if memo.is_at_rest && outcome == Outcome::AsBefore && !standing.is_needed(number) {
         memo.frames_behind = memo.frames_behind.saturating_add(1);
-        return Outcome::AsBefore;
+        return outcome;
     }
     let primary = bench.counts.primary;
     bench.begin_tile();
@@ -308,19 +329,21 @@ fn infer_tile(
     if change != Change::None {
         memo.rest = None;
     }
-    let was_settled = std::mem::replace(&mut memo.is_settled, change == Change::None);
+    memo.is_settled = change == Change::None;
     memo.was_traced = bench.counts.primary != primary;
     memo.is_known = true;
     let outcome = match change {
-        Change::None if shows_samples && was_settled => Outcome::AsBefore,
-        Change::None | Change::Rays if shows_samples => Outcome::Counts,
-        _ => Outcome::New,
+        Change::None => outcome,
+        Change::Rays => outcome.max(Outcome::Counts),
+        Change::Samples => Outcome::New,
     };
     if outcome == Outcome::New || standing.is_needed(number) {
         bench.is_centred = memo.is_centred;
         let begin = Instant::now();
         enhance::enhance(stage, tile, bench);
         memo.goes_on = bench.radiance.has_secondary;
+        memo.is_settled &= !memo.goes_on;
+        memo.beyond = (memo.goes_on && stage.notes_ways).then(|| bench.bounces.beyond.clone());
         bench.seconds.enhance += begin.elapsed().as_secs_f64();
     }
     outcome
@@ -387,8 +410,8 @@ enum Change {
     Samples,
 }
 
-/// What of a tile must be written into the film.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What of a tile must be written into the film: more and more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     /// Its age: all else stands there, colours perhaps apart that reach across tiles.
     AsBefore,
