@@ -139,12 +139,11 @@ fn note_ways(stage: &Stage, bounces: &mut Bounces, hits: &HitBatch) {
         for (number, bounce) in (first..).zip(some) {
             let ways = &mut ways[bounce.kind as usize];
             let model = hits.packets[number / trace::LANES].model[number % trace::LANES];
-            match if model == NO_HIT { None } else { met.next() } {
-                Some(met) => {
-                    ways.add_to_surface(bounce.origin, met.surface.point);
-                    beyond.note_movable(movable.may_hold(model));
-                }
-                None => ways.add_to_sky(bounce.origin, bounce.direction),
+            if model == NO_HIT {
+                ways.add_to_sky(bounce.origin, bounce.direction);
+            } else if let Some(met) = met.next() {
+                ways.add_to_surface(bounce.origin, met.surface.point);
+                beyond.note_movable(movable.may_hold(model));
             }
         }
         ways.into_iter().for_each(|ways| beyond.add(ways));

@@ -1,5 +1,5 @@
 //! Enhancement: what depends on the eye is made anew for every sample, reused or not (the paper's
-//! "Enhancement Phase"): highlights, reflections, refractions.
+//! "Enhancement Phase"): highlights, reflections, refractions. Tiles that the film shows already need none.
 
 use super::bounce;
 use super::placed::Placed;

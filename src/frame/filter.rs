@@ -153,7 +153,11 @@ fn finish(
         Source::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
     };
     let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
-    let mut channels = channels.filter(|(_, (channel, _))| wanted(channel)).peekable();
+    // with a wide filter, colours are made of the sums of many tiles
+    let is_ours = |channel: &Channel| {
+        wanted(channel) && (picture.filter == Filter::Box || matches!(channel.source, Source::Data(_)))
+    };
+    let mut channels = channels.filter(|(_, (channel, _))| is_ours(channel)).peekable();
     while let Some((number, (channel, was_zero))) = channels.next() {
         // rows lie far from each other, each in memory that no cache has any more
         if let Some((next, _)) = channels.peek().filter(|(_, (next, was_zero))| is_some(next) || !**was_zero)
@@ -162,7 +166,6 @@ fn finish(
         }
         let values = match channel.source {
             Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
-            Source::Filtered(_) if picture.filter != Filter::Box => continue,
             Source::Filtered(numbers) => {
                 let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
                 some.next().map(|first| {

@@ -175,13 +175,13 @@ impl<'s> Renderer<'s> {
             stage.plan = &base_plan;
         }
         stage.foreseen = Some(&foreseen);
-        // not for the first frame of rest to find: of most frames that are traced in full nobody would want it
+        // not in frames that are traced in full: few are followed by one with the camera at rest
         stage.notes_ways = last.is_some() && stage.plan.camera == CameraChange::None;
 
         let shop = &mut self.workshop;
         unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
         if last.is_none() || stage.plan.camera != CameraChange::None {
-            last.iter_mut().for_each(|(store, _)| shop.forget(store));
+            last.iter_mut().for_each(|(store, _)| shop.catch_up(store));
             shop.memos.clear();
         }
         shop.begin_frame(&self.grid);

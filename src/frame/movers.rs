@@ -303,6 +303,15 @@ mod tests {
         let under = Bounds { low: Vec3::new(2.0, 0.0, 2.0), high: Vec3::new(2.5, 0.1, 2.5) };
         assert!(movers.may_meet_sweep(&Sweep::along(&under, sun)));
         assert!(!movers.may_meet_sweep(&Sweep::along(&under, -sun)));
+        // from a box, and along an axis where nothing moves
+        let sources = Bounds { low: Vec3::new(0.0, 0.0, 2.0), high: Vec3::new(2.5, 0.0, 3.0) };
+        let up = Bounds { low: Vec3::new(0.0, 0.9, -0.1), high: Vec3::new(0.0, 1.0, 0.1) };
+        assert!(movers.may_meet_sweep(&Sweep::fans(&sources, &up)));
+        let beside = Bounds { high: Vec3::new(1.9, 0.0, 3.0), ..sources };
+        assert!(!movers.may_meet_sweep(&Sweep::fans(&beside, &up)));
+        let above = Bounds { low: Vec3::new(-1.0, 5.0, 2.0), high: Vec3::new(1.5, 5.0, 3.0) };
+        assert!(movers.may_meet_sweep(&Sweep::between(&sources, &above)), "from its right rim");
+        assert!(!movers.may_meet_sweep(&Sweep::between(&beside, &above)));
         let north = Bounds { low: Vec3::new(0.9, 0.9, 0.9), high: Vec3::ONE };
         assert!(movers.may_meet_sweep(&Sweep::fan(Vec3::ZERO, &north)));
         assert!(!movers.may_meet_sweep(&Sweep::fan(Vec3::new(4.0, 0.0, 0.0), &north)));

@@ -85,13 +85,17 @@ impl Workshop {
         self.memos.iter().map(|memo| size_of_val(memo) + beyond(memo)).sum()
     }
 
+    /// Gives the samples of `store` the age that they have.
+    pub fn catch_up(&mut self, store: &mut SampleStore) {
+        store.tiles.par_iter_mut().zip(&mut self.memos).for_each(|(tile, memo)| stay::catch_up(tile, memo));
+    }
+
     /// Forgets what is known of the tiles of `store`, but for where in their cells their samples are.
     pub fn forget(&mut self, store: &mut SampleStore) {
-        let tiles = store.tiles.par_iter_mut().zip(&mut self.memos);
-        tiles.for_each(|(tile, memo)| {
-            stay::catch_up(tile, memo);
+        self.catch_up(store);
+        for memo in &mut self.memos {
             *memo = Memo { is_centred: memo.is_centred, ..Memo::default() };
-        });
+        }
     }
 }
 
@@ -101,8 +105,8 @@ impl Workshop {
 /// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
 /// Tiles go in bands of whole rows: between them old tiles that nobody wants any more are given back, and with a
-/// wide filter all rows of pixels that no later band reaches are written. Where there is neither, they are one band:
-/// before a camera at rest most tiles are next to free, and threads would wait for each other at each band's end.
+/// wide filter all rows of pixels that no later band reaches are written. Before a camera at rest, where neither is
+/// needed, bands are large: most tiles are next to free, and threads wait for each other at each band's end.
 pub fn run_tiles(
     stage: &Stage,
     source: &mut Source,
@@ -118,8 +122,8 @@ pub fn run_tiles(
     let grid = &*stage.view.grid;
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
-    let needs_bands = is_wide || !matches!(source, Source::Stay(..));
-    let band_rows = if needs_bands { band_rows(grid) } else { grid.tiles_y };
+    let is_free = !is_wide && matches!(source, Source::Stay(..));
+    let band_rows = band_rows(grid, if is_free { TILES_AT_REST } else { 0 });
     let Workshop { spare, benches, bands: [now, before], memos, standing } = shop;
     standing.clear();
     if is_wide {
@@ -162,12 +166,16 @@ pub fn run_tiles(
     sum
 }
 
-/// Rows of tiles in a band: enough tiles for all threads, and more pixels than any filter reaches across, so
-/// that a row of pixels is reached by two bands at most.
-fn band_rows(grid: &Grid) -> u32 {
+/// Tiles in a band before a camera at rest: a picture of 1280 x 720 pixels at once, and little memory for windows.
+const TILES_AT_REST: u32 = 1024;
+
+/// Rows of tiles in a band: enough tiles for all threads, `least` at least, and more pixels than any filter reaches
+/// across, so that a row of pixels is reached by two bands at most.
+fn band_rows(grid: &Grid, least: u32) -> u32 {
     const TILES_A_THREAD: u32 = 32;
     const LEAST_PIXELS: u32 = 8;
-    let for_threads = (TILES_A_THREAD * rayon::current_num_threads() as u32).div_ceil(grid.tiles_x);
+    let tiles = least.max(TILES_A_THREAD * rayon::current_num_threads() as u32);
+    let for_threads = tiles.div_ceil(grid.tiles_x);
     for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels))
 }
 
@@ -343,7 +351,11 @@ fn infer_tile(
         enhance::enhance(stage, tile, bench);
         memo.goes_on = bench.radiance.has_secondary;
         memo.is_settled &= !memo.goes_on;
-        memo.beyond = (memo.goes_on && stage.notes_ways).then(|| bench.bounces.beyond.clone());
+        if memo.goes_on && stage.notes_ways {
+            std::mem::swap(memo.beyond.get_or_insert_default(), &mut bench.bounces.beyond);
+        } else {
+            memo.beyond = None;
+        }
         bench.seconds.enhance += begin.elapsed().as_secs_f64();
     }
     outcome
