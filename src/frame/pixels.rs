@@ -197,9 +197,10 @@ pub fn count(stage: &Stage, tile: &Tile, rays: &CellRays, data: &mut Planes<{ da
     // no early way out: many are compared at once
     let has = |status: Status| tile.status.iter().fold(false, |any, other| any | (*other == status));
     let is_there = STATUSES.map(has);
-    for ((status, number), _) in
-        STATUSES.into_iter().zip(data::STATUS..).zip(is_there).filter(|(_, there)| *there)
-    {
+    for ((status, number), is_there) in STATUSES.into_iter().zip(data::STATUS..).zip(is_there) {
+        if !is_there {
+            continue;
+        }
         for (count, other) in column.iter_mut().zip(&tile.status) {
             *count = f32::from(u8::from(*other == status));
         }

@@ -47,8 +47,8 @@ impl Memo {
     }
 
     /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
-    /// change. With `needs_places` that depends on where in their cells they are: in colours that reach across pixels, and
-    /// where one sample of several is shown for each pixel, the nearest to its centre.
+    /// change. With `needs_places` that depends on where in their cells they are: in colours that reach across pixels,
+    /// and where one sample of several is shown for each pixel, the nearest to its centre.
     pub fn shows_samples(&self, needs_places: bool) -> bool {
         let rays_rest = !self.goes_on || self.beyond_rests;
         self.is_known && rays_rest && (self.is_centred || !(needs_places && self.was_traced))
