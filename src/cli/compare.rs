@@ -157,11 +157,12 @@ fn kinds(job: &Job) -> Vec<BackendKind> {
 fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let job = &options.job;
     warn_about(job, terminal);
+    options.target.as_ref().map_or(Ok(()), Target::check)?;
     let steps = plan(job, false, |_| false)?;
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }
-    options.target.as_ref().map_or(Ok(()), |target| target.prepare(job.frames.first()))?;
+    options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     prepare_file(options.json.as_deref())?;
     prepare_file(options.report.as_deref())?;
 

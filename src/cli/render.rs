@@ -32,8 +32,8 @@ against tracing every sample (estimated: one primary ray each, shadow rays a sam
 frame, reflection and refraction rays as cast; `afterimage compare` measures it).
 
 Files are written under a hidden temporary name (.NAME….part) and renamed when they are whole: what a
-killed run leaves of those may be deleted. Exit code: 0 if every frame asked for exists whole, 1 if
-something failed, 2 if the command line makes no sense.";
+killed run leaves of those is removed by the next run of the same frames. Exit code: 0 if every frame
+asked for exists whole, 1 if something failed, 2 if the command line makes no sense.";
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -140,13 +140,14 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let Options { job, target, .. } = options;
     warn_about(job, terminal);
     let (width, height) = (job.settings.width, job.settings.height);
+    target.check()?;
     let steps = plan(job, job.settings.mode == Mode::Full, |frame| {
         options.resume && target.is_finished(frame, width, height)
     })?;
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }
-    target.prepare(job.frames.first())?;
+    target.prepare()?;
     prepare_file(options.stats.as_deref())?;
     let kept = job.frames.list().len() - steps.iter().filter(|step| step.write).count();
     if kept > 0 {

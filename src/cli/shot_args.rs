@@ -207,7 +207,7 @@ impl Job {
     pub fn target(&self, pattern: Option<&str>, png: bool) -> Result<Target, Failure> {
         let text = pattern.map(String::from).or_else(|| self.shot.output.clone());
         let text = text.unwrap_or_else(|| default_output(&self.path));
-        Target::new(&text, &name_of(&self.path), &self.frames.list(), png, self.shot.rate)
+        Target::new(&text, &name_of(&self.path), self.frames.list(), png, self.shot.rate)
     }
 }
 

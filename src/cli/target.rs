@@ -1,6 +1,7 @@
 //! Where frames go: one EXR each, and a preview beside it if wanted.
 
-use std::path::PathBuf;
+use std::fs::FileType;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::failure::Failure;
@@ -11,17 +12,25 @@ use crate::output::{self, FrameMeta, OutputPattern, exr, png};
 #[derive(Debug, Clone)]
 pub struct Target {
     pattern: OutputPattern,
+    previews: Option<OutputPattern>,
+    /// In rising order.
+    frames: Vec<i32>,
     text: String,
     shot: String,
-    png: bool,
     rate: (i32, u32),
 }
 
 impl Target {
     /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
-    /// their folder; `shot` is the name of the shot; `frames` are those to be written; `rate` is frames a
-    /// second.
-    pub fn new(text: &str, shot: &str, frames: &[i32], png: bool, rate: (i32, u32)) -> Result<Self, Failure> {
+    /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
+    /// frames a second.
+    pub fn new(
+        text: &str,
+        shot: &str,
+        frames: Vec<i32>,
+        png: bool,
+        rate: (i32, u32),
+    ) -> Result<Self, Failure> {
         let pattern = OutputPattern::parse(text, shot, "exr")
             .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
         let first = frames.first().copied().unwrap_or(0);
@@ -31,7 +40,8 @@ impl Target {
                 "`{text}` does not end in .exr: frames are EXR files; --png writes previews beside them"
             )));
         }
-        Ok(Self { pattern, text: text.to_owned(), shot: shot.to_owned(), png, rate })
+        let previews = png.then(|| pattern.with_extension("png"));
+        Ok(Self { pattern, previews, frames, text: text.to_owned(), shot: shot.to_owned(), rate })
     }
 
     /// As it was named.
@@ -44,18 +54,51 @@ impl Target {
         self.pattern.at(frame)
     }
 
-    fn preview(&self, frame: i32) -> PathBuf {
-        self.exr(frame).with_extension("png")
+    /// Where all of them lie.
+    pub fn folder(&self) -> &Path {
+        let folder = self.pattern.folder();
+        if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
     }
 
-    /// Makes the folder and tries it, so that nothing is rendered for a folder that cannot be written.
-    pub fn prepare(&self, frame: i32) -> Result<(), Failure> {
-        output::ensure_writable(&self.exr(frame)).map_err(Failure::of)
+    /// Whether `name` in the folder is that of a frame asked for, or of its preview.
+    pub fn has_name(&self, name: &str) -> bool {
+        let frame = |pattern: &OutputPattern| pattern.frame_of(name);
+        let frame = frame(&self.pattern).or_else(|| self.previews.as_ref().and_then(frame));
+        frame.is_some_and(|frame| self.frames.binary_search(&frame).is_ok())
+    }
+
+    /// That nothing but files stands under the names of frames: others cannot be read to see whether a frame
+    /// is finished (a FIFO may never end), nor replaced without loss.
+    pub fn check(&self) -> Result<(), Failure> {
+        let Ok(entries) = self.folder().read_dir() else { return Ok(()) };
+        for entry in entries.filter_map(Result::ok) {
+            let is_file =
+                |kind: FileType| kind.is_file() || (kind.is_symlink() && leads_to_file(&entry.path()));
+            let is_ours = entry.file_name().to_str().is_some_and(|name| self.has_name(name));
+            if is_ours && !entry.file_type().is_ok_and(is_file) {
+                return Err(Failure::Failed(format!(
+                    "{}: a frame is to have this name, and something stands there that is not a regular file: \
+                     remove it, or choose another name with -o",
+                    self.folder().join(entry.file_name()).display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the folder and tries it, so that nothing is rendered for a folder that cannot be written; and
+    /// removes what killed runs left of these frames.
+    pub fn prepare(&self) -> Result<(), Failure> {
+        let first = self.frames.first().copied().unwrap_or(0);
+        output::ensure_writable(&self.exr(first)).map_err(Failure::of)?;
+        output::remove_leftovers(self.folder(), |name| self.has_name(name));
+        Ok(())
     }
 
     /// Whether an earlier run left all files of `frame`, whole and of this size.
     pub fn is_finished(&self, frame: i32, width: u32, height: u32) -> bool {
-        exr::is_whole(&self.exr(frame), width, height) && (!self.png || self.preview(frame).exists())
+        exr::is_whole(&self.exr(frame), width, height)
+            && self.previews.as_ref().is_none_or(|previews| previews.at(frame).is_file())
     }
 
     /// Writes a frame and adds the time this took to its statistics. Returns the EXR's path.
@@ -64,8 +107,8 @@ impl Target {
     pub fn write(&self, finished: &mut Finished) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
-        if self.png {
-            png::write_png(&self.preview(frame), &finished.film).map_err(Failure::of)?;
+        if let Some(previews) = &self.previews {
+            png::write_png(&previews.at(frame), &finished.film).map_err(Failure::of)?;
         }
         let camera = &finished.pose.camera;
         let aspect = finished.film.width as f32 / finished.film.height as f32;
@@ -86,12 +129,17 @@ impl Target {
     }
 }
 
+/// Or to nothing, and is then replaced itself.
+fn leads_to_file(link: &Path) -> bool {
+    link.metadata().map_or(true, |found| found.is_file())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn target(text: &str) -> Result<Target, Failure> {
-        Target::new(text, "city", &[1, 2], false, (24, 1))
+        Target::new(text, "city", vec![1, 2], false, (24, 1))
     }
 
     #[test]

@@ -1,12 +1,49 @@
 //! One frame as one EXR file: a single scanline part that holds all layers.
 
+use std::fmt;
 use std::path::Path;
 use std::time::SystemTime;
 
 use openexr::{Channel, Compression, Data, Image, SampleType};
 
 use super::metadata::{FrameMeta, attributes};
+use super::staged::{WriteError, write_whole};
 use crate::film::{Film, PlaneKind, Values};
+
+/// Why there is no frame.
+#[derive(Debug)]
+pub enum ExrError {
+    /// The file could not be written.
+    Write(WriteError),
+    /// A plane breaks a rule of the format, or OpenEXR failed.
+    Encode(openexr::Error),
+}
+
+impl From<WriteError> for ExrError {
+    fn from(error: WriteError) -> Self {
+        Self::Write(error)
+    }
+}
+
+impl From<openexr::Error> for ExrError {
+    fn from(error: openexr::Error) -> Self {
+        match error {
+            openexr::Error::File { path, source, .. } => Self::Write(WriteError { path, source }),
+            error => Self::Encode(error),
+        }
+    }
+}
+
+impl fmt::Display for ExrError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Write(error) => error.fmt(f),
+            Self::Encode(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ExrError {}
 
 /// Writes all planes and the metadata to `path`, whole or not at all. ZIPS, which loses nothing and
 /// is what compositors read fastest.
@@ -14,7 +51,7 @@ use crate::film::{Film, PlaneKind, Values};
 /// # Errors
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
-pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), openexr::Error> {
+pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
     let channels = film.planes.iter().map(|plane| {
         let stored = match plane.kind {
             PlaneKind::Half => SampleType::Half,
@@ -33,13 +70,13 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), opene
         attributes: attributes(meta, SystemTime::now()),
         compression: Compression::Zips,
     };
-    openexr::write(path, &image)
+    write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
 }
 
 /// Whether `path` is an EXR file of `width` x `height` pixels that can be read to its end: left by a run
 /// that finished the frame.
 pub fn is_whole(path: &Path, width: u32, height: u32) -> bool {
-    path.exists() && openexr::read(path).is_ok_and(|image| (image.width, image.height) == (width, height))
+    openexr::read(path).is_ok_and(|image| (image.width, image.height) == (width, height))
 }
 
 #[cfg(test)]
@@ -93,13 +130,15 @@ mod tests {
     }
 
     #[test]
-    fn a_nan_is_named_and_leaves_no_file() {
+    fn a_nan_is_named_and_leaves_what_was_there() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.0001.exr");
+        std::fs::write(&path, "old").unwrap();
         let mut film = film();
         film.planes[2].values.put(4, &[f32::NAN]);
         let text = write_exr(&path, &film, &meta()).unwrap_err().to_string();
         assert!(text.contains("\"P.X\"") && text.contains("(1, 1)"), "{text}");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

@@ -1,7 +1,7 @@
 //! What leaves the program as pictures: one EXR file a frame with all layers, and a PNG preview.
 //!
 //! A finished [`Film`](crate::film::Film) comes in; whole files come out, or none:
-//! everything is written under a hidden temporary name in its folder and renamed when complete.
+//! everything is written under a hidden temporary name in its folder and renamed when complete and on the disk.
 //!
 //! - [`path`]: `out/name.####.exr` and what it means for a frame number
 //! - [`exr`]: layers and the header's metadata
@@ -19,4 +19,4 @@ pub use exr::write_exr;
 pub use metadata::FrameMeta;
 pub use path::{OutputPattern, PatternError};
 pub use png::write_png;
-pub use staged::{WriteError, ensure_writable, write_whole};
+pub use staged::{WriteError, ensure_writable, remove_leftovers, write_bytes};

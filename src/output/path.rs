@@ -84,9 +84,20 @@ impl OutputPattern {
     /// sign stands before the digits and is none of them: frame -3 of `####` is `-0003`.
     #[must_use]
     pub fn at(&self, frame: i32) -> PathBuf {
+        self.folder.join(self.name(frame))
+    }
+
+    fn name(&self, frame: i32) -> String {
         let sign = if frame < 0 { "-" } else { "" };
         let (before, after, digits) = (&self.before, &self.after, self.digits);
-        self.folder.join(format!("{before}{sign}{:0digits$}{after}", frame.unsigned_abs()))
+        format!("{before}{sign}{:0digits$}{after}", frame.unsigned_abs())
+    }
+
+    /// The frame whose file has this name in the folder.
+    #[must_use]
+    pub fn frame_of(&self, name: &str) -> Option<i32> {
+        let number = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;
+        number.parse().ok().filter(|frame| self.name(*frame) == name)
     }
 
     /// The same names with another extension (without dot): for previews and reports beside frames.
@@ -218,6 +229,17 @@ mod tests {
         assert!(matches!(fault("a.%"), PatternError::UnknownFormat(_)));
         assert!(matches!(fault("a.%099d.exr"), PatternError::TooWide(_)));
         assert!(fault("a.##.##.exr").to_string().contains("keep one"));
+    }
+
+    #[test]
+    fn names_lead_back_to_frames() {
+        let pattern = OutputPattern::parse("out/a.####.exr", "walk", "exr").unwrap();
+        for frame in [0, 7, 12345, -3, i32::MIN] {
+            assert_eq!(pattern.frame_of(&pattern.name(frame)), Some(frame));
+        }
+        for name in ["a.7.exr", "a.+007.exr", "a.00007.exr", "a.0007.png", "b.0007.exr", "a..exr", "a.exr"] {
+            assert_eq!(pattern.frame_of(name), None, "{name}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::staged::{WriteError, write_whole};
+use super::staged::{WriteError, write_bytes};
 use crate::film::Film;
 
 /// Why there is no preview.
@@ -51,7 +51,7 @@ pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
         .write_image(&bytes, film.width, film.height, ExtendedColorType::Rgb8)
         .map_err(|error| PreviewError::Encode(error.to_string()))?;
-    write_whole(path, &file).map_err(PreviewError::Write)
+    write_bytes(path, &file).map_err(PreviewError::Write)
 }
 
 /// Linear light to an sRGB byte: IEC 61966-2-1, its linear piece included; NaN becomes 0.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::output::{WriteError, write_whole};
+use crate::output::{WriteError, write_bytes};
 
 /// Writes `value` as JSON that people can read.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), WriteError> {
@@ -15,7 +15,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), WriteError>
 
 /// Writes `text`.
 pub fn write_text(path: &Path, text: &str) -> Result<(), WriteError> {
-    write_whole(path, text.as_bytes())
+    write_bytes(path, text.as_bytes())
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub enum Error {
     /// The operating system refused.
     File {
-        /// The final name of the file, not that of the temporary one.
+        /// What the caller calls the file.
         path: PathBuf,
         /// `write` or `read`.
         doing: &'static str,
@@ -63,7 +63,7 @@ impl fmt::Display for Error {
         match self {
             Self::File { path, doing, source } => {
                 write!(f, "cannot {doing} {file}: {source}")?;
-                advice(path, doing, source.kind()).map_or(Ok(()), |advice| write!(f, "; {advice}"))
+                advice(path, source.kind()).map_or(Ok(()), |advice| write!(f, "; {advice}"))
             }
             Self::Image { what, .. } => write!(f, "cannot write {file}: {what}"),
             Self::Library { doing, message, .. } => {
@@ -82,25 +82,15 @@ impl std::error::Error for Error {
     }
 }
 
-fn advice(path: &Path, doing: &str, kind: ErrorKind) -> Option<String> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.display().to_string(),
-        _ => String::from("."),
-    };
-    let writing = doing == "write";
+fn advice(path: &Path, kind: ErrorKind) -> Option<String> {
     Some(match kind {
-        ErrorKind::NotFound if writing => format!("create the folder {folder} first"),
         ErrorKind::NotFound => String::from("check the name"),
-        ErrorKind::PermissionDenied if writing => {
-            format!("allow writing in {folder}, or choose another folder")
-        }
         ErrorKind::PermissionDenied => String::from("allow reading it"),
-        ErrorKind::ReadOnlyFilesystem => format!("{folder} is read-only: choose another folder"),
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            format!("free space for {folder}, or choose another folder")
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new("."));
+            format!("free space for {}, or choose another folder", folder.display())
         }
-        ErrorKind::NotADirectory => format!("{folder} is not a folder: choose another one"),
-        ErrorKind::IsADirectory => String::from("it is a folder: give a file name"),
         _ => return None,
     })
 }

