@@ -33,7 +33,7 @@ fn whole_frames(place: &Place, folder: &str) -> usize {
 fn a_file_where_the_folder_should_be_ends_the_run_before_it_begins() {
     let place = Place::new();
     fs::write(place.path("taken"), "mine").unwrap();
-    let ran = place.render("-o taken/a.####.exr").failed(&["taken", "remove it", "-o"]);
+    let ran = place.render("-o taken/a.####.exr").failed(&["taken", "remove it", "another folder"]);
     assert_eq!(ran.stdout, "");
     assert_eq!(fs::read(place.path("taken")).unwrap(), b"mine");
     place.render("-o a.####.exr --stats taken/a.json").failed(&["taken"]);

@@ -11,7 +11,8 @@ use clap::Args;
 
 use super::backend_table;
 use super::failure::Failure;
-use super::render::{audit_verdict, plan, prepare_file, warn_about};
+use super::paths::{self, Report};
+use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
@@ -108,8 +109,14 @@ impl CompareArgs {
         let output = self.output.as_deref();
         let target = output.map(|text| job.target(Some(text), self.shot.png)).transpose()?;
         let Self { shot, json, report, .. } = self;
+        paths::check(&job, target.as_ref(), &reports(&json, &report))?;
         Ok(Options { job, target, json, report, threads: shot.threads, command })
     }
+}
+
+fn reports<'a>(json: &'a Option<PathBuf>, report: &'a Option<PathBuf>) -> Vec<Report<'a>> {
+    let named = [("--json", json), ("--report", report)];
+    named.into_iter().filter_map(|(option, path)| Some((option, path.as_deref()?))).collect()
 }
 
 /// One tracer's renderers of the two ways. Each has its own store and its own scene in the tracer.
@@ -163,8 +170,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
         terminal.note(&note);
     }
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
-    prepare_file(options.json.as_deref())?;
-    prepare_file(options.report.as_deref())?;
+    paths::prepare(&reports(&options.json, &options.report))?;
 
     let pairs: Result<Vec<Pair>, Failure> = kinds(job).into_iter().map(|kind| Pair::new(kind, job)).collect();
     let mut pairs = pairs?;

@@ -7,6 +7,7 @@ mod backend_table;
 pub mod compare;
 pub mod failure;
 pub mod info;
+pub mod paths;
 pub mod render;
 pub mod schedule;
 pub mod shot_args;

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
+use super::paths::{self, Report};
 use super::schedule::{self, Rule, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
 use crate::frame::Renderer;
-use crate::output;
 use crate::report::file::write_json;
 use crate::settings::{Build, Mode};
 use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
@@ -99,6 +99,7 @@ impl RenderArgs {
             job.settings.mode = mode.into();
         }
         let target = job.target(self.output.as_deref(), self.shot.png)?;
+        paths::check(&job, Some(&target), &report(self.stats.as_deref()))?;
         Ok(Options { job, target, stats: self.stats, resume: self.resume, threads: self.shot.threads })
     }
 }
@@ -131,9 +132,8 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     }
 }
 
-/// Tries the folder of a file that is to be written at the end, before the work.
-pub fn prepare_file(path: Option<&Path>) -> Result<(), Failure> {
-    path.map_or(Ok(()), |path| output::ensure_writable(path).map_err(Failure::of))
+fn report(stats: Option<&Path>) -> Vec<Report<'_>> {
+    stats.map(|path| ("--stats", path)).into_iter().collect()
 }
 
 fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
@@ -148,7 +148,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
         terminal.note(&note);
     }
     target.prepare()?;
-    prepare_file(options.stats.as_deref())?;
+    paths::prepare(&report(options.stats.as_deref()))?;
     let kept = job.frames.list().len() - steps.iter().filter(|step| step.write).count();
     if kept > 0 {
         terminal.note(&format!("resume: {kept} frames are there and whole"));

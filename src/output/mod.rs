@@ -19,4 +19,5 @@ pub use exr::write_exr;
 pub use metadata::FrameMeta;
 pub use path::{OutputPattern, PatternError};
 pub use png::write_png;
+pub(crate) use staged::folder_of;
 pub use staged::{WriteError, ensure_writable, remove_leftovers, write_bytes};

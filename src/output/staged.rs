@@ -45,12 +45,12 @@ impl fmt::Display for WriteError {
             ErrorKind::PermissionDenied => "allow writing there",
             ErrorKind::NotFound => "create its folder",
             ErrorKind::NotADirectory | ErrorKind::AlreadyExists => "a file is in the way: remove it",
-            ErrorKind::IsADirectory => "it is a folder: give a file's name",
+            ErrorKind::IsADirectory => "give a file's name",
             ErrorKind::InvalidFilename => "shorten the name",
             _ => "check the disk",
         };
         let path = self.path.display();
-        write!(f, "cannot write {path}: {}; {advice}, or choose another folder with -o", self.source)
+        write!(f, "cannot write {path}: {}; {advice}, or choose another folder", self.source)
     }
 }
 
@@ -161,7 +161,7 @@ fn remove_unless_locked(path: &Path) {
 }
 
 /// The folder of `file`, which has a name.
-pub(super) fn folder_of(file: &Path) -> &Path {
+pub(crate) fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -205,7 +205,7 @@ mod tests {
         let target = folder.path().join("folder");
         fs::create_dir(&target).unwrap();
         let text = write_bytes(&target, b"bytes").unwrap_err().to_string();
-        assert!(text.contains("it is a folder"), "{text}");
+        assert!(text.contains("give a file"), "{text}");
         let file = folder.path().join("file");
         write_bytes(&file, b"old").unwrap();
         let half = |mut opened: &File| {
