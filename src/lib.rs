@@ -62,3 +62,4 @@ pub mod settings;
 pub mod shade;
 pub mod stats;
 pub mod trace;
+mod visible;

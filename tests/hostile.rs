@@ -207,3 +207,64 @@ fn damaged_frames_are_told_from_whole_ones() {
         assert!(ran.code == 0 || (ran.code == 1 && ran.stderr.contains("b.exr")), "{at}: {}", ran.stderr);
     }
 }
+
+/// ESC and CSI begin commands to a terminal, and U+202E turns the text that follows.
+const COMMANDS: [&str; 4] = ["\u{1b}]0;title\u{7}", "\u{9b}31m", "\u{7f}", "\u{202e}"];
+
+/// That a terminal shows all of `text`, and some of it is escaped.
+#[track_caller]
+fn assert_shown(text: &str, what: &str) {
+    let obeyed = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+    assert!(!text.contains(obeyed), "{what}: {text:?}");
+    assert!(text.contains(r"\u{"), "{what}: {text:?}");
+}
+
+#[test]
+fn names_are_no_commands_to_the_terminal() {
+    let afterimage = |place: &Place, words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+        Ran::of(command.current_dir(place.0.path()).args(words).output().unwrap())
+    };
+    let small = ["--frames", "1", "--size", "16x9", "--samples", "1", "--progress", "plain"];
+    for odd in COMMANDS {
+        let escaped: String = odd.chars().map(|c| format!("\\u{:04X}", c as u32)).collect();
+        let light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 1]";
+        let shot =
+            format!("title = \"t{escaped}\"\n{SHOT}name = \"m{escaped}\"\n{light}\nname = \"l{escaped}\"\n");
+        let obj = format!("mtllib m.mtl\nmtllib {odd}.mtl\nusemtl a{odd}\n{OBJ}usemtl gone{odd}\nf 3 2 1\n");
+        let place = place(&shot, obj.as_bytes());
+        fs::write(place.path("m.mtl"), format!("newmtl a{odd}\nmap_Kd gone{odd}.png\n")).unwrap();
+
+        let info = afterimage(&place, &["info", "s.toml"]).done();
+        assert_shown(&info.stdout, "title, model, light, texture");
+        assert_shown(&info.stderr, "warnings");
+        let output = format!("o{odd}.####.exr");
+        let render = afterimage(&place, &[&["render", "s.toml", "-o", &output][..], &small].concat()).done();
+        assert_shown(&render.stdout, "files");
+        assert_shown(&render.stderr, "warnings of a render");
+        assert_shown(
+            &afterimage(&place, &["render", "s.toml", "--strict"]).failed(&[]).stderr,
+            "a strict error",
+        );
+        let page = format!("p{odd}.html");
+        let words = ["compare", "s.toml", "--backend", "embree", "--report", &page];
+        let compare = afterimage(&place, &[&words[..], &small].concat()).done();
+        assert_shown(&compare.stdout, "the report's name");
+        assert_shown(&fs::read_to_string(place.path(&page)).unwrap(), "the report");
+        let odd_shot = format!("{odd}.toml");
+        assert_shown(&afterimage(&place, &["info", &odd_shot]).failed(&[]).stderr, "a missing file");
+        let usage = afterimage(&place, &["render", "s.toml", "--frames", odd]);
+        assert_eq!(usage.code, 2);
+        assert_shown(&usage.stderr, "a usage error");
+    }
+}
+
+#[test]
+fn events_keep_names_as_they_are() {
+    for odd in COMMANDS {
+        let place = place(SHOT, OBJ.as_bytes());
+        let ran = Ran::of(place.command(format!("{odd}.toml"), "--progress json").output().unwrap());
+        let event: serde_json::Value = serde_json::from_str(&ran.stderr).unwrap();
+        assert!(event["message"].as_str().unwrap().contains(odd), "{event}");
+    }
+}

@@ -21,6 +21,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::report::versions::AFTERIMAGE;
+use crate::visible::visible;
 use failure::Failure;
 use terminal::{ProgressKind, Terminal};
 
@@ -56,6 +57,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             // help and version are results and end with 0; a closed pipe is no error
+            let error = harmless(error, &words);
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
@@ -77,6 +79,13 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
             conclude(outcome, &terminal)
         }
     }
+}
+
+/// The same error about words that are safe to show: clap prints them among its own colours, where they can
+/// no longer be told apart.
+fn harmless(error: clap::Error, words: &[OsString]) -> clap::Error {
+    let words = words.iter().map(|word| visible(&word.to_string_lossy()).into_owned());
+    Cli::try_parse_from(words).err().unwrap_or(error)
 }
 
 /// The command line as a shell takes it, with the program's bare name.

@@ -1,4 +1,5 @@
-//! What a run says while it works: the table on stdout; progress and warnings on stderr.
+//! What a run says while it works: the table on stdout; progress and warnings on stderr. Names come from files
+//! that others wrote: nothing in them reaches the terminal as a command to it (see [`visible`]).
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -6,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::failure::one_line;
 use crate::stats::FrameStats;
+use crate::visible::visible;
 
 /// What goes to stderr while frames are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -63,7 +65,7 @@ impl Terminal {
         }
         let write = || {
             let mut stdout = io::stdout().lock();
-            writeln!(stdout, "{text}").and_then(|()| stdout.flush())
+            writeln!(stdout, "{}", visible(text)).and_then(|()| stdout.flush())
         };
         let outcome = match &self.progress {
             Progress::Bar(bar) => bar.suspend(write),
@@ -92,7 +94,7 @@ impl Terminal {
     fn say(&self, event: &str, message: &str) {
         let message = one_line(message);
         match &self.progress {
-            Progress::Json => err_line(&json!({"event": event, "message": message}).to_string()),
+            Progress::Json => json_line(&json!({"event": event, "message": message})),
             Progress::Bar(bar) => bar.suspend(|| err_line(&format!("{event}: {message}"))),
             _ => err_line(&format!("{event}: {message}")),
         }
@@ -108,7 +110,7 @@ impl Terminal {
                 bar.enable_steady_tick(Duration::from_millis(250));
             }
             Progress::Json if !self.quiet => {
-                err_line(&json!({"event": "start", "renderings": renderings}).to_string());
+                json_line(&json!({"event": "start", "renderings": renderings}));
             }
             _ => {}
         }
@@ -132,15 +134,12 @@ impl Terminal {
                 stats.seconds.total,
                 duration(left)
             )),
-            Progress::Json if !self.quiet => err_line(
-                &json!({
-                    "event": "frame", "frame": stats.frame, "mode": stats.mode,
-                    "done": self.done, "of": self.of,
-                    "seconds": stats.seconds.total, "seconds_left": left,
-                    "file": file.map(|path| path.display().to_string()),
-                })
-                .to_string(),
-            ),
+            Progress::Json if !self.quiet => json_line(&json!({
+                "event": "frame", "frame": stats.frame, "mode": stats.mode,
+                "done": self.done, "of": self.of,
+                "seconds": stats.seconds.total, "seconds_left": left,
+                "file": file.map(|path| path.display().to_string()),
+            })),
             _ => {}
         }
     }
@@ -149,13 +148,10 @@ impl Terminal {
     pub fn end(&mut self) {
         match &self.progress {
             Progress::Bar(bar) => bar.finish_and_clear(),
-            Progress::Json if !self.quiet => err_line(
-                &json!({
-                    "event": "end", "done": self.done, "of": self.of,
-                    "seconds": self.started.elapsed().as_secs_f64(),
-                })
-                .to_string(),
-            ),
+            Progress::Json if !self.quiet => json_line(&json!({
+                "event": "end", "done": self.done, "of": self.of,
+                "seconds": self.started.elapsed().as_secs_f64(),
+            })),
             _ => {}
         }
     }
@@ -191,7 +187,12 @@ fn bar() -> ProgressBar {
 
 /// Nobody may be there to read it.
 fn err_line(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", visible(text));
+}
+
+/// JSON has escapes of its own.
+fn json_line(value: &Value) {
+    let _ = writeln!(io::stderr().lock(), "{value}");
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::chart::{self, Series};
 use super::comparison::{Comparison, THRESHOLD};
 use super::picture::{STATUSES, hex};
 use crate::stats::{FrameStats, SampleCounts, Seconds, Totals, saved_percent};
+use crate::visible::visible;
 
 /// Colours of the two ways in line charts.
 const OURS: &str = "#2ea44f";
@@ -344,7 +345,7 @@ fn grouped(number: u64) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
