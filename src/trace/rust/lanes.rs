@@ -53,6 +53,22 @@ pub trait Lanes: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Bit i for lane i.
     fn bits(self, mask: Self::M) -> u32;
+
+    /// a == b; false for what is no number
+    #[inline(always)]
+    fn equal(self, a: Self::F, b: Self::F) -> Self::M {
+        self.and(self.at_most(a, b), self.at_most(b, a))
+    }
+
+    /// The answers whose [`bits`](Self::bits) these are.
+    #[inline(always)]
+    fn mask(self, bits: u32) -> Self::M {
+        let mut set = [0.0; WIDTH];
+        for (lane, set) in set.iter_mut().enumerate() {
+            *set = (bits >> lane & 1) as f32;
+        }
+        self.less(self.splat(0.0), self.load(&set))
+    }
 }
 
 /// Work that is to be compiled for the processor at hand.
@@ -256,6 +272,8 @@ mod tests {
             assert_eq!((lanes.bits(less), lanes.bits(at_most)), (0b1000_0001, 0b1100_0101));
             assert_eq!(lanes.bits(lanes.and(less, at_most)), 0b1000_0001);
             assert_eq!(lanes.bits(lanes.or(less, at_most)), 0b1100_0101);
+            assert_eq!(lanes.bits(lanes.equal(a, b)), 0b0100_0100);
+            assert_eq!(lanes.bits(lanes.mask(0b1010_0110)), 0b1010_0110);
             assert_eq!(lanes.store(lanes.add_product(b, b, b))[..3], [2.0, 2.0, 6.0]);
             assert_eq!(lanes.store(lanes.sub_product(b, b, b))[..3], [0.0, -6.0, -2.0]);
             assert_eq!(lanes.store(lanes.min(a, b))[..3], [0.0, -2.0, 2.0]);

@@ -3,8 +3,10 @@
 //! The test is that of S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): space
 //! is sheared so that the ray becomes an axis, and the signs of three areas in the plane decide. A corner
 //! is sheared to the same floats in each triangle that has it, and the area at an edge that two triangles share
-//! has the same size and opposite signs in them, so that no ray passes between them. An area of zero counts
-//! as either sign: a ray through an edge meets both triangles.
+//! has the same size and opposite signs in them, so that no ray passes between them. An area of zero is computed again
+//! in double floats; if it stays zero it counts as either sign: a ray through an edge meets both triangles.
+
+use glam::DVec3;
 
 use super::lanes::{Lanes, WIDTH};
 use super::tree::{Box3, Planes, Tree};
@@ -12,6 +14,10 @@ use crate::scene::Mesh;
 
 /// `model` of a triangle whose model its instance knows.
 pub const OF_INSTANCE: u32 = u32::MAX;
+
+/// Sine of the angle between two edges below which a triangle's plane is computed in double floats: in single ones
+/// its normal is wrong by 6e-8 over this.
+const SLIVER: f32 = 0.02;
 
 /// Up to eight triangles.
 #[derive(Debug, Clone)]
@@ -172,14 +178,26 @@ impl<L: Lanes> Shear<L> {
         // not all zero: a triangle seen edge on is not met
         let forwards = lanes.and(lanes.at_most(zero, least), lanes.less(zero, most));
         let reversed = lanes.and(lanes.at_most(most, zero), lanes.less(least, zero));
-        let within = lanes.or(forwards, reversed);
+        let mut within = lanes.or(forwards, reversed);
         if lanes.bits(within) == 0 {
             return None;
+        }
+        let on_edge = lanes.and(within, lanes.or(lanes.equal(least, zero), lanes.equal(most, zero)));
+        if lanes.bits(on_edge) != 0 {
+            let corners = [
+                [lanes.store(ax), lanes.store(ay)],
+                [lanes.store(bx), lanes.store(by)],
+                [lanes.store(cx), lanes.store(cy)],
+            ];
+            within = lanes.mask(settle_edges(lanes.bits(within), lanes.bits(on_edge), &corners));
+            if lanes.bits(within) == 0 {
+                return None;
+            }
         }
         let whole = lanes.add(of_a, lanes.add(of_b, of_c));
         // the plane tells the distance best, above all near the ray's origin, where a ray must not meet the
         // surface that it leaves; a sliver has no good plane, but its corners tell between what it lies
-        let depth = self.depth_of_plane(lanes, corners);
+        let depth = self.depth_of_plane(lanes, corners, within);
         let nearest = lanes.min(az, lanes.min(bz, cz));
         let depth = lanes.max(lanes.min(depth, lanes.max(az, lanes.max(bz, cz))), nearest);
         let t = lanes.mul(depth, self.shear[2]);
@@ -189,9 +207,9 @@ impl<L: Lanes> Shear<L> {
         }
         Some(Meeting { mask, t, u: lanes.div(of_b, whole), v: lanes.div(of_c, whole) })
     }
-    /// Where the rays meet the plane of the corners, along their axis.
+    /// Where the rays meet the plane of the corners, along their axis; for slivers, only where they are `wanted`.
     #[inline(always)]
-    fn depth_of_plane(&self, lanes: L, [a, b, c]: [[L::F; 3]; 3]) -> L::F {
+    fn depth_of_plane(&self, lanes: L, [a, b, c]: [[L::F; 3]; 3], wanted: L::M) -> L::F {
         let e = [lanes.sub(b[0], a[0]), lanes.sub(b[1], a[1]), lanes.sub(b[2], a[2])];
         let f = [lanes.sub(c[0], a[0]), lanes.sub(c[1], a[1]), lanes.sub(c[2], a[2])];
         let x = lanes.sub_product(e[2], f[1], lanes.mul(e[1], f[2]));
@@ -201,7 +219,17 @@ impl<L: Lanes> Shear<L> {
         let way = [lanes.sub(a[0], o[0]), lanes.sub(a[1], o[1]), lanes.sub(a[2], o[2])];
         let height = lanes.add_product(x, way[0], lanes.add_product(y, way[1], lanes.mul(z, way[2])));
         let fall = lanes.add_product(x, self.shear[0], lanes.add_product(y, self.shear[1], z));
-        lanes.div(height, fall)
+        let depth = lanes.div(height, fall);
+        let most = lanes
+            .mul(lanes.splat(SLIVER * SLIVER), lanes.mul(squared_length(lanes, e), squared_length(lanes, f)));
+        let is_sliver = lanes.less(squared_length(lanes, [x, y, z]), most);
+        let slivers = lanes.bits(lanes.and(wanted, is_sliver));
+        if slivers == 0 {
+            return depth;
+        }
+        let [e, f] = [store_vector(lanes, e), store_vector(lanes, f)];
+        let [way, shear] = [store_vector(lanes, way), store_vector(lanes, self.shear)];
+        lanes.load(&exact_depths(lanes.store(depth), slivers, [e, f], way, shear))
     }
 
     /// A corner where the rays are an axis.
@@ -214,6 +242,56 @@ impl<L: Lanes> Shear<L> {
             z,
         ]
     }
+}
+
+#[inline(always)]
+fn squared_length<L: Lanes>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
+    lanes.add_product(x, x, lanes.add_product(y, y, lanes.mul(z, z)))
+}
+
+/// By axis and lane.
+type Vectors = [[f32; WIDTH]; 3];
+
+#[inline(always)]
+fn store_vector<L: Lanes>(lanes: L, [x, y, z]: [L::F; 3]) -> Vectors {
+    [lanes.store(x), lanes.store(y), lanes.store(z)]
+}
+
+/// `depths`, computed again in double floats for the `slivers`: edges, way from the ray's origin to the first corner,
+/// and shear as in [`Shear::depth_of_plane`].
+#[cold]
+fn exact_depths(
+    mut depths: [f32; WIDTH],
+    slivers: u32,
+    [e, f]: [Vectors; 2],
+    way: Vectors,
+    shear: Vectors,
+) -> [f32; WIDTH] {
+    for (lane, depth) in depths.iter_mut().enumerate().filter(|(lane, _)| slivers >> lane & 1 != 0) {
+        let vector = |of: &Vectors| DVec3::from([of[0][lane], of[1][lane], of[2][lane]].map(f64::from));
+        let normal = vector(&f).cross(vector(&e));
+        let slope = vector(&shear).with_z(1.0);
+        *depth = (normal.dot(vector(&way)) / normal.dot(slope)) as f32;
+    }
+    depths
+}
+
+/// Of the triangles `within`, those that the ray meets: for those `on_edge` the signs of the areas are found in double
+/// floats, where the products are exact. An area of zero may be what rounding has left of a triangle that is tiny
+/// beside its distance; if two of three are, the ray would meet it from anywhere around. `corners` are sheared.
+#[cold]
+fn settle_edges(within: u32, on_edge: u32, corners: &[[[f32; WIDTH]; 2]; 3]) -> u32 {
+    let mut met = within;
+    for lane in (0..WIDTH).filter(|lane| on_edge >> lane & 1 != 0) {
+        let [a, b, c] = corners.map(|corner| corner.map(|along| f64::from(along[lane])));
+        let areas = [[c, b], [a, c], [b, a]].map(|[p, q]| p[0] * q[1] - p[1] * q[0]);
+        let none_below = areas.iter().all(|area| *area >= 0.0);
+        let none_above = areas.iter().all(|area| *area <= 0.0);
+        if none_below == none_above {
+            met &= !(1 << lane);
+        }
+    }
+    met
 }
 
 /// Twice the area between the origin, `p` and `q`.
