@@ -11,11 +11,10 @@
 //!
 //! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
 //! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding surface
-//! at the same place, or slips past a silhouette; the shadow ray grazes an edge; a texture or a normal
-//! changes within the displacement. Kept colours, normals and positions may differ from fresh ones by what
+//! at the same place, or slips past a silhouette; the shadow ray grazes an edge. Kept colours, normals and positions may differ from fresh ones by what
 //! rounding them for the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 
 use super::grid::place;
 use super::light::sum_light;
@@ -23,12 +22,13 @@ use super::placed::Placed;
 use super::plan::ShadowCheck;
 use super::shadow::ShadowQueue;
 use super::stage::{Stage, set_bits, surface_bits};
+use super::trace_missed::is_traced;
 use super::verify::SEGMENT_END;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
 use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
-use crate::shade::surface::{Corners, albedo, barycentric, uv_at};
+use crate::shade::surface::{Corners, albedo, corners_of, nearest_point, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Among, Coherence, Hit, HitBatch, RayBatch};
 
@@ -43,12 +43,11 @@ const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
 /// nearer to a surface than both are to the origin.
 const COORDINATE_TOLERANCE: f32 = 5e-7;
 
+/// By which shares of the greatest displacement a ray is moved: a needle may be thinner than that.
+const DISPLACEMENTS: [f32; 3] = [1.0, 0.25, 0.0625];
+
 /// Of a colour's largest part, or of 1 for reflectances: two roundings to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;
-
-/// Reflectance on an edge of a texture, where the texel beside it may have been looked up. A share of the
-/// contrast between texels, by how far the displacement leads from one to the next.
-const EDGE_COLOR_TOLERANCE: f32 = 1e-2;
 
 /// Light below this is black, whatever share of it differs.
 const DARKEST: f32 = 1e-4;
@@ -57,8 +56,7 @@ const DARKEST: f32 = 1e-4;
 /// rounding its normal to four bytes leaves open.
 const EDGE_ON_COSINE: f32 = 1e-4;
 
-/// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes, and
-/// what [`TOLERANCE`] moves an interpolated normal.
+/// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes.
 const NORMAL_COSINE: f32 = 1.0 - 1e-5;
 
 /// In cells: how far outside its cell rounding may project a sample.
@@ -90,14 +88,14 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
 
-    let offset = |cell: usize| stage.offset(tile.point(cell), tile.model[cell]);
-    let sights = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, offset(cell))));
+    let sight = |cell: usize| sight(stage, number, tile, cell);
+    let met = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, sight(cell))));
     for (ray, cell) in sampled().enumerate() {
-        let sample = tile.sample(cell);
-        raise(cell, check_sight(stage, &sample, sights.get(ray)));
-        raise(cell, check_position(stage, number, cell, &sample));
+        let (sample, sight) = (tile.sample(cell), sight(cell));
+        raise(cell, check_sight(stage, &sample, sight, met.get(ray)));
+        raise(cell, check_position(stage, number, cell, &sample, sight));
         if sample.model != BACKGROUND {
-            raise(cell, check_surface(stage, &sample, load_color(&tile.albedo, cell)));
+            raise(cell, check_surface(stage, &sample, sight, load_color(&tile.albedo, cell)));
         }
     }
     for first in (0..CELLS).step_by(LANES) {
@@ -126,11 +124,37 @@ fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatc
     hits
 }
 
+/// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame was seen
+/// on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is rounded
+/// by more than a cell.
+fn sight(stage: &Stage, number: usize, tile: &Tile, cell: usize) -> Vec3 {
+    let offset = stage.offset(tile.point(cell), tile.model[cell]);
+    if !is_traced(tile.status[cell]) {
+        return offset;
+    }
+    let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
+    let centre = [0, 1].map(|axis| Lanes::splat((corner[axis] + place[axis]) as f32 + 0.5));
+    stage.view.directions(centre[0], centre[1]).lane(0)
+}
+
 /// How far rounding may displace a sample, world units.
 fn reach(stage: &Stage, sample: &Sample) -> f32 {
+    offset(stage, sample).length() * TOLERANCE + rounding(stage, sample)
+}
+
+/// How far rounding of coordinates alone may displace it, world units.
+fn rounding(stage: &Stage, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
-    let largest = eye.abs().max(offset.abs()).max_element();
-    offset.length() * TOLERANCE + largest * COORDINATE_TOLERANCE
+    let mut largest = eye.abs().max(offset.abs());
+    if sample.model != BACKGROUND {
+        // where a ray meets a triangle is computed from its corners
+        let (mesh, transform) =
+            (&stage.scene.models[sample.model as usize].mesh, stage.transform(sample.model));
+        for corner in corners_of(mesh, sample.triangle) {
+            largest = largest.max((transform.point(corner.as_vec3()) - eye).abs());
+        }
+    }
+    largest.max_element() * COORDINATE_TOLERANCE
 }
 
 fn offset(stage: &Stage, sample: &Sample) -> Vec3 {
@@ -139,88 +163,81 @@ fn offset(stage: &Stage, sample: &Sample) -> Vec3 {
 
 /// Directions (any unit) at right angles to `way`, all around it.
 fn around(way: Vec3) -> [Vec3; 8] {
-    let (a, b) = way.normalize().any_orthonormal_pair();
+    let (a, b) = way.normalize_or(Vec3::X).any_orthonormal_pair();
     [a, -a, b, -b, a + b, a - b, b - a, -a - b]
 }
 
-/// Whether the camera meets the sample first.
-fn check_sight(stage: &Stage, sample: &Sample, met: Option<Hit>) -> Verdict {
-    Verdict::of(meets(stage, sample, met)).or_on_edge(|| {
+/// Whether the camera meets the sample first, on the ray along `sight`.
+fn check_sight(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
+    Verdict::of(meets(stage, sample, sight, met)).or_on_edge(|| {
         let (eye, offset) = (stage.view.camera.eye, offset(stage, sample));
-        let reach = reach(stage, sample);
-        let beside = around(offset).map(|aside| (eye, offset + aside * reach));
-        let met = trace_all(stage, beside.into_iter());
-        let holds = |met| meets(stage, sample, met) || coincides(stage, sample, met);
-        (0..beside.len()).any(|ray| holds(met.get(ray)))
+        let reach = reach(stage, sample) * (sight.length() / offset.length());
+        let aside = DISPLACEMENTS.iter().flat_map(|share| around(sight).map(|aside| aside * reach * *share));
+        let beside: Vec<Vec3> = aside.map(|aside| sight + aside).collect();
+        let met = trace_all(stage, beside.iter().map(|sight| (eye, *sight)));
+        let holds = |sight, met| meets(stage, sample, sight, met) || coincides(stage, sample, sight, met);
+        (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
 }
 
-/// Whether a ray to the sample that met `met` met the sample.
-fn meets(stage: &Stage, sample: &Sample, met: Option<Hit>) -> bool {
+/// Whether a ray along `sight` that met `met` met the sample.
+fn meets(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     match met {
         None => sample.model == BACKGROUND,
         Some(hit) => {
-            (hit.model, hit.triangle) == (sample.model, sample.triangle) && coincides(stage, sample, met)
+            (hit.model, hit.triangle) == (sample.model, sample.triangle)
+                && coincides(stage, sample, sight, met)
         }
     }
 }
 
-/// Whether what a ray beside the sample `met` lies in the sample's plane: a neighbouring triangle, or
+/// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
 /// another surface in the same place, either of which may be met first.
-fn coincides(stage: &Stage, sample: &Sample, met: Option<Hit>) -> bool {
+fn coincides(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
     let facet = stage.transform(sample.model).normal(sample.facet.unfold());
-    ((met.t - 1.0) * offset(stage, sample)).dot(facet).abs() <= reach(stage, sample)
+    (met.t * sight - offset(stage, sample)).dot(facet).abs() <= reach(stage, sample)
 }
 
-/// Whether the sample lies in its cell.
-fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample) -> Verdict {
-    let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
-    let Some(seen) = stage.view.project_one(offset(stage, sample)) else { return Verdict::Differs };
+/// Whether the sample lies in its cell, or where rounding of its coordinates has put it off `sight`.
+fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample, sight: Vec3) -> Verdict {
+    let (corner, place, offset) = (stage.view.grid.tile_corner(number), place(cell), offset(stage, sample));
+    let is_traced = sight != offset;
+    if is_traced && offset.cross(sight).length() <= rounding(stage, sample) * sight.length() {
+        return Verdict::Holds;
+    }
+    let Some(seen) = stage.view.project_one(offset) else { return Verdict::Differs };
     let from = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32;
     let inside = |along: f32| (-CELL_TOLERANCE..=1.0 + CELL_TOLERANCE).contains(&along);
     Verdict::of(inside(from(0, seen.x)) && inside(from(1, seen.y)))
 }
 
-/// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there.
-fn check_surface(stage: &Stage, sample: &Sample, kept: Vec3) -> Verdict {
+/// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from
+/// the eye, any length.
+fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &stage.scene.models[sample.model as usize].mesh;
     let mut lanes = Corners::NONE;
     lanes.set(0, mesh, sample.triangle);
-    let corners = mesh.triangles[sample.triangle as usize]
-        .map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]).as_dvec3());
-    let reach = f64::from(TOLERANCE) * largest(offset(stage, sample), sample.point);
-    let Some(at) = barycentric(corners, sample.point.as_dvec3(), reach) else { return Verdict::Differs };
+    let corners = corners_of(mesh, sample.triangle);
+    let point = sample.point.as_dvec3();
+    let reach = f64::from(TOLERANCE) * f64::from(offset(stage, sample).length().max(sample.point.length()));
 
     let side = if sample.from_behind { -1.0 } else { 1.0 };
     let facet = stage.transform(sample.model).normal(sample.facet.unfold());
-    let seen = facet.dot(offset(stage, sample).normalize());
     let number = mesh.material_of[sample.triangle as usize];
     let material = &stage.scene.materials[usize::from(number)];
-    let holds = |at: DVec2, slack: f32| {
-        let [u, v] = at.as_vec2().to_array();
-        let normal = lanes.normal([u, v].map(Lanes::splat)).lane(0);
-        let fresh = albedo(stage.scene, material, || uv_at(mesh, sample.triangle, [u, v]));
+    let weights = lanes.weights_at(Lanes3::splat(sample.point));
+    let normal = lanes.normal(weights).lane(0);
+    let at = weights.map(|weight| weight.lane(0));
+    let fresh = albedo(stage.scene, material, || uv_at(mesh, sample.triangle, at));
+    Verdict::of(
         sample.material == number
+            && nearest_point(corners, point).distance(point) <= reach
             && sample.normal.unfold().dot(normal * side) >= NORMAL_COSINE
             && sample.facet.unfold().dot(lanes.facet().lane(0) * side) >= NORMAL_COSINE
-            && (fresh - kept).abs().max_element() <= slack * kept.max_element().max(1.0)
-            && seen < EDGE_ON_COSINE
-    };
-    Verdict::of(holds(at, COLOR_TOLERANCE)).or_on_edge(|| {
-        // where a texture or a normal changes fast, what lies a rounding further may be it
-        let sides = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
-        let longest = sides.map(|side| side.length()).into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        let height = sides[0].cross(sides[2]).length() / longest;
-        let step = (reach / height.max(f64::MIN_POSITIVE)).min(1.0);
-        let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
-        let mut tries = steps.iter().flat_map(|u| steps.iter().map(|v| DVec2::new(*u, *v) * step));
-        tries.any(|aside| holds(at + aside, EDGE_COLOR_TOLERANCE))
-    })
-}
-
-fn largest(offset: Vec3, point: Vec3) -> f64 {
-    f64::from(offset.length().max(point.length()))
+            && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
+            && facet.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
+    )
 }
 
 /// Whether the light that eight samples keep is the light that the tags and lights give.

@@ -74,9 +74,9 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let direction = Lanes3::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
     let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
     let corners = corners_of(stage, models, triangles);
-    let mut weights = [Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)];
-    let mut point = corners.point(weights);
-    put_on_ray(stage, direction, [models, triangles], &mut point, &mut weights);
+    let mut point = corners.point([Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)]);
+    put_on_ray(stage, direction, [models, triangles], &mut point);
+    let weights = corners.weights_at(point);
     let (normal, facet) = (corners.normal(weights), corners.facet());
     let behind = seen_from_behind(stage, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
@@ -151,20 +151,14 @@ fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
     &stage.scene.models[model as usize].mesh
 }
 
-/// Mends the points (object space) that lie beside their rays, and their weights.
+/// Mends the points (object space) that lie beside their rays.
 ///
 /// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
 /// But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in single
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
 #[inline(always)]
-fn put_on_ray(
-    stage: &Stage,
-    direction: Lanes3,
-    [models, triangles]: [&[u32]; 2],
-    point: &mut Lanes3,
-    weights: &mut [Lanes; 2],
-) {
+fn put_on_ray(stage: &Stage, direction: Lanes3, [models, triangles]: [&[u32]; 2], point: &mut Lanes3) {
     let eye = stage.view.camera.eye;
     let mut world = *point;
     for lane in set_bits(stage.displaced_bits(models)) {
@@ -177,10 +171,8 @@ fn put_on_ray(
     for lane in set_bits(is_beside.bits()) {
         let (transform, mesh) = (stage.transform(models[lane]), mesh_of(stage, models[lane]));
         let met = meet_exactly(transform, mesh, triangles[lane], eye, direction.lane(lane));
-        if let Some((exact, at)) = met {
+        if let Some(exact) = met {
             point.set_lane(lane, exact);
-            weights[0].set_lane(lane, at.x);
-            weights[1].set_lane(lane, at.y);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The point of a surface that a ray has met, and how rays leave it.
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::lanes::{LANES, Lanes, Lanes3, Mask, unsigned};
 use crate::motion::Transform;
@@ -83,6 +83,32 @@ impl Corners {
         self.first + (self.second - self.first) * u + (self.third - self.first) * v
     }
 
+    /// Barycentric weights of the second and third corner at `points` of the triangles, in double floats.
+    ///
+    /// What is kept of a surface is looked up at the weights of the point that is kept, and not at those of the
+    /// hit: a point is rounded, and far from the origin, or on a fine texture, something else lies there. So the
+    /// surface at a kept point can be found again, to the bit.
+    #[inline(always)]
+    pub fn weights_at(&self, points: Lanes3) -> [Lanes; 2] {
+        let (mut second, mut third) = (Lanes::ZERO, Lanes::ZERO);
+        let coordinates = |of: &Lanes3| [*of.x.values(), *of.y.values(), *of.z.values()];
+        let [a, b, c, p] = [&self.first, &self.second, &self.third, &points].map(coordinates);
+        // plain arithmetic on all lanes: this becomes vector instructions
+        for lane in 0..LANES {
+            let from_a = |of: &[[f32; LANES]; 3]| {
+                let along = |axis: usize| f64::from(of[axis][lane]) - f64::from(a[axis][lane]);
+                DVec3::new(along(0), along(1), along(2))
+            };
+            let (ab, ac, ap) = (from_a(&b), from_a(&c), from_a(&p));
+            let normal = ab.cross(ac);
+            // not zero: triangles without an area are dropped when they are loaded
+            let area = 1.0 / normal.dot(normal);
+            second.set_lane(lane, (ap.cross(ac).dot(normal) * area) as f32);
+            third.set_lane(lane, (ab.cross(ap).dot(normal) * area) as f32);
+        }
+        [second, third]
+    }
+
     /// Normals of the triangles by the right-hand rule over the corners, of unit length.
     #[inline(always)]
     pub fn facet(&self) -> Lanes3 {
@@ -132,15 +158,14 @@ pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
 }
 
 /// Where the ray from `eye` along `direction` (world space) meets the plane of `triangle`, moved into the
-/// triangle: the point (object space) and its weights of the second and third corner, all computed in double
-/// floats. `None` for triangles without an area.
+/// triangle (object space), all computed in double floats. `None` for triangles without an area.
 pub fn meet_exactly(
     transform: &Transform,
     mesh: &Mesh,
     triangle: u32,
     eye: Vec3,
     direction: Vec3,
-) -> Option<(Vec3, Vec2)> {
+) -> Option<Vec3> {
     let (origin, along) = match transform.is_identity {
         true => (eye, direction),
         false => {
@@ -149,34 +174,50 @@ pub fn meet_exactly(
         }
     };
     let (origin, along) = (origin.as_dvec3(), along.as_dvec3());
-    let positions = mesh.positions.as_slice();
-    let place = |i: u32| Vec3::from_array(positions[i as usize]).as_dvec3();
-    let [a, b, c] = mesh.triangles[triangle as usize].map(place);
+    let [a, b, c] = corners_of(mesh, triangle);
     let plane = (b - a).cross(c - a);
+    if plane == DVec3::ZERO {
+        return None;
+    }
     let t = (a - origin).dot(plane) / along.dot(plane);
     // edge on: any point of the triangle will do
     let met = if t.is_finite() { origin + along * t } else { a };
-    let at = barycentric([a, b, c], met, f64::INFINITY)?;
-    let point = a + (b - a) * at.x + (c - a) * at.y;
-    Some((point.as_vec3(), at.as_vec2()))
+    Some(nearest_point([a, b, c], met).as_vec3())
 }
 
-/// Barycentric coordinates (second and third corner) of `point` in a triangle; `None` where it lies
-/// farther than `reach` from it.
-pub fn barycentric([a, b, c]: [DVec3; 3], point: DVec3, reach: f64) -> Option<DVec2> {
-    let (ab, ac, ap) = (b - a, c - a, point - a);
-    let normal = ab.cross(ac);
-    let area = normal.length_squared();
-    if area == 0.0 {
-        return None;
+/// The corners of `triangle` of `mesh`, object space.
+pub fn corners_of(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
+    let positions = mesh.positions.as_slice();
+    mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]).as_dvec3())
+}
+
+/// The point of a triangle that is nearest to `point`: the region of corner, edge or face that `point` lies in
+/// decides (C. Ericson, Real-Time Collision Detection, section 5.1.5). To cut off barycentric coordinates instead
+/// would move a point beside a sliver along the whole sliver.
+pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
+    let (ab, ac) = (b - a, c - a);
+    let from = |corner: DVec3| (ab.dot(point - corner), ac.dot(point - corner));
+    let ((d1, d2), (d3, d4), (d5, d6)) = (from(a), from(b), from(c));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
     }
-    let at = DVec2::new(ap.cross(ac).dot(normal) / area, ab.cross(ap).dot(normal) / area);
-    let clamped = {
-        let inside = at.max(DVec2::ZERO);
-        inside / (inside.x + inside.y).max(1.0)
-    };
-    let nearest = a + ab * clamped.x + ac * clamped.y;
-    (nearest.distance(point) <= reach).then_some(clamped)
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let (of_a, of_b, of_c) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    if of_c <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    if of_b <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    if of_a <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    a + (ab * of_b + ac * of_c) / (of_a + of_b + of_c)
 }
 
 /// Diffuse reflectance of `material` where its texture is asked at `uv`.
@@ -235,11 +276,43 @@ mod tests {
     }
 
     #[test]
-    fn a_point_off_its_triangle_is_found_out() {
+    fn the_nearest_point_of_a_triangle_is_in_its_region() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 0.0), 1e-6), Some(DVec2::new(0.25, 0.5)));
-        assert_eq!(barycentric(corners, DVec3::new(0.25, 0.5, 1e-3), 1e-6), None);
-        assert_eq!(barycentric(corners, DVec3::new(0.8, 0.5, 0.0), 1e-6), None);
-        assert!(barycentric(corners, DVec3::new(0.5, 0.5 + 1e-7, 0.0), 1e-6).is_some());
+        for (point, nearest) in [
+            ([0.25, 0.5, 3.0], [0.25, 0.5, 0.0]),
+            ([-1.0, -2.0, 0.5], [0.0, 0.0, 0.0]),
+            ([2.0, -0.5, 0.0], [1.0, 0.0, 0.0]),
+            ([-0.5, 3.0, 0.0], [0.0, 1.0, 0.0]),
+            ([0.5, -1.0, 1.0], [0.5, 0.0, 0.0]),
+            ([-1.0, 0.25, 0.0], [0.0, 0.25, 0.0]),
+            ([1.0, 1.0, -1.0], [0.5, 0.5, 0.0]),
+        ] {
+            assert_eq!(nearest_point(corners, DVec3::from(point)), DVec3::from(nearest), "{point:?}");
+        }
+    }
+
+    /// Barycentric coordinates that are cut off at 0 would lead some 40 units along this one.
+    #[test]
+    fn beside_a_sliver_the_nearest_point_is_across_it() {
+        let corners = [DVec3::ZERO, DVec3::new(412.0, 0.0, 0.0), DVec3::new(412.0, 0.03, 0.0)];
+        let beside = DVec3::new(200.0, -0.001, 0.0);
+        assert!(nearest_point(corners, beside).distance(beside) < 0.001_000_1);
+    }
+
+    #[test]
+    fn weights_lead_back_to_the_point() {
+        for scale in [1e-9_f32, 1.0, 1e9] {
+            let mut corners = Corners::NONE;
+            (corners.first, corners.second, corners.third) = (
+                Lanes3::splat(Vec3::new(1.0, 2.0, 3.0) * scale),
+                Lanes3::splat(Vec3::new(4.0, 2.5, 3.0) * scale),
+                Lanes3::splat(Vec3::new(1.5, 5.0, 2.0) * scale),
+            );
+            let wanted = [Lanes::splat(0.25), Lanes::splat(0.5)];
+            let weights = corners.weights_at(corners.point(wanted));
+            for (weight, wanted) in weights.iter().zip(wanted) {
+                assert!((weight.lane(3) - wanted.lane(3)).abs() < 1e-6, "{scale}: {weight:?}");
+            }
+        }
     }
 }

@@ -25,8 +25,8 @@ pub enum Coherence {
     Incoherent,
 }
 
-/// Sixteen rays in world space: points `origin + t * direction` for t in `near..far`. Directions have
-/// any length but zero.
+/// Sixteen rays in world space: points `origin + t * direction` for t above `near` and up to `far`. Directions
+/// have any length but zero.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct RayPacket {
@@ -34,7 +34,7 @@ pub struct RayPacket {
     pub origin: [[f32; LANES]; 3],
     /// x, y and z of the directions.
     pub direction: [[f32; LANES]; 3],
-    /// Least t.
+    /// t is more than this.
     pub near: [f32; LANES],
     /// Greatest t.
     pub far: [f32; LANES],
@@ -134,7 +134,7 @@ impl RayBatch {
         self.len == 0
     }
 
-    /// Adds the ray `origin + t * direction`, `near <= t <= far`.
+    /// Adds the ray `origin + t * direction`, `near < t <= far`.
     #[inline(always)]
     pub fn push(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
         self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);

@@ -319,7 +319,8 @@ fn to_embree(packet: &RayPacket, mask: u32) -> Ray16 {
         org_x: packet.origin[0],
         org_y: packet.origin[1],
         org_z: packet.origin[2],
-        tnear: packet.near,
+        // Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else
+        tnear: packet.near.map(|near| near.max(f32::MIN_POSITIVE)),
         dir_x: packet.direction[0],
         dir_y: packet.direction[1],
         dir_z: packet.direction[2],
