@@ -171,8 +171,8 @@ fn frame(folder: &Path) -> (Film, FrameMeta) {
     let meta = FrameMeta {
         frame: 1,
         rate: (24, 1),
-        world_to_camera: finished.pose.camera.world_to_camera().to_cols_array(),
-        world_to_ndc: finished.pose.camera.world_to_ndc(16.0 / 9.0).to_cols_array(),
+        world_to_camera: finished.camera.world_to_camera().to_cols_array(),
+        world_to_ndc: finished.camera.world_to_ndc(16.0 / 9.0).to_cols_array(),
         comments: "a benchmark".into(),
         shot: "sphere".into(),
     };

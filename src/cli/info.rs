@@ -4,16 +4,14 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::Vec3;
 use openexr::{Attribute, ReadImage};
-use rayon::prelude::*;
 
 use super::failure::Failure;
 use super::shot_args::open;
 use super::terminal::Terminal;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
-use crate::scene::{LightKind, Model, Scene};
+use crate::scene::{LightKind, Scene};
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -119,9 +117,9 @@ fn model(scene: &Scene) -> String {
                 if mesh.uvs.is_empty() { ", no texture coordinates" } else { ", texture coordinates" }
             ),
         );
-        if let Some((low, high)) = bounds(model) {
-            line(&mut text, "bounds", format!("{low} to {high}, size {}", high - low));
-        }
+        let (low, high) = mesh.bounds();
+        let [low, high] = [low, high].map(|corner| scene.space.point_of_files(corner.as_vec3()).as_vec3());
+        line(&mut text, "bounds", format!("{low} to {high}, size {}", high - low));
     }
     surfaces(&mut text, scene);
     text
@@ -134,12 +132,6 @@ fn surfaces(text: &mut String, scene: &Scene) {
     for texture in &scene.textures {
         line(text, "", format!("{}: {}x{}", texture.path.display(), texture.width, texture.height));
     }
-}
-
-/// Of the mesh, object space.
-fn bounds(model: &Model) -> Option<(Vec3, Vec3)> {
-    let points = model.mesh.positions.as_slice().par_iter().map(|&point| Vec3::from(point));
-    points.map(|point| (point, point)).reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 fn exr(image: &ReadImage) -> String {

@@ -110,7 +110,7 @@ impl Target {
         if let Some(previews) = &self.previews {
             png::write_png(&previews.at(frame), &finished.film).map_err(Failure::of)?;
         }
-        let camera = &finished.pose.camera;
+        let camera = &finished.camera;
         let aspect = finished.film.width as f32 / finished.film.height as f32;
         let meta = FrameMeta {
             frame,

@@ -41,7 +41,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::film::Film;
-use crate::motion::Pose;
+use crate::motion::{CameraPose, Pose};
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
@@ -93,8 +93,8 @@ pub struct Finished {
     pub film: Film,
     /// What it cost.
     pub stats: FrameStats,
-    /// Where everything was.
-    pub pose: Pose,
+    /// What it was seen by, in the space of the shot's files.
+    pub camera: CameraPose,
     /// Who answered the rays.
     pub backend: BackendKind,
 }
@@ -207,9 +207,10 @@ impl<'s> Renderer<'s> {
         let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
         drop(tracer);
-        self.last = Some((store, pose.clone()));
+        let camera = self.scene.space.camera_of_files(&pose.camera);
+        self.last = Some((store, pose));
         let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
-        Ok(Finished { film, stats, pose, backend: self.kind })
+        Ok(Finished { film, stats, camera, backend: self.kind })
     }
 
     /// Takes back a film that is written: the next frame is made in its memory.

@@ -1,6 +1,8 @@
 //! What pixels show without a filter. Data (distance, position, normal, id, age) is never mixed: a pixel shows
 //! those of its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
+use glam::Vec3;
+
 use super::channels::data;
 use super::grid::Grid;
 use super::placed::PlacedTile;
@@ -9,6 +11,7 @@ use super::trace_missed::is_traced;
 use crate::lanes::{LANES, Lanes, Lanes3, Mask};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
+use crate::scene::RenderSpace;
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
@@ -143,10 +146,12 @@ pub fn take_data(
         let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
         for first in (0..CELLS).step_by(LANES) {
             let depth = (Lanes3::load([x, y, w], first) - eye).dot(forward);
+            let depth = depth * Lanes::splat(stage.scene.space.length_of_files(1.0));
             is_surface(first).select(depth, Lanes::splat(BACKGROUND_Z)).store(z, first);
         }
         data.is_some[data::Z] = true;
     }
+    convert_to_files(&stage.scene.space, data);
     // the background is nowhere
     for number in data::POSITION..data::NORMAL + 3 {
         let column = &mut data.columns[number];
@@ -166,6 +171,17 @@ pub fn take_data(
         for (age, frames) in data.open(data::AGE).iter_mut().zip(ages) {
             *age = f32::from(frames);
         }
+    }
+}
+
+/// Converts positions to the space of the shot's files.
+fn convert_to_files(space: &RenderSpace, data: &mut Planes<{ data::COUNT }>) {
+    if space.is_of_files() || !data.is_some[data::POSITION] {
+        return;
+    }
+    let [x, y, z] = &mut data.columns[data::POSITION..data::POSITION + 3] else { return };
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        [*x, *y, *z] = space.point_of_files(Vec3::new(*x, *y, *z)).as_vec3().to_array();
     }
 }
 

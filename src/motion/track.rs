@@ -84,6 +84,22 @@ impl<T: Keyed> Track<T> {
         self
     }
 
+    /// The values at the keys, in their order.
+    pub fn values(&self) -> impl Iterator<Item = T> + '_ {
+        self.keys.iter().map(|(_, value)| *value)
+    }
+
+    /// The frames of the keys, in rising order.
+    pub fn frames(&self) -> impl Iterator<Item = f64> + '_ {
+        self.keys.iter().map(|(frame, _)| *frame)
+    }
+
+    /// The same track with each key's value converted. Values between keys follow if `convert` is affine.
+    pub fn map(self, convert: impl Fn(T) -> T) -> Self {
+        let keys = self.keys.into_iter().map(|(frame, value)| (frame, convert(value))).collect();
+        Self { keys, ..self }
+    }
+
     /// The value at `frame`.
     pub fn at(&self, frame: f64) -> T {
         let after = self.keys.partition_point(|(key, _)| *key <= frame);

@@ -39,6 +39,11 @@ impl TransformTrack {
         DAffine3::from_scale_rotation_translation(self.scale.at(frame), rotation, self.translate.at(frame))
     }
 
+    /// The frames of all keys.
+    pub fn key_frames(&self) -> Vec<f64> {
+        self.translate.frames().chain(self.rotate.frames()).chain(self.scale.frames()).collect()
+    }
+
     /// Whether the model stands still for the whole shot.
     pub fn is_constant(&self) -> bool {
         self.translate.is_constant() && self.rotate.is_constant() && self.scale.is_constant()

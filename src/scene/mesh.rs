@@ -3,7 +3,11 @@
 use std::sync::Arc;
 
 use embree::VertexBuffer;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
+
+/// Triangles that one thread looks at in one go.
+const BLOCK: usize = 1 << 14;
 
 /// A triangle mesh in object space.
 ///
@@ -22,4 +26,20 @@ pub struct Mesh {
     pub shadow_casting: usize,
     /// Index into [`Scene::materials`](super::Scene::materials) for each triangle.
     pub material_of: Vec<u16>,
+}
+
+impl Mesh {
+    /// The smallest box around the vertices that triangles use, object space: stray ones must not make the model
+    /// small.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let positions = self.positions.as_slice();
+        let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+        let joined = |a: (Vec3A, Vec3A), b: (Vec3A, Vec3A)| (a.0.min(b.0), a.1.max(b.1));
+        let of_block = |block: &[[u32; 3]]| {
+            let corners = block.as_flattened().iter().map(|i| Vec3A::from(positions[*i as usize]));
+            corners.fold(nothing, |bounds, corner| joined(bounds, (corner, corner)))
+        };
+        let (low, high) = self.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined);
+        (low.as_dvec3(), high.as_dvec3())
+    }
 }

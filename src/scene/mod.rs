@@ -17,6 +17,7 @@ pub mod obj;
 mod paths;
 mod pictures;
 mod polygon;
+pub mod render_space;
 pub mod shot;
 mod shot_file;
 mod shot_tracks;
@@ -36,10 +37,12 @@ pub use frames::Frames;
 pub use light::{Light, LightKind};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use render_space::RenderSpace;
 pub use shot::{Shot, load};
 pub use texture::Texture;
 
 use crate::motion::TransformTrack;
+use bake::baked;
 
 /// All that a shot shows. Ids are indices into these lists.
 #[derive(Debug, Clone)]
@@ -58,6 +61,8 @@ pub struct Scene {
     pub ambient: Vec3,
     /// What a ray sees that meets nothing.
     pub background: Background,
+    /// What the loader has done to the units and the origin of the files.
+    pub space: RenderSpace,
 }
 
 /// A mesh at a place that may change with time.
@@ -71,6 +76,17 @@ pub struct Model {
     pub mesh: Arc<Mesh>,
     /// Object to world, per frame.
     pub track: TransformTrack,
+}
+
+impl Model {
+    /// The same model; if it never moves, its mesh is put into world space. `None` where that is too far away.
+    pub(crate) fn settled(self) -> Option<Self> {
+        if !self.track.is_constant() || self.track == TransformTrack::identity() {
+            return Some(self);
+        }
+        let still = baked(&self.mesh, self.track.map_at(0.0))?;
+        Some(Self { mesh: still.into(), track: TransformTrack::identity(), ..self })
+    }
 }
 
 /// Radiance of the sky by direction; linear, scene-referred.

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::assemble::{Assembly, Override};
-use super::bake::baked;
 use super::frames::Run;
 use super::mtl::{MapKd, MtlMaterial};
 use super::paths::find_beside;
+use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
 };
 use super::toml_text::{At, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::layers::Layers;
-use crate::motion::{LightPose, TransformTrack};
+use crate::motion::LightPose;
 use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
@@ -96,7 +96,7 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     })?;
     let camera = shot_tracks::camera(text, camera)?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
-    let lights = lights.collect::<Result<_, _>>()?;
+    let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     let background =
         file.background.map_or(Ok(Background::uniform(Vec3::ZERO)), |table| sky(text, &table))?;
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
@@ -107,14 +107,21 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     }
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
     let mut assembly = Assembly::new(strict, overrides);
-    let models =
+    let models: Vec<Model> =
         file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
+    let extent =
+        models.iter().fold(Extent::NONE, |extent, model| extent.with_model(&model.mesh, &model.track));
+    let space = RenderSpace::fit_for(extent.with_camera(&camera));
+    let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
+    let models = models.collect::<Result<_, _>>()?;
+    let (camera, lights) =
+        (space.camera(camera), lights.into_iter().map(|light| space.light(light)).collect());
     assembly.report_unused_overrides()?;
     let (materials, textures, findings) = assembly.finish();
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
-        scene: Scene { camera, models, materials, textures, lights, ambient, background },
+        scene: Scene { camera, models, materials, textures, lights, ambient, background, space },
         settings,
         frames,
         says_frames: file.render.frames.is_some(),
@@ -261,16 +268,21 @@ fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Res
         );
         text.fault(table.obj.span(), format!("`obj`: {message}"))
     })?;
-    let mut track = shot_tracks::model(text, table)?;
-    let mut mesh = assembly.mesh(&path)?;
-    if track.is_constant() && track != TransformTrack::identity() {
-        let still = baked(&mesh, track.map_at(0.0)).ok_or_else(|| {
-            let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-            text.fault(table.obj.span(), message)
-        })?;
-        mesh = still.into();
-        track = TransformTrack::identity();
-    }
+    let (track, mesh) = (shot_tracks::model(text, table)?, assembly.mesh(&path)?);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
+}
+
+/// The model in the space in which the shot is rendered.
+fn settled(
+    text: TomlText<'_>,
+    table: &ModelTable,
+    model: Model,
+    space: &RenderSpace,
+) -> Result<Model, SceneError> {
+    let model = Model { track: space.track(model.track), ..model };
+    model.settled().ok_or_else(|| {
+        let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
+        text.fault(table.obj.span(), message)
+    })
 }

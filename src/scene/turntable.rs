@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use glam::{DVec3, Vec3, Vec3A};
-use rayon::prelude::*;
+use glam::{DVec3, Vec3};
 
 use super::assemble::Assembly;
 use super::camera::Aim;
+use super::render_space::{Extent, RenderSpace};
 use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
 use crate::layers::Layers;
@@ -20,8 +20,6 @@ const FRAMES: i32 = 120;
 const FOV: f64 = 40.0;
 /// How far above the model the camera stands, degrees.
 const ELEVATION: f64 = 18.0;
-/// Triangles that one thread looks at in one go.
-const BLOCK: usize = 1 << 14;
 /// Distance beyond what the bounding sphere needs.
 const MARGIN: f64 = 1.05;
 
@@ -35,8 +33,12 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     let (materials, textures, findings) = assembly.finish();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let camera = around(&mesh);
-    let model =
-        Model { name: name.clone(), path: path.to_path_buf(), mesh, track: TransformTrack::identity() };
+    let track = TransformTrack::identity();
+    let space = RenderSpace::fit_for(Extent::NONE.with_model(&mesh, &track).with_camera(&camera));
+    let camera = space.camera(camera);
+    let model = Model { name: name.clone(), path: path.to_path_buf(), mesh, track: space.track(track) };
+    let too_far = || SceneError::new(path, "the model reaches too far from the origin: move it there");
+    let model = model.settled().ok_or_else(too_far)?;
     let scene = Scene {
         camera,
         models: vec![model],
@@ -52,6 +54,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
             horizon: Vec3::splat(0.35),
             ground: Vec3::splat(0.18),
         },
+        space,
     };
     let settings = Settings {
         width: 1280,
@@ -89,7 +92,7 @@ fn light(name: &str, direction: DVec3, color: Vec3, power: f64) -> Light {
 /// A circle around the model's bounding box, from which all of its bounding sphere is seen. A key a
 /// frame: between fewer keys the distance would change.
 fn around(mesh: &Mesh) -> CameraTrack {
-    let (low, high) = bounds(mesh);
+    let (low, high) = mesh.bounds();
     let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
     let distance = MARGIN * radius / (FOV * 0.5).to_radians().sin();
     let (up, out) = ELEVATION.to_radians().sin_cos();
@@ -104,17 +107,4 @@ fn around(mesh: &Mesh) -> CameraTrack {
         fov: Track::constant(FOV),
         cuts: Vec::new(),
     }
-}
-
-/// Of the vertices that triangles use: stray ones must not make the model small.
-fn bounds(mesh: &Mesh) -> (DVec3, DVec3) {
-    let positions = mesh.positions.as_slice();
-    let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
-    let joined = |a: (Vec3A, Vec3A), b: (Vec3A, Vec3A)| (a.0.min(b.0), a.1.max(b.1));
-    let of_block = |block: &[[u32; 3]]| {
-        let corners = block.as_flattened().iter().map(|i| Vec3A::from(positions[*i as usize]));
-        corners.fold(nothing, |bounds, corner| joined(bounds, (corner, corner)))
-    };
-    let (low, high) = mesh.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined);
-    (low.as_dvec3(), high.as_dvec3())
 }

@@ -7,7 +7,9 @@ use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::motion::{Interpolation, Track, TransformTrack};
 use afterimage::scene::camera::Aim;
-use afterimage::scene::{Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Scene};
+use afterimage::scene::{
+    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene,
+};
 use afterimage::settings::{Build, Filter, Mode, Settings};
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
@@ -87,6 +89,7 @@ pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, 
         lights,
         ambient: Vec3::ZERO,
         background: Background::uniform(Vec3::new(0.25, 0.5, 1.0)),
+        space: RenderSpace::OF_FILES,
     }
 }
 

@@ -1,0 +1,212 @@
+//! The space in which a shot is rendered: that of its files, or one beside the shot and of its size.
+//!
+//! Single floats keep 6e-8 of a coordinate, and some distances of the renderer are absolute. A shot far from the
+//! origin, a tiny one or a huge one is therefore moved to the origin and scaled by a power of two when it is loaded:
+//! tracks and meshes are converted in double floats. Pictures keep the units of the files: `P`, `Z` and the matrices
+//! in a frame's header are converted back. Most shots need nothing of this and stay as they are, to the bit.
+//!
+//! Everywhere else *world space* is the space in which the shot is rendered.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::camera::Aim;
+use super::{CameraTrack, Light, LightKind, Mesh};
+use crate::motion::{CameraPose, TransformTrack};
+
+/// A shot is moved if its middle is farther from the origin than this many times its own size.
+const FAR: f64 = 8.0;
+
+/// Shots whose largest coordinate is within this range are not scaled. Far above it products of coordinates overflow;
+/// below it the least distance at which a ray leaves a surface is too large.
+const USUAL: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=1_099_511_627_776.0;
+
+/// From the space of the files to the space in which they are rendered: `(point - origin) * scale`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderSpace {
+    origin: DVec3,
+    /// A power of two.
+    scale: f64,
+}
+
+/// The smallest box around points, space of the files.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Extent {
+    /// Of nothing.
+    pub const NONE: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// With `point` in it.
+    pub fn with(self, point: DVec3) -> Self {
+        Self { low: self.low.min(point), high: self.high.max(point) }
+    }
+
+    /// With a model in it, wherever its track's keys put it.
+    pub fn with_model(self, mesh: &Mesh, track: &TransformTrack) -> Self {
+        let (low, high) = mesh.bounds();
+        let corner = |i: u8| {
+            DVec3::new(
+                [low.x, high.x][usize::from(i & 1)],
+                [low.y, high.y][usize::from(i >> 1 & 1)],
+                [low.z, high.z][usize::from(i >> 2)],
+            )
+        };
+        let maps: Vec<DAffine3> = track.key_frames().into_iter().map(|frame| track.map_at(frame)).collect();
+        maps.iter().fold(self, |extent, map| {
+            (0..8).fold(extent, |extent, i| extent.with(map.transform_point3(corner(i))))
+        })
+    }
+
+    /// With all places of the eye in it.
+    pub fn with_camera(self, camera: &CameraTrack) -> Self {
+        camera.eye.values().fold(self, Self::with)
+    }
+}
+
+impl RenderSpace {
+    /// That of the files.
+    pub const OF_FILES: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
+
+    /// Fit for what lies within `extent`.
+    pub(crate) fn fit_for(extent: Extent) -> Self {
+        let (center, half) = ((extent.low + extent.high) * 0.5, (extent.high - extent.low) * 0.5);
+        let size = half.max_element();
+        let is_far = center.abs().max_element() > FAR * size;
+        let origin = if is_far { center } else { DVec3::ZERO };
+        let largest = (center - origin).abs().max_element() + size;
+        let is_usual = USUAL.contains(&largest) || !largest.is_normal();
+        let scale = if is_usual { 1.0 } else { (-largest.log2().round()).exp2() };
+        Self { origin, scale }
+    }
+
+    /// Whether the shot stays as it is.
+    pub fn is_of_files(&self) -> bool {
+        *self == Self::OF_FILES
+    }
+
+    /// A point, converted from the space of the files.
+    pub fn point(&self, point: DVec3) -> DVec3 {
+        (point - self.origin) * self.scale
+    }
+
+    /// A point, converted back.
+    pub fn point_of_files(&self, point: Vec3) -> DVec3 {
+        point.as_dvec3() / self.scale + self.origin
+    }
+
+    /// A length, converted back.
+    pub fn length_of_files(&self, length: f32) -> f32 {
+        (f64::from(length) / self.scale) as f32
+    }
+
+    /// The camera where the files have it.
+    pub fn camera_of_files(&self, camera: &CameraPose) -> CameraPose {
+        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), ..*camera }
+    }
+
+    /// Converts a model's motion.
+    pub(crate) fn track(&self, track: TransformTrack) -> TransformTrack {
+        TransformTrack {
+            translate: track.translate.map(|place| self.point(place)),
+            scale: track.scale.map(|factors| factors * self.scale),
+            ..track
+        }
+    }
+
+    /// Converts the camera's motion.
+    pub(crate) fn camera(&self, camera: CameraTrack) -> CameraTrack {
+        let aim = match camera.aim {
+            Aim::Target { target, roll } => Aim::Target { target: target.map(|at| self.point(at)), roll },
+            rotation => rotation,
+        };
+        CameraTrack { eye: camera.eye.map(|eye| self.point(eye)), aim, ..camera }
+    }
+
+    /// Converts a light's motion; what falls with the square of the distance is stronger at larger ones.
+    pub(crate) fn light(&self, light: Light) -> Light {
+        let is_directional = matches!(light.kind, LightKind::Directional { .. });
+        let strength = if is_directional { 1.0 } else { self.scale * self.scale };
+        let kind = match light.kind {
+            LightKind::Point { position } => LightKind::Point { position: position.map(|at| self.point(at)) },
+            LightKind::Spot { position, target, cone, soft } => LightKind::Spot {
+                position: position.map(|at| self.point(at)),
+                target: target.map(|at| self.point(at)),
+                cone,
+                soft,
+            },
+            LightKind::Rectangle { position, target, size } => LightKind::Rectangle {
+                position: position.map(|at| self.point(at)),
+                target: target.map(|at| self.point(at)),
+                size: size.map(|edge| edge * self.scale),
+            },
+            directional => directional,
+        };
+        Light { kind, power: light.power.map(|power| power * strength), ..light }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{LightPose, Track, pose::LightShape};
+
+    fn fit(low: [f64; 3], high: [f64; 3]) -> RenderSpace {
+        RenderSpace::fit_for(Extent::NONE.with(low.into()).with(high.into()))
+    }
+
+    #[test]
+    fn usual_shots_stay_as_they_are() {
+        for (low, high) in [([-1.0; 3], [1.0; 3]), ([0.0, 0.0, 50.0], [9.0; 3]), ([-1e6; 3], [1e7; 3])] {
+            assert!(fit(low, high).is_of_files());
+        }
+    }
+
+    #[test]
+    fn far_tiny_and_huge_shots_come_to_the_origin() {
+        for (low, high) in [([1e5; 3], [1.001e5; 3]), ([-1e-7; 3], [2e-7; 3]), ([-1e15; 3], [1e15, 1.0, 1.0])]
+        {
+            let space = fit(low, high);
+            let largest = [low, high].map(|at| space.point(at.into()).abs().max_element());
+            assert!(!space.is_of_files());
+            assert!(
+                largest.iter().all(|at| *at < 100.0) && largest.iter().any(|at| *at > 0.25),
+                "{largest:?}"
+            );
+            let there = space.point(DVec3::from(high)).as_vec3();
+            assert!(space.point_of_files(there).abs_diff_eq(high.into(), high[0] * 1e-6));
+        }
+    }
+
+    #[test]
+    fn a_scaled_point_light_is_as_bright() {
+        let space = fit([-1e-7; 3], [1e-7; 3]);
+        let light = Light {
+            name: String::new(),
+            kind: LightKind::Point { position: Track::constant(DVec3::new(0.0, 3e-7, 0.0)) },
+            color: Track::constant(Vec3::ONE),
+            power: Track::constant(2e-14),
+        };
+        let light = LightPose::of(&space.light(light), 1.0);
+        let LightShape::Point { position } = light.shape else { panic!("still a point light") };
+        let distance = f64::from(position.distance(space.point(DVec3::ZERO).as_vec3()));
+        let expected = 2e-14 / (3e-7f64 * 3e-7);
+        assert!((f64::from(light.strength.x) / (distance * distance) / expected - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn motion_is_converted_with_the_places_that_it_leads_to() {
+        let space = fit([1e5; 3], [1.001e5; 3]);
+        let track = TransformTrack {
+            translate: Track::constant(DVec3::splat(1e5)),
+            rotate: Track::constant(DVec3::new(10.0, 20.0, 30.0)),
+            scale: Track::constant(DVec3::new(1.0, 2.0, 3.0)),
+        };
+        let (before, after) = (track.map_at(1.0), space.track(track).map_at(1.0));
+        let point = DVec3::new(3.0, -4.0, 5.0);
+        let wanted = space.point(before.transform_point3(point));
+        assert!(after.transform_point3(point).abs_diff_eq(wanted, 1e-9));
+    }
+}
