@@ -131,6 +131,81 @@ fn cameras_cut_without_passing_between() {
     assert!(Pose::of(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
 }
 
+/// Every key of the README's table that takes a list of numbers, each on a line of its own with a good value.
+const LISTS: &str = "[render]
+size = [64, 48]
+[background]
+zenith = [0, 0, 1]
+horizon = [1, 1, 1]
+ground = [1, 1, 1]
+[ambient]
+color = [0, 0, 0]
+[[camera.key]]
+frame = 1
+eye = [0, 0, 5]
+target = [0, 0, 0]
+[[model]]
+obj = \"m.obj\"
+scale = [1, 2, 3]
+rotate = [0, 0, 0]
+translate = [0, 0, 0]
+[[model.key]]
+frame = 1
+translate = [0, 0, 0]
+rotate = [0, 0, 0]
+scale = [1, 2, 3]
+[[light]]
+type = \"rectangle\"
+position = [0, 9, 0]
+target = [0, 0, 0]
+size = [1, 1]
+color = [1, 1, 1]
+[[light.key]]
+frame = 1
+position = [0, 9, 0]
+target = [0, 0, 0]
+color = [1, 1, 1]
+[[light]]
+type = \"directional\"
+direction = [0, -1, 0]
+[[light.key]]
+frame = 1
+direction = [0, -1, 0]
+[[material]]
+name = \"wood\"
+kd = [1, 1, 1]
+ka = [1, 1, 1]
+ks = [1, 1, 1]
+ke = [1, 1, 1]
+";
+
+#[test]
+fn lists_have_as_many_numbers_as_they_must() {
+    load(LISTS);
+    let color = LISTS.replace("zenith = [0, 0, 1]\nhorizon = [1, 1, 1]\nground", "color");
+    let rotation = LISTS.replace("target = [0, 0, 0]\n[[model]]", "rotation = [0, 0, 0]\n[[model]]");
+    let mut tried = 0;
+    for text in [LISTS, &color, &rotation] {
+        load(text);
+        let lines: Vec<&str> = text.lines().collect();
+        for (at, line) in lines.iter().enumerate() {
+            let Some((key, list)) = line.split_once(" = [") else { continue };
+            let count = list.split(',').count();
+            let longer = list.replace(']', ", 99]");
+            let shorter = list.rsplit_once(',').map_or(String::from("]"), |(begin, _)| format!("{begin}]"));
+            for (wrong, length) in [(longer.as_str(), count + 1), (&shorter, count - 1), ("]", 0)] {
+                let wrong = format!("{key} = [{wrong}");
+                let text = [&lines[..at], &[wrong.as_str()], &lines[at + 1..]].concat().join("\n");
+                let place = format!("s.toml:{}:{}: `{key}`: ", at + 1, key.len() + 4);
+                let expected = format!("{place}invalid length {length}, expected a list of {count} numbers");
+                assert!(error(&text).starts_with(&expected), "{wrong}: {}", error(&text));
+                tried += 1;
+            }
+        }
+    }
+    assert_eq!(tried, 3 * (26 + 24 + 26), "every list of the three shots");
+}
+
 #[test]
 fn mistakes_are_told_with_place_and_remedy() {
     let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\n";

@@ -14,7 +14,7 @@ use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
 };
-use super::toml_text::{At, TomlText};
+use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::layers::Layers;
 use crate::motion::LightPose;
@@ -141,7 +141,7 @@ fn render(
     };
     let sides = 1..i64::from(LONGEST_SIDE) + 1;
     let (width, height) = match &table.size {
-        Some([width, height]) => {
+        Some(List([width, height])) => {
             (text.whole("size", width, sides.clone())?, text.whole("size", height, sides)?)
         }
         None => (1280, 720),

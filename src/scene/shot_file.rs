@@ -3,14 +3,15 @@
 use std::fmt;
 
 use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
-use super::toml_text::At;
+use super::toml_text::{At, List};
 use crate::motion::Interpolation;
 use crate::settings::{Filter, Mode};
 
 /// Linear RGB, or coordinates.
-pub(crate) type Three = At<[f64; 3]>;
+pub(crate) type Three = At<List<f64, 3>>;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,7 +36,7 @@ pub(crate) struct ShotFile {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RenderTable {
-    pub size: Option<[At<i64>; 2]>,
+    pub size: Option<List<At<i64>, 2>>,
     pub samples: Option<At<i64>>,
     pub frames: Option<At<String>>,
     pub rate: Option<At<Rate>>,
@@ -119,7 +120,7 @@ pub(crate) struct LightTable {
     pub target: Option<Three>,
     pub cone: Option<At<f64>>,
     pub soft: Option<At<f64>>,
-    pub size: Option<At<[f64; 2]>>,
+    pub size: Option<At<List<f64, 2>>>,
     pub color: Option<Three>,
     pub power: Option<At<f64>>,
     #[serde(default)]
@@ -194,15 +195,8 @@ impl<'de> Deserialize<'de> for Scale {
             fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
                 Ok(Scale([factor as f64; 3]))
             }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut factors: A) -> Result<Scale, A::Error> {
-                let mut all = [0.0; 3];
-                for (i, factor) in all.iter_mut().enumerate() {
-                    *factor = factors.next_element()?.ok_or_else(|| de::Error::invalid_length(i, &self))?;
-                }
-                match factors.next_element::<f64>()? {
-                    Some(_) => Err(de::Error::invalid_length(4, &self)),
-                    None => Ok(Scale(all)),
-                }
+            fn visit_seq<A: SeqAccess<'de>>(self, factors: A) -> Result<Scale, A::Error> {
+                List::deserialize(SeqAccessDeserializer::new(factors)).map(|List(factors)| Scale(factors))
             }
         }
         deserializer.deserialize_any(ScaleVisitor)

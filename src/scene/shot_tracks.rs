@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::camera::Aim;
 use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
-use super::toml_text::{At, TomlText};
+use super::toml_text::{At, List, TomlText};
 use super::{CameraTrack, Light, LightKind, SceneError};
 use crate::motion::track::Keyed;
 use crate::motion::{Interpolation, Track, TransformTrack};
@@ -196,8 +196,8 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
 }
 
 /// Width and height of a light.
-fn edges(text: TomlText<'_>, key: &str, value: &At<[f64; 2]>) -> Result<[f64; 2], SceneError> {
-    let edges = *value.get_ref();
+fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64; 2], SceneError> {
+    let List(edges) = *value.get_ref();
     let fits = edges.iter().all(|edge| (1e-9..=1e9).contains(edge));
     fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
 }
@@ -239,7 +239,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
 
 fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
     let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
-    match light.direction.iter().chain(keyed).find(|direction| *direction.get_ref() == [0.0; 3]) {
+    match light.direction.iter().chain(keyed).find(|direction| direction.get_ref().0 == [0.0; 3]) {
         Some(zero) => {
             Err(text.bad("direction", zero, "must not be zero: it is the way that the light travels"))
         }

@@ -1,16 +1,53 @@
 //! TOML text that answers with file, line and column for what is wrong in it.
 
+use std::fmt;
+use std::marker::PhantomData;
 use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
-use serde::de::DeserializeOwned;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use toml::Spanned;
 
 use super::{SceneError, spelling};
 
 /// A value that knows where in the text it stands.
 pub(crate) type At<T> = Spanned<T>;
+
+/// A list of exactly `N` values. (An array of the language does not do: what stands behind its last value would be
+/// passed over.)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct List<T, const N: usize>(pub [T; N]);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for List<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ListVisitor<T, const N: usize>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for ListVisitor<T, N> {
+            type Value = List<T, N>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a list of {N} numbers")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<List<T, N>, A::Error> {
+                let mut list = Vec::with_capacity(N);
+                while list.len() < N {
+                    match values.next_element()? {
+                        Some(value) => list.push(value),
+                        None => return Err(Error::invalid_length(list.len(), &self)),
+                    }
+                }
+                let mut more = 0;
+                while values.next_element::<IgnoredAny>()?.is_some() {
+                    more += 1;
+                }
+                match list.try_into() {
+                    Ok(list) if more == 0 => Ok(List(list)),
+                    _ => Err(Error::invalid_length(N + more, &self)),
+                }
+            }
+        }
+        deserializer.deserialize_seq(ListVisitor(PhantomData))
+    }
+}
 
 /// The text of a TOML file.
 #[derive(Clone, Copy)]
@@ -70,15 +107,15 @@ impl TomlText<'_> {
     }
 
     /// Three numbers, all finite.
-    pub fn vector(&self, key: &str, value: &At<[f64; 3]>) -> Result<DVec3, SceneError> {
+    pub fn vector(&self, key: &str, value: &At<List<f64, 3>>) -> Result<DVec3, SceneError> {
         // what does not fit into the renderer's f32 is as good as infinite
-        let vector = DVec3::from_array(*value.get_ref());
+        let vector = DVec3::from_array(value.get_ref().0);
         let fits = vector.as_vec3().is_finite();
         fits.then_some(vector).ok_or_else(|| self.bad(key, value, "must be three finite numbers"))
     }
 
     /// Linear RGB, finite and not negative.
-    pub fn color(&self, key: &str, value: &At<[f64; 3]>) -> Result<glam::Vec3, SceneError> {
+    pub fn color(&self, key: &str, value: &At<List<f64, 3>>) -> Result<glam::Vec3, SceneError> {
         let color = self.vector(key, value)?.as_vec3();
         if color.min_element() < 0.0 {
             return Err(self.bad(key, value, "is a colour: none of its three numbers may be negative"));
@@ -138,7 +175,7 @@ mod tests {
     #[serde(deny_unknown_fields)]
     #[allow(dead_code, reason = "only read from text")]
     struct Table {
-        size: At<[f64; 3]>,
+        size: At<List<f64, 3>>,
         filter: Option<crate::settings::Filter>,
     }
 
