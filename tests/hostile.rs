@@ -58,7 +58,7 @@ fn mistakes_in_a_shot_name_its_line() {
 
 #[test]
 fn models_that_cannot_be_shown_name_file_and_line() {
-    let cases: [(&[u8], &[&str]); 11] = [
+    let cases: [(&[u8], &[&str]); 13] = [
         (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["m.obj:1", "`nan`", "finite"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", &["m.obj:3", "`inf`"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 1e30 0\nf 1 2 3\n", &["m.obj:3", "1e30"]),
@@ -66,7 +66,9 @@ fn models_that_cannot_be_shown_name_file_and_line() {
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", &["m.obj:4", "vertex 4 of 3"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", &["m.obj:4", "counts back"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3/x\n", &["m.obj:4", "3/x"]),
-        (b"", &["m.obj: ", "no faces"]),
+        (b"", &["m.obj: ", "is empty"]),
+        (b"\x64\x86\x07\x00\x5a\x10\x2b\x65\x00\x01\x00\x00", &["m.obj: ", "compiler (COFF)"]),
+        (b"\x4c\x01\x02\x00\x0a\x0d\x2b\x65\x00\x01\x00\x00\x0a", &["m.obj: ", "compiler (COFF)"]),
         (b"v 0 0 0\nv 1 0 0\nl 1 2\n", &["m.obj: ", "no faces"]),
         (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", &["m.obj: ", "area"]),
         (b"\x7fELF\x02\x01\x01\x00\x00\xff\xfe", &["m.obj: ", "no faces"]),
@@ -75,6 +77,8 @@ fn models_that_cannot_be_shown_name_file_and_line() {
         let place = place(SHOT, obj);
         refused(&place, "s.toml", words);
         refused(&place, "m.obj", words);
+        let mut info = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+        Ran::of(info.current_dir(place.0.path()).args(["info", "m.obj"]).output().unwrap()).failed(words);
     }
 }
 
@@ -133,6 +137,22 @@ fn odd_side_files_are_one_warning_each_and_strictly_errors() {
         assert!(ran.stderr.starts_with("warning: "), "{}", ran.stderr);
         assert!(words.iter().all(|word| ran.stderr.contains(word)), "{}", ran.stderr);
     }
+}
+
+#[test]
+fn odd_values_of_materials_are_one_warning_each_and_strictly_errors() {
+    let place = place(SHOT, format!("mtllib m.mtl\nusemtl a\n{OBJ}").as_bytes());
+    fs::write(place.path("m.mtl"), "newmtl a\nNs -1.96\nNi -1\nillum 11\n").unwrap();
+    render(&place, "s.toml", "--strict").failed(&["m.mtl:2", "`Ns` is `-1.96`"]);
+    let ran = render(&place, "s.toml", "").done();
+    let lines: Vec<&str> = ran.stderr.lines().filter(|line| line.starts_with("warning: m.mtl:")).collect();
+    assert_eq!(lines.len(), 3, "{}", ran.stderr);
+    assert!(lines[0].contains(":2: ") && lines[1].contains(":3: ") && lines[2].contains(":4: "), "{lines:?}");
+
+    fs::write(place.path("m.mtl"), format!("newmtl a\n{}", "Ni -1\n".repeat(300))).unwrap();
+    let ran = render(&place, "s.toml", "").done();
+    assert_eq!(ran.stderr.lines().count(), 11, "{}", ran.stderr);
+    assert!(ran.stderr.contains("290 more"), "{}", ran.stderr);
 }
 
 /// What is extreme but means something renders, exactly and to finite values (the writer takes no others).

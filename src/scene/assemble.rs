@@ -10,7 +10,7 @@ use embree::VertexBuffer;
 
 use super::error::Findings;
 use super::lines::words;
-use super::mtl::{self, MtlMaterial};
+use super::mtl::{self, MtlFile, MtlMaterial};
 use super::obj::{self, Named, ObjFile};
 use super::paths::find_beside;
 use super::pictures::Pictures;
@@ -20,7 +20,7 @@ use super::{Material, Mesh, SceneError, Texture};
 /// Most materials of a shot: a triangle keeps 16 bits of index.
 const MOST_MATERIALS: usize = 1 << 16;
 
-/// Unknown materials of a file that get a warning each.
+/// Unknown materials, or odd statements, of a file that get a warning each.
 const MOST_NAMED: usize = 10;
 
 /// A `[[material]]` of the shot file: what is not `None` replaces what the MTL file says.
@@ -61,7 +61,7 @@ impl Assembly {
     /// The mesh of the OBJ file at `path`, in object space.
     ///
     /// # Errors
-    /// Where the OBJ or one of its MTL files is wrong; in a strict load also where one is missing.
+    /// Where the OBJ is wrong or one of its files cannot be read; in a strict load also where one is missing or odd.
     pub fn mesh(&mut self, path: &Path) -> Result<Arc<Mesh>, SceneError> {
         let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         if let Some(mesh) = self.meshes.get(&key) {
@@ -94,7 +94,8 @@ impl Assembly {
                 if !files.insert(file.clone()) {
                     continue;
                 }
-                let materials = mtl::read(&file)?;
+                let MtlFile { materials, oddities } = mtl::read(&file)?;
+                self.report_oddities(oddities, &file)?;
                 self.note_contradictions(&materials, &file);
                 self.known_names.extend(materials.iter().map(|material| material.name.clone()));
                 defined
@@ -102,6 +103,17 @@ impl Assembly {
             }
         }
         Ok((defined, complete))
+    }
+
+    fn report_oddities(&mut self, oddities: Vec<(usize, String)>, file: &Path) -> Result<(), SceneError> {
+        let more = oddities.len().saturating_sub(MOST_NAMED);
+        for (line, message) in oddities.into_iter().take(MOST_NAMED) {
+            self.findings.stand_in(SceneError::new(file, message).at_line(line))?;
+        }
+        if more > 0 {
+            self.findings.note(SceneError::new(file, format!("{more} more statements make no sense")));
+        }
+        Ok(())
     }
 
     fn note_contradictions(&mut self, materials: &[MtlMaterial], file: &Path) {

@@ -53,19 +53,29 @@ impl MapKd {
     }
 }
 
+/// What an MTL file states.
+#[derive(Debug, Default)]
+pub(crate) struct MtlFile {
+    /// In its order.
+    pub materials: Vec<MtlMaterial>,
+    /// Values that make no sense: the line, and what was done about it.
+    pub oddities: Vec<(usize, String)>,
+}
+
 /// Reads the MTL file at `path`.
 ///
 /// # Errors
-/// Where it cannot be read, or a value makes no sense.
-pub(crate) fn read(path: &Path) -> Result<Vec<MtlMaterial>, SceneError> {
+/// Where it cannot be read.
+pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|error| SceneError::new(path, format!("the MTL file cannot be read: {error}")))?;
-    parse(&readable(bytes)).map_err(|(line, message)| SceneError::new(path, message).at_line(line))
+    Ok(parse(&readable(bytes)))
 }
 
-/// Reads MTL text; errors are line and message.
-pub(crate) fn parse(text: &[u8]) -> Result<Vec<MtlMaterial>, (usize, String)> {
-    let mut materials: Vec<MtlMaterial> = Vec::new();
+/// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the same. So
+/// a negative number counts as the least that there is, and any other such statement is passed over.
+pub(crate) fn parse(text: &[u8]) -> MtlFile {
+    let MtlFile { mut materials, mut oddities } = MtlFile::default();
     for (number, line) in Lines::new(text) {
         let (keyword, rest) = split_keyword(&line);
         if keyword.eq_ignore_ascii_case(b"newmtl") {
@@ -73,23 +83,33 @@ pub(crate) fn parse(text: &[u8]) -> Result<Vec<MtlMaterial>, (usize, String)> {
             materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
-            statement(material, &keyword, rest, number).map_err(|message| (number, message))?;
+            let mut lifted = None;
+            let taken = statement(material, &keyword, rest, number, &mut lifted);
+            let passed_over = taken.err().map(|fault| format!("{fault}; the statement is passed over"));
+            oddities.extend(passed_over.or(lifted).map(|message| (number, message)));
         }
     }
-    Ok(materials)
+    MtlFile { materials, oddities }
 }
 
-fn statement(material: &mut MtlMaterial, keyword: &str, rest: &[u8], line: usize) -> Result<(), String> {
+/// Takes one statement. Where a negative number was replaced, `lifted` says so.
+fn statement(
+    material: &mut MtlMaterial,
+    keyword: &str,
+    rest: &[u8],
+    line: usize,
+    lifted: &mut Option<String>,
+) -> Result<(), String> {
     match keyword {
-        "kd" => material.kd = color("Kd", rest)?.or(material.kd),
-        "ka" => material.ka = color("Ka", rest)?.or(material.ka),
-        "ks" => material.ks = color("Ks", rest)?.or(material.ks),
-        "ke" => material.ke = color("Ke", rest)?.or(material.ke),
-        "tf" => material.tf = color("Tf", rest)?.or(material.tf),
-        "ns" => material.ns = Some(number("Ns", rest)?),
-        "ni" => material.ni = Some(number("Ni", rest)?),
-        "d" => material.d = Some(number("d", rest)?),
-        "tr" => material.tr = Some(number("Tr", rest)?),
+        "kd" => material.kd = color("Kd", rest, lifted)?.or(material.kd),
+        "ka" => material.ka = color("Ka", rest, lifted)?.or(material.ka),
+        "ks" => material.ks = color("Ks", rest, lifted)?.or(material.ks),
+        "ke" => material.ke = color("Ke", rest, lifted)?.or(material.ke),
+        "tf" => material.tf = color("Tf", rest, lifted)?.or(material.tf),
+        "ns" => material.ns = Some(number("Ns", rest, lifted)?),
+        "ni" => material.ni = Some(number("Ni", rest, lifted)?),
+        "d" => material.d = Some(number("d", rest, lifted)?),
+        "tr" => material.tr = Some(number("Tr", rest, lifted)?),
         "illum" => material.illum = Some(illumination(rest)?),
         "map_kd" => material.map_kd = texture(&String::from_utf8_lossy(rest), line),
         _ => {}
@@ -98,35 +118,42 @@ fn statement(material: &mut MtlMaterial, keyword: &str, rest: &[u8], line: usize
 }
 
 /// One number for grey, or three. `None` for `xyz` and `spectral`, which have no plain RGB.
-fn color(key: &str, rest: &[u8]) -> Result<Option<Vec3>, String> {
+fn color(key: &str, rest: &[u8], lifted: &mut Option<String>) -> Result<Option<Vec3>, String> {
     let values: Vec<&[u8]> = words(rest).collect();
+    let mut value = |word: &[u8]| value(key, word, lifted);
     match values.as_slice() {
         [b"xyz" | b"spectral", ..] => Ok(None),
-        [grey] => Ok(Some(Vec3::splat(value(key, grey)?))),
-        [r, g, b, ..] => Ok(Some(Vec3::new(value(key, r)?, value(key, g)?, value(key, b)?))),
+        [grey] => Ok(Some(Vec3::splat(value(grey)?))),
+        [r, g, b, ..] => Ok(Some(Vec3::new(value(r)?, value(g)?, value(b)?))),
         _ => Err(format!("`{key}` takes three numbers, red, green and blue")),
     }
 }
 
-fn number(key: &str, rest: &[u8]) -> Result<f32, String> {
+fn number(key: &str, rest: &[u8], lifted: &mut Option<String>) -> Result<f32, String> {
     let word = words(rest).find(|word| *word != b"-halo").ok_or_else(|| format!("`{key}` takes a number"))?;
-    value(key, word)
+    value(key, word, lifted)
 }
 
-fn value(key: &str, word: &[u8]) -> Result<f32, String> {
+fn value(key: &str, word: &[u8], lifted: &mut Option<String>) -> Result<f32, String> {
     let word = String::from_utf8_lossy(word);
-    match word.parse::<f32>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err(format!("`{key}` is `{word}`: it must be a finite number, not negative")),
+    let fault = || format!("`{key}` is `{word}`: it must be a finite number, not negative");
+    let value = word.parse::<f32>().ok().filter(|value| value.is_finite()).ok_or_else(fault)?;
+    if value < 0.0 {
+        // an index of 0 means 1: light is not bent
+        let least = if key == "Ni" { 1.0 } else { 0.0 };
+        *lifted = Some(format!("{}; {least} is taken", fault()));
+        return Ok(least);
     }
+    Ok(value)
 }
 
 fn illumination(rest: &[u8]) -> Result<u32, String> {
-    let model = number("illum", rest)?;
-    if model.fract() != 0.0 || model > 10.0 {
-        return Err(format!("`illum` is `{model}`: the models are the whole numbers from 0 to 10"));
-    }
-    Ok(model as u32)
+    let word = words(rest).next().ok_or("`illum` takes a number")?;
+    let word = String::from_utf8_lossy(word);
+    let model = word.parse::<f32>().ok().filter(|model| model.fract() == 0.0 && (0.0..=10.0).contains(model));
+    model
+        .map(|model| model as u32)
+        .ok_or_else(|| format!("`illum` is `{word}`: the models are the whole numbers from 0 to 10"))
 }
 
 /// Options, then a file name that may hold spaces. `None` without a name.
@@ -299,8 +326,9 @@ mod tests {
     use super::*;
 
     fn stated(statements: &str) -> MtlMaterial {
-        let all = parse(format!("newmtl m\n{statements}").as_bytes()).unwrap();
-        all.into_iter().next().unwrap()
+        let file = parse(format!("newmtl m\n{statements}").as_bytes());
+        assert_eq!(file.oddities, [], "{statements}");
+        file.materials.into_iter().next().unwrap()
     }
 
     fn settled(statements: &str) -> Material {
@@ -380,28 +408,48 @@ mod tests {
 
     #[test]
     fn names_keep_their_spaces() {
-        let all = parse(b"Kd 9 9 9\nnewmtl  a b \r\n\tKd 1 0 0\r\nnewmtl c").unwrap();
+        let all = parse(b"Kd 9 9 9\nnewmtl  a b \r\n\tKd 1 0 0\r\nnewmtl c").materials;
         assert_eq!(all.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["a b", "c"]);
         assert_eq!((all[0].kd, all[1].line), (Some(Vec3::X), 4));
     }
 
     #[test]
-    fn values_that_make_no_sense_are_errors_with_their_line() {
+    fn negative_numbers_count_as_the_least_and_are_told() {
+        for (statement, told) in [
+            ("Ns -1.96", "`Ns` is `-1.96`: it must be a finite number, not negative; 0 is taken"),
+            ("Ni -1", "`Ni` is `-1`: it must be a finite number, not negative; 1 is taken"),
+            ("Kd 0.5 -0.1 1", "`Kd` is `-0.1`: it must be a finite number, not negative; 0 is taken"),
+            ("d -1", "`d` is `-1`: it must be a finite number, not negative; 0 is taken"),
+        ] {
+            let file = parse(format!("newmtl m\n\n{statement}").as_bytes());
+            assert_eq!(file.oddities, [(3, told.to_string())]);
+        }
+        let all = parse(b"newmtl m\nNs -1.96\nNi -1\nKd 0.5 -0.1 1\nd -1").materials;
+        let expected = (Some(0.0), Some(1.0), Some(Vec3::new(0.5, 0.0, 1.0)), Some(0.0));
+        assert_eq!((all[0].ns, all[0].ni, all[0].kd, all[0].d), expected);
+    }
+
+    #[test]
+    fn statements_that_make_no_sense_are_passed_over_and_told() {
         for bad in [
             "Kd 1 2",
-            "Kd -1 0 0",
             "Kd nan 0 0",
             "Kd",
             "Ns x",
-            "Ns -1",
             "d inf",
+            "Ns -inf",
             "illum 11",
+            "illum -1",
             "illum 1.5",
+            "illum",
             "Ni",
         ] {
-            let (line, message) = parse(format!("newmtl m\n\n{bad}").as_bytes()).unwrap_err();
+            let file = parse(format!("newmtl m\n\n{bad}").as_bytes());
             let key = bad.split(' ').next().unwrap();
-            assert!(line == 3 && message.contains(&format!("`{key}`")), "{bad}: {line} {message}");
+            let [(3, told)] = file.oddities.as_slice() else { panic!("{bad}: {:?}", file.oddities) };
+            assert!(told.starts_with(&format!("`{key}`")) && told.ends_with("passed over"), "{told}");
+            let nothing = MtlMaterial { name: "m".into(), line: 1, ..MtlMaterial::default() };
+            assert_eq!(file.materials, [nothing], "{bad}");
         }
         assert_eq!(stated("Kd spectral file.rfl 1").kd, None);
     }

@@ -77,10 +77,28 @@ pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
     let unreadable =
         |error: io::Error| SceneError::new(path, format!("the OBJ file cannot be read: {error}"));
     let source = Source::open(path).map_err(unreadable)?;
+    if let Some(what) = not_a_model(&source).map_err(unreadable)? {
+        return Err(SceneError::new(path, what));
+    }
     parse(&source, PIECE).map_err(unreadable)?.map_err(|fault| {
         let error = SceneError::new(path, fault.message);
         if fault.line == 0 { error } else { error.at_line(fault.line) }
     })
+}
+
+/// What a file is that has the name of a model by mistake.
+fn not_a_model(source: &Source<'_>) -> io::Result<Option<&'static str>> {
+    /// Bytes of a COFF header, of which some are zero: no text holds zeros.
+    const HEADER: u64 = 20;
+    /// Its beginnings: for x86-64, x86 and ARM64, and for files of many sections.
+    const BEGINNINGS: [&[u8]; 4] = [&[0x64, 0x86], &[0x4C, 0x01], &[0x64, 0xAA], &[0, 0, 0xFF, 0xFF]];
+    if source.len() == 0 {
+        return Ok(Some("the OBJ file is empty: export the model again"));
+    }
+    let mut buffer = Vec::new();
+    let head = source.read(0..source.len().min(HEADER), &mut buffer)?;
+    let is_coff = head.contains(&0) && BEGINNINGS.iter().any(|beginning| head.starts_with(beginning));
+    Ok(is_coff.then_some("this is an object file of a compiler (COFF), not a Wavefront model"))
 }
 
 /// Reads OBJ text in pieces of so many bytes.
