@@ -1,4 +1,5 @@
-//! What the program must know of its build: where Embree is, its version, and the state of the sources.
+//! What the program must know of its build: where Embree is, its version, and the state of the sources. And what its
+//! tests must know: whether the scene collection is at hand.
 
 use std::env;
 use std::path::Path;
@@ -8,6 +9,16 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     embree();
     source_state();
+    scene_collection();
+}
+
+/// `cfg(scene_collection)` where `AFTERIMAGE_SCENES` names a folder: without it, tests that need it are ignored.
+fn scene_collection() {
+    println!("cargo::rerun-if-env-changed=AFTERIMAGE_SCENES");
+    println!("cargo::rustc-check-cfg=cfg(scene_collection)");
+    if env::var_os("AFTERIMAGE_SCENES").is_some_and(|folder| Path::new(&folder).is_dir()) {
+        println!("cargo::rustc-cfg=scene_collection");
+    }
 }
 
 /// `ffi/embree` hands on what the build found. The run path makes the program start from anywhere.

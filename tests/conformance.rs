@@ -387,7 +387,8 @@ fn tracers_agree_on_the_city() {
 }
 
 #[test]
+#[cfg_attr(not(scene_collection), ignore = "needs the scene collection: set AFTERIMAGE_SCENES")]
 fn tracers_agree_on_a_real_kitchen() {
-    let Some(folder) = collection::folder("kitchen") else { return };
+    let folder = collection::folder("kitchen");
     assert_agreement(&scene::load(&folder.join("kitchen.obj"), false).unwrap().scene);
 }

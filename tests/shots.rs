@@ -147,8 +147,9 @@ fn foreign(text: &str) -> Shot {
 }
 
 #[test]
+#[cfg_attr(not(scene_collection), ignore = "needs the scene collection: set AFTERIMAGE_SCENES")]
 fn four_statues() {
-    let Some(folder) = collection::folder("statues") else { return };
+    let folder = collection::folder("statues");
     let statue = |name: &str, x: f32| {
         format!("[[model]]\nobj = '{}'\ntranslate = [{x}, 0, 0]\n", folder.join(name).display())
     };
@@ -172,8 +173,9 @@ fn four_statues() {
 
 /// A million triangles: loaded once, small pictures.
 #[test]
+#[cfg_attr(not(scene_collection), ignore = "needs the scene collection: set AFTERIMAGE_SCENES")]
 fn the_kitchen() {
-    let Some(folder) = collection::folder("kitchen") else { return };
+    let folder = collection::folder("kitchen");
     // the camera of its maker, walking
     let text = format!(
         "[[camera.key]]\nframe = 1\neye = [1.211, 1.80475, 3.85239]\ntarget = [0.3348, 1.7214, 2.0565]\nfov = 36\n\

@@ -1,23 +1,15 @@
-//! Real scenes, which are no part of the project: used where they are at hand.
+//! Real scenes, which are no part of the project. `AFTERIMAGE_SCENES` names the folder that holds them, unpacked;
+//! without it the tests that need them are ignored (see `build.rs`).
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
-/// The folder `name` of the collection, which the environment names or which lies packed beside the
-/// checkout; otherwise `None`, with the reason printed.
-pub fn folder(name: &str) -> Option<PathBuf> {
-    let found = unpacked(name).map(|all| all.join(name)).filter(|folder| folder.is_dir());
-    if found.is_none() {
-        println!("skipped: neither AFTERIMAGE_SCENES nor ../shared/scenes has the folder `{name}`");
-    }
-    found
-}
-
-fn unpacked(name: &str) -> Option<PathBuf> {
-    if let Some(folder) = std::env::var_os("AFTERIMAGE_SCENES") {
-        return Some(folder.into());
-    }
-    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/unpack");
-    let output = Command::new(tool).arg(name).output().ok()?;
-    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().into())
+/// The folder `name` of the collection.
+///
+/// # Panics
+/// Where it is not there: a test that saw nothing must not pass.
+pub fn folder(name: &str) -> PathBuf {
+    let all = std::env::var_os("AFTERIMAGE_SCENES").expect("AFTERIMAGE_SCENES names the scene collection");
+    let folder = PathBuf::from(all).join(name);
+    assert!(folder.is_dir(), "AFTERIMAGE_SCENES has no folder {}: unpack it", folder.display());
+    folder
 }
