@@ -2,10 +2,13 @@
 
 mod toy;
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use afterimage::motion::Track;
 use afterimage::scene::material::Optics;
-use afterimage::scene::{LightKind, Material, Scene};
-use glam::{DVec3, Vec3};
+use afterimage::scene::{LightKind, Material, Scene, Texture};
+use glam::{DVec3, Vec2, Vec3};
 use toy::{color, pixel};
 
 /// Looks straight down on the floor from height 4; the picture's top is -Z.
@@ -125,6 +128,26 @@ fn a_shadow_is_where_the_blocker_stands_and_as_dark_as_the_ambient_light() {
     let column = (48.0 - 24.0 / (4.0 * 30.0_f32.to_radians().tan() * 24.0 / 36.0)) as u32;
     near(color(&frame, column, 36), Vec3::splat(0.1));
     near(color(&frame, 5, 36), Vec3::splat(0.1 + 0.5 * 5.0_f32.sqrt().recip()));
+}
+
+/// A picture behind a window: it shines by ambient light alone, and a lamp does not make it brighter.
+#[test]
+fn a_texture_shows_in_ambient_light_where_nothing_is_diffuse() {
+    let white = Vec3::splat(0.2);
+    for (kd, albedo) in [(0.0, 0.0), (0.25, 0.125)] {
+        let material = Material { ambient: Vec3::ONE, diffuse_map: Some(0), ..toy::matt(kd) };
+        let mut scene = from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![material]);
+        // sRGB's 188 is half of the light
+        let texels = Arc::from([[188, 188, 188, 255]]);
+        let (path, scale, offset) = (PathBuf::new(), Vec2::ONE, Vec2::ZERO);
+        scene.textures = vec![Texture { path, width: 1, height: 1, texels, scale, offset, clamp: false }];
+        (scene.ambient, scene.lights) = (white, vec![toy::sun_overhead(1.0)]);
+        for frame in toy::render(&scene, &toy::settings(1), 2) {
+            assert_eq!(frame.stats.audit.map(|audit| audit.differing), Some(0));
+            near(color(&frame, 40, 36), white * 0.5 + Vec3::splat(albedo));
+            near(Vec3::splat(pixel(&frame, "albedo.G", 40, 36)), Vec3::splat(albedo));
+        }
+    }
 }
 
 #[test]

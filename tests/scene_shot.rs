@@ -78,6 +78,35 @@ fn every_key_is_read() {
 }
 
 #[test]
+fn ambient_light_takes_ka_or_everywhere_kd() {
+    let folder = folder();
+    let kd = Vec3::new(0.5, 0.25, 0.125);
+    let nowhere = "[ambient]\ncolor = [1, 1, 1]\n";
+    let everywhere = "[ambient]\neverywhere = true\ncolor = [1, 1, 1]\n";
+    for (ka, ambient, of_wood, warnings) in [
+        ("", nowhere, kd, 0),
+        ("Ka 1 1 1\n", nowhere, Vec3::ONE, 0),
+        ("Ka 1 1 1\n", everywhere, kd, 0),
+        ("Ka 0 0 0\n", nowhere, Vec3::ZERO, 1),
+        ("Ka 0 0 0\n", everywhere, kd, 0),
+        ("Ka 0 0 0\n", "", Vec3::ZERO, 0),
+        ("Ka 0 0 0\n", "[ambient]\ncolor = [0, 0, 0]\n", Vec3::ZERO, 0),
+    ] {
+        let mtl = format!("newmtl wood\nKd 0.5 0.25 0.125\n{ka}newmtl clear\nd 0.1\n{ka}");
+        std::fs::write(folder.path().join("m.mtl"), mtl).unwrap();
+        let shot = load_in(folder.path(), &format!("{ambient}{REST}"), true).unwrap();
+        let wood = shot.scene.materials.iter().find(|material| material.name == "wood").unwrap();
+        assert_eq!((wood.ambient, wood.diffuse), (of_wood, kd), "{ka}{ambient}");
+        let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(told.len(), warnings, "{told:?}");
+        let words = ["s.toml:2:9: ", "Ka is 0", "`everywhere = true`"];
+        assert!(told.iter().all(|told| words.iter().all(|word| told.contains(word))), "{told:?}");
+    }
+    let turntable = scene::load(&folder.path().join("m.obj"), true).unwrap();
+    assert!(turntable.warnings[0].to_string().contains("Ka is 0"), "{:?}", turntable.warnings);
+}
+
+#[test]
 fn still_models_are_baked_and_moving_ones_share_their_mesh() {
     let moving =
         "[[model]]\nobj = \"m.obj\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = 2\n";

@@ -28,7 +28,7 @@ use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
 use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
-use crate::shade::surface::{Corners, albedo, corners_of, nearest_point, uv_at};
+use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Among, Coherence, Hit, HitBatch, RayBatch};
 
@@ -95,7 +95,7 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
         raise(cell, check_sight(stage, &sample, sight, met.get(ray)));
         raise(cell, check_position(stage, number, cell, &sample, sight));
         if sample.model != BACKGROUND {
-            raise(cell, check_surface(stage, &sample, sight, load_color(&tile.albedo, cell)));
+            raise(cell, check_surface(stage, &sample, sight, load_color(&tile.reflectance, cell)));
         }
     }
     for first in (0..CELLS).step_by(LANES) {
@@ -229,7 +229,7 @@ fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Ver
     let weights = lanes.weights_at(Lanes3::splat(sample.point));
     let normal = lanes.normal(weights).lane(0);
     let at = weights.map(|weight| weight.lane(0));
-    let fresh = albedo(stage.scene, material, || uv_at(mesh, sample.triangle, at));
+    let fresh = reflectance(stage.scene, material, || uv_at(mesh, sample.triangle, at));
     Verdict::of(
         sample.material == number
             && nearest_point(corners, point).distance(point) <= reach

@@ -14,7 +14,7 @@ use crate::motion::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::surface::{Corners, albedo, off_surfaces, uv_at};
+use crate::shade::surface::{Corners, off_surfaces, reflectance, uv_at};
 use crate::shade::{Surface, phong};
 use crate::stats::RayCounts;
 use crate::trace::{self, Among, Coherence, HitBatch, HitPacket, NO_HIT};
@@ -171,7 +171,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
             point: transform.point(point.lane(lane)),
             normal: transform.normal(normal.lane(lane)) * side,
             facet: facet * side,
-            albedo: albedo(stage.scene, &stage.scene.materials[usize::from(material)], uv),
+            reflectance: reflectance(stage.scene, &stage.scene.materials[usize::from(material)], uv),
             material,
             from_behind,
         };
@@ -185,7 +185,7 @@ struct MetLanes {
     point: Lanes3,
     normal: Lanes3,
     facet: Lanes3,
-    albedo: Lanes3,
+    reflectance: Lanes3,
     view: Lanes3,
     materials: [u16; LANES],
     /// Lanes in use.
@@ -204,7 +204,7 @@ impl MetLanes {
             point: each(|met| met.surface.point),
             normal: each(|met| met.surface.normal),
             facet: each(|met| met.surface.facet),
-            albedo: each(|met| met.surface.albedo),
+            reflectance: each(|met| met.surface.reflectance),
             view: each(|met| -met.bounce.direction),
             materials: std::array::from_fn(|lane| at(lane).surface.material),
             used: u8::MAX >> (LANES - met.len()),
@@ -217,7 +217,7 @@ fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
     for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
-        let light = stage.palette.emitted_and_ambient(&eight.materials, eight.albedo);
+        let light = stage.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
         met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
     }
     for light in &stage.pose.lights {
@@ -275,6 +275,7 @@ fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
     for ((met, eight), lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let (gloss, aim) = (stage.palette.gloss(&eight.materials), Aim::at(light, eight.point));
         let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
+        let albedo = stage.palette.albedo(&eight.materials, eight.reflectance);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         for point in 0..light.shape.points() {
             let reached =
@@ -283,7 +284,7 @@ fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
                 continue;
             }
             let arrival = arrival(light, point, &aim, eight.point);
-            let mut sum = phong::diffuse(eight.albedo, eight.normal, &arrival);
+            let mut sum = phong::diffuse(albedo, eight.normal, &arrival);
             if may_shine {
                 sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
             }

@@ -139,7 +139,7 @@ fn enhance_lanes(
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
             facet: placed.facet.lane(lane),
-            albedo: load_color(&tile.albedo, cell),
+            reflectance: load_color(&tile.reflectance, cell),
             material: tile.material[cell],
             from_behind: tile.from_behind[cell],
         };

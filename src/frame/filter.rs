@@ -204,7 +204,9 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
         is_surface.select(Lanes::splat(1.0), Lanes::ZERO).store(&mut filtering.alpha, first);
         if stage.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
-            is_surface.select3(load_colors(&tile.albedo, first), Lanes3::ZERO).store([r, g, b], first);
+            let reflectance = load_colors(&tile.reflectance, first);
+            let kept = stage.palette.albedo(&tile.material[first..first + LANES], reflectance);
+            is_surface.select3(kept, Lanes3::ZERO).store([r, g, b], first);
         }
     }
 }

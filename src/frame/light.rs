@@ -263,8 +263,10 @@ impl Lighting {
 /// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
 #[inline]
 pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Lanes3 {
-    let albedo = load_colors(&tile.albedo, first);
-    let mut sum = stage.palette.emitted_and_ambient(&tile.material[first..first + LANES], albedo);
+    let (reflectance, materials) =
+        (load_colors(&tile.reflectance, first), &tile.material[first..first + LANES]);
+    let albedo = stage.palette.albedo(materials, reflectance);
+    let mut sum = stage.palette.emitted_and_ambient(materials, reflectance);
     for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
         let aim = Aim::at(light, tile.points(first));
         for point in 0..light.shape.points() {

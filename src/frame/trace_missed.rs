@@ -4,7 +4,7 @@ use super::stage::{Stage, Workbench, set_bits, status_bits};
 use crate::lanes::{LANES, Lanes, Lanes3, Mask, are_same};
 use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
-use crate::shade::surface::{Corners, albedo, meet_exactly, uv_at};
+use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
 use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
@@ -81,12 +81,12 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let behind = seen_from_behind(stage, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
-    let (numbers, colors) = albedo_of(stage, models, triangles, weights);
+    let (numbers, colors) = reflectance_of(stage, models, triangles, weights);
     let first = owners[0] as usize;
     if are_neighbours(owners) && !models.contains(&NO_HIT) {
         // eight neighbours, as in every frame that is traced in full: whole columns
         tile.material[first..first + LANES].copy_from_slice(&numbers);
-        store_colors(colors, &mut tile.albedo, first);
+        store_colors(colors, &mut tile.reflectance, first);
         point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
         tile.model[first..first + LANES].copy_from_slice(models);
         tile.triangle[first..first + LANES].copy_from_slice(triangles);
@@ -109,7 +109,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
             tile.age[cell] = 0;
             if is_hit {
                 tile.material[cell] = numbers[lane];
-                store_color(colors.lane(lane), &mut tile.albedo, cell);
+                store_color(colors.lane(lane), &mut tile.reflectance, cell);
             }
         }
     }
@@ -130,7 +130,7 @@ fn corners_of(stage: &Stage, models: &[u32], triangles: &[u32]) -> Corners {
 
 /// Materials and reflectances of what eight rays met.
 #[inline(always)]
-fn albedo_of(
+fn reflectance_of(
     stage: &Stage,
     models: &[u32],
     triangles: &[u32],
@@ -142,7 +142,7 @@ fn albedo_of(
         numbers[lane] = mesh.material_of[triangle as usize];
         let material = &stage.scene.materials[usize::from(numbers[lane])];
         let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
-        colors.set_lane(lane, albedo(stage.scene, material, uv));
+        colors.set_lane(lane, reflectance(stage.scene, material, uv));
     }
     (numbers, colors)
 }

@@ -78,8 +78,9 @@ pub struct Tile {
     pub facet: Column<Octahedral>,
     pub material: Column<u16>,
     pub from_behind: Column<bool>,
-    /// Diffuse reflectance, texture included.
-    pub albedo: ColorColumns,
+    /// What the diffuse and the ambient reflectance are shares of, texture included: see
+    /// [`Material::painted`](crate::scene::Material::painted).
+    pub reflectance: ColorColumns,
     /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
     pub lit: ColorColumns,
     /// Rendered frames since the sample was traced; stays at the top.
@@ -102,7 +103,7 @@ impl Tile {
             facet: [Octahedral::default(); CELLS],
             material: [0; CELLS],
             from_behind: [false; CELLS],
-            albedo: [[f16::ZERO; CELLS]; 3],
+            reflectance: [[f16::ZERO; CELLS]; 3],
             lit: [[f16::ZERO; CELLS]; 3],
             age: [0; CELLS],
             status: [Status::default(); CELLS],
@@ -177,7 +178,7 @@ impl Tile {
         self.material[cell] = from.material[at];
         self.from_behind[cell] = from.from_behind[at];
         for i in 0..3 {
-            self.albedo[i][cell] = from.albedo[i][at];
+            self.reflectance[i][cell] = from.reflectance[i][at];
             self.lit[i][cell] = from.lit[i][at];
         }
     }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use embree::VertexBuffer;
+use glam::Vec3;
 
 use super::error::Findings;
 use super::lines::words;
@@ -227,6 +228,18 @@ impl Assembly {
             self.findings.stand_in(finding)?;
         }
         Ok(())
+    }
+
+    /// Makes ambient light take the colours of diffuse light: exporters that know no ambient light write a Ka of 0.
+    pub fn reflect_ambient_light_as_diffuse(&mut self) {
+        self.materials.iter_mut().for_each(|material| material.ambient = material.diffuse);
+    }
+
+    /// Notes it if no material reflects ambient light. `finding` says where, given what is the matter.
+    pub fn note_without_ambient(&mut self, finding: impl FnOnce(&str) -> SceneError) {
+        if self.materials.iter().all(|material| material.ambient == Vec3::ZERO) {
+            self.findings.note(finding("the ambient light shows nowhere: Ka is 0 in all materials"));
+        }
     }
 
     /// What was assembled: materials, textures, findings.

@@ -63,6 +63,16 @@ impl Material {
         }
     }
 
+    /// What its texture is multiplied with for the reflectance that a sample keeps: by channel the larger of the
+    /// diffuse and the ambient one, so that both can be had of it where either is 0. Without a texture the
+    /// diffuse one.
+    pub fn painted(&self) -> Vec3 {
+        match self.diffuse_map {
+            Some(_) => self.diffuse.max(self.ambient),
+            None => self.diffuse,
+        }
+    }
+
     /// Whether shadow rays pass: clear glass casts no shadow, everything else a full one. Visibility
     /// stays a yes or no that can be kept as a tag.
     pub fn casts_shadow(&self) -> bool {

@@ -117,6 +117,14 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let (camera, lights) =
         (space.camera(camera), lights.into_iter().map(|light| space.light(light)).collect());
     assembly.report_unused_overrides()?;
+    if file.ambient.everywhere {
+        assembly.reflect_ambient_light_as_diffuse();
+    } else if let Some(color) = file.ambient.color.filter(|_| ambient != Vec3::ZERO) {
+        assembly.note_without_ambient(|nothing| {
+            let message = format!("{nothing}; `everywhere = true` in [ambient] makes it use their Kd");
+            text.fault(color.span(), message)
+        });
+    }
     let (materials, textures, findings) = assembly.finish();
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Shot {

@@ -153,6 +153,8 @@ pub(crate) struct LightKey {
 #[serde(deny_unknown_fields)]
 pub(crate) struct AmbientTable {
     pub color: Option<Three>,
+    #[serde(default)]
+    pub everywhere: bool,
 }
 
 #[derive(Debug, Deserialize)]

@@ -30,6 +30,10 @@ const MARGIN: f64 = 1.05;
 pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     let mut assembly = Assembly::new(strict, Vec::new());
     let mesh = assembly.mesh(path)?;
+    assembly.note_without_ambient(|nothing| {
+        let remedy = "a shot file with `everywhere = true` in [ambient] makes it use their Kd";
+        SceneError::new(path, format!("{nothing}; {remedy}"))
+    });
     let (materials, textures, findings) = assembly.finish();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let camera = around(&mesh);

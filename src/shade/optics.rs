@@ -91,7 +91,14 @@ mod tests {
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };
-        Surface { point: Vec3::ZERO, normal: up, facet: up, albedo: Vec3::ZERO, material: 0, from_behind }
+        Surface {
+            point: Vec3::ZERO,
+            normal: up,
+            facet: up,
+            reflectance: Vec3::ZERO,
+            material: 0,
+            from_behind,
+        }
     }
 
     fn at_angle(degrees: f32, down: bool) -> Vec3 {

@@ -14,9 +14,11 @@ use super::light::Arrival;
 struct Paint {
     /// Leaves whatever the light and the eye: emission, and ambient light where no texture colours it.
     base: Vec3,
-    /// Ambient light, for each unit of the diffuse reflectance: where a texture colours the diffuse
-    /// reflectance it colours the ambient one as well.
+    /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the ambient
+    /// one as well.
     ambient: Vec3,
+    /// Diffuse reflectance, for each unit of reflectance: 1, or less where the ambient one is larger.
+    diffuse: Vec3,
     /// Ks.
     specular: Vec3,
     /// Ns.
@@ -29,6 +31,8 @@ struct Paint {
 #[derive(Debug, Clone)]
 pub struct Palette {
     paints: Vec<Paint>,
+    /// Whether the reflectance that samples keep is the diffuse one for all materials.
+    all_diffuse: bool,
 }
 
 /// How eight surfaces reflect a light's highlight.
@@ -47,12 +51,30 @@ pub struct Gloss {
 impl Palette {
     /// All materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
-        Self { paints: scene.materials.iter().map(|material| paint(material, scene.ambient)).collect() }
+        Self::new(scene.materials.iter().map(|material| paint(material, scene.ambient)).collect())
+    }
+
+    fn new(paints: Vec<Paint>) -> Self {
+        let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
+        Self { paints, all_diffuse }
+    }
+
+    /// Diffuse reflectance, of the reflectance that is kept.
+    #[inline(always)]
+    pub fn albedo(&self, materials: &[u16], reflectance: Lanes3) -> Lanes3 {
+        if self.all_diffuse {
+            return reflectance;
+        }
+        let mut share = Lanes3::ZERO;
+        for (lane, material) in materials.iter().enumerate() {
+            share.set_lane(lane, self.paints[usize::from(*material)].diffuse);
+        }
+        reflectance * share
     }
 
     /// Light that leaves whatever the eye's place: emission and ambient light.
     #[inline(always)]
-    pub fn emitted_and_ambient(&self, materials: &[u16], albedo: Lanes3) -> Lanes3 {
+    pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Lanes3) -> Lanes3 {
         let (base, ambient) = match self.one_for_all(materials) {
             Some(paint) => (Lanes3::splat(paint.base), Lanes3::splat(paint.ambient)),
             None => {
@@ -65,7 +87,7 @@ impl Palette {
                 (base, ambient)
             }
         };
-        base + ambient * albedo
+        base + ambient * reflectance
     }
 
     /// What highlights need.
@@ -98,16 +120,21 @@ impl Palette {
 }
 
 fn paint(material: &Material, light: Vec3) -> Paint {
-    let ambient = material.ambient * light;
-    let some = material.diffuse.cmpgt(Vec3::ZERO);
-    let of_albedo = ambient / material.diffuse.max(Vec3::splat(f32::MIN_POSITIVE));
-    let (base, ambient) = match material.diffuse_map {
-        Some(_) => (Vec3::ZERO, Vec3::select(some, of_albedo, Vec3::ZERO)),
-        None => (ambient, Vec3::ZERO),
+    let painted = material.painted();
+    let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
+    let (base, ambient, diffuse) = match material.diffuse_map {
+        // what is black altogether may be as diffuse as it likes
+        Some(_) => (
+            Vec3::ZERO,
+            share(material.ambient) * light,
+            Vec3::select(material.diffuse.cmpeq(painted), Vec3::ONE, share(material.diffuse)),
+        ),
+        None => (material.ambient * light, Vec3::ZERO, Vec3::ONE),
     };
     Paint {
         base: material.emission + base,
         ambient,
+        diffuse,
         specular: material.specular,
         shininess: material.shininess,
         goes_on: material.has_secondary_rays(),
@@ -255,25 +282,42 @@ mod tests {
         assert!(kept_out > 8000, "most are told without a power: {kept_out}");
     }
 
+    /// Kd, Ka and a texel; diffuse reflectance, and what of an ambient light of 0.1 is reflected. In all of it a
+    /// sample keeps what the material is painted with times the texel.
     #[test]
-    fn a_texture_colours_the_ambient_light_too() {
-        let material = Material {
-            diffuse: Vec3::splat(0.5),
-            ambient: Vec3::ONE,
-            diffuse_map: Some(0),
-            ..Material::fallback()
-        };
-        let palette = Palette { paints: vec![paint(&material, Vec3::splat(0.1))] };
-        let albedo = Lanes3::splat(Vec3::new(0.5, 0.25, 0.0));
-        let light = palette.emitted_and_ambient(&[0; 8], albedo).lane(3);
-        assert!((light - Vec3::new(0.1, 0.05, 0.0)).length() < 1e-6);
+    fn a_texture_colours_diffuse_and_ambient_light_by_themselves() {
+        let texel = Vec3::new(1.0, 0.5, 0.0);
+        for (kd, ka, albedo, ambient) in [
+            (0.5, 1.0, Vec3::new(0.5, 0.25, 0.0), Vec3::new(0.1, 0.05, 0.0)),
+            (0.5, 0.25, Vec3::new(0.5, 0.25, 0.0), Vec3::new(0.025, 0.0125, 0.0)),
+            (0.0, 1.0, Vec3::ZERO, Vec3::new(0.1, 0.05, 0.0)),
+            (1e-9, 1.0, Vec3::new(1e-9, 5e-10, 0.0), Vec3::new(0.1, 0.05, 0.0)),
+            (1.0, 0.0, texel, Vec3::ZERO),
+            (0.0, 0.0, Vec3::ZERO, Vec3::ZERO),
+        ] {
+            let material = Material {
+                diffuse: Vec3::splat(kd),
+                ambient: Vec3::splat(ka),
+                diffuse_map: Some(0),
+                ..Material::fallback()
+            };
+            let palette = Palette::new(vec![paint(&material, Vec3::splat(0.1)); 2]);
+            let kept = Lanes3::splat(material.painted() * texel);
+            let seen = [palette.albedo(&[1; 8], kept), palette.emitted_and_ambient(&[1; 8], kept)];
+            for (seen, wanted) in seen.map(|light| light.lane(3)).into_iter().zip([albedo, ambient]) {
+                assert!(
+                    (seen - wanted).abs().max_element() <= 1e-6 * wanted.max_element(),
+                    "{kd}, {ka}: {seen}"
+                );
+            }
+        }
     }
 
     #[test]
     fn eight_surfaces_have_each_their_own_material() {
         let dark = Material { ambient: Vec3::ZERO, ..Material::fallback() };
         let shiny = Material { specular: Vec3::ONE, ambient: Vec3::ONE, ..Material::fallback() };
-        let palette = Palette { paints: [dark, shiny].map(|material| paint(&material, Vec3::ONE)).to_vec() };
+        let palette = Palette::new([dark, shiny].map(|material| paint(&material, Vec3::ONE)).to_vec());
         let materials = [0, 1, 0, 0, 1, 1, 0, 0];
         let light = palette.emitted_and_ambient(&materials, Lanes3::ZERO);
         let gloss = palette.gloss(&materials);

@@ -16,8 +16,9 @@ pub struct Surface {
     pub normal: Vec3,
     /// Of the triangle itself.
     pub facet: Vec3,
-    /// Diffuse reflectance, texture included.
-    pub albedo: Vec3,
+    /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
+    /// [`Material::painted`].
+    pub reflectance: Vec3,
     /// Index into [`Scene::materials`].
     pub material: u16,
     /// Whether the back of the triangle is seen.
@@ -220,12 +221,12 @@ pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
     a + (ab * of_b + ac * of_c) / (of_a + of_b + of_c)
 }
 
-/// Diffuse reflectance of `material` where its texture is asked at `uv`.
+/// Reflectance of `material` where its texture is asked at `uv`; its diffuse and ambient ones are shares of it.
 #[inline]
-pub fn albedo(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2) -> Vec3 {
+pub fn reflectance(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2) -> Vec3 {
     match material.diffuse_map {
-        Some(map) => material.diffuse * scene.textures[map as usize].sample(uv()),
-        None => material.diffuse,
+        Some(map) => material.painted() * scene.textures[map as usize].sample(uv()),
+        None => material.painted(),
     }
 }
 
