@@ -7,7 +7,7 @@ use clap::Args;
 use openexr::{Attribute, ReadImage};
 
 use super::failure::Failure;
-use super::shot_args::open;
+use super::shot_args::{on_threads, open};
 use super::terminal::Terminal;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
@@ -28,13 +28,21 @@ pub struct InfoArgs {
 impl InfoArgs {
     /// Prints what it finds.
     pub fn execute(&self, terminal: &mut Terminal) -> Result<(), Failure> {
+        on_threads(None, || self.tell(terminal))
+    }
+
+    fn tell(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         let Some(path) = &self.file else {
             terminal.result(&Versions::here().to_string());
             return Ok(());
         };
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let text = match kind.as_str() {
-            "exr" => exr(&openexr::read(path).map_err(Failure::of)?),
+            "exr" => {
+                let mut ranges = Vec::new();
+                let image = openexr::scan(path, |channel, values| widen(&mut ranges, channel, values));
+                exr(&image.map_err(Failure::of)?, &ranges)
+            }
             "obj" | "toml" => {
                 let shot = open(path, false)?;
                 for warning in &shot.warnings {
@@ -134,17 +142,23 @@ fn surfaces(text: &mut String, scene: &Scene) {
     }
 }
 
-fn exr(image: &ReadImage) -> String {
+/// Makes the range of `channel` hold `values`.
+fn widen(ranges: &mut Vec<(f32, f32)>, channel: usize, values: &[f32]) {
+    if ranges.len() <= channel {
+        ranges.resize(channel + 1, (f32::INFINITY, f32::NEG_INFINITY));
+    }
+    let range = &mut ranges[channel];
+    *range = values.iter().fold(*range, |(low, high), &value| (low.min(value), high.max(value)));
+}
+
+/// `ranges`: least and greatest value of each channel.
+fn exr(image: &ReadImage, ranges: &[(f32, f32)]) -> String {
     let mut text = String::new();
     line(&mut text, "size", format!("{}x{}", image.width, image.height));
     let compression = image.compression.map_or_else(|| String::from("other"), |kind| format!("{kind:?}"));
     line(&mut text, "packing", compression.to_uppercase());
     line(&mut text, "channels", image.channels.len().to_string());
-    for channel in &image.channels {
-        let (low, high) =
-            channel.data.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &value| {
-                (low.min(value), high.max(value))
-            });
+    for (channel, (low, high)) in image.channels.iter().zip(ranges) {
         let stored = format!("{:?}", channel.stored).to_lowercase();
         line(&mut text, "", format!("{:<24}{stored:<6}{low} to {high}", channel.name));
     }
@@ -202,7 +216,7 @@ mod tests {
             channels: vec![openexr::ReadChannel {
                 name: "status.good".into(),
                 stored: openexr::SampleType::Half,
-                data: vec![0.25, 1.0],
+                data: Vec::new(),
             }],
             attributes: vec![(
                 "framesPerSecond".into(),
@@ -210,7 +224,9 @@ mod tests {
             )],
             compression: Some(openexr::Compression::Zips),
         };
-        let text = exr(&image);
+        let mut ranges = Vec::new();
+        [[0.5, 1.0], [0.25, 0.5]].iter().for_each(|line| widen(&mut ranges, 0, line));
+        let text = exr(&image, &ranges);
         for part in ["2x1", "ZIPS", "status.good", "half", "0.25 to 1", "24/1"] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }

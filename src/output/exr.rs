@@ -76,7 +76,8 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrEr
 /// Whether `path` is an EXR file of `width` x `height` pixels that can be read to its end: left by a run
 /// that finished the frame.
 pub fn is_whole(path: &Path, width: u32, height: u32) -> bool {
-    openexr::read(path).is_ok_and(|image| (image.width, image.height) == (width, height))
+    let fits = openexr::read_header(path).is_ok_and(|image| (image.width, image.height) == (width, height));
+    fits && openexr::scan(path, |_, _| {}).is_ok()
 }
 
 #[cfg(test)]

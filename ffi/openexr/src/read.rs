@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, CString, c_char};
 use std::fs::File;
+use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
@@ -13,8 +14,12 @@ use crate::{Attribute, Compression, Error, SampleType};
 
 /// More than this many samples in one file is taken for a damaged header: 64 GiB of planes.
 const MOST_SAMPLES: u64 = 1 << 34;
+/// What each chunk takes at least: its offset in the table, its line and its length.
+const CHUNK_BYTES: u64 = 16;
+/// Bytes of pixels that one byte of a file stands for at most. (Deflate comes to 1032.)
+const MOST_PACKED: u64 = 1 << 14;
 
-/// A file, read whole.
+/// What a file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadImage {
     /// Pixels across the data window.
@@ -36,7 +41,7 @@ pub struct ReadChannel {
     pub name: String,
     /// Its type in the file.
     pub stored: SampleType,
-    /// `width * height` values, row-major, top row first.
+    /// `width * height` values, row-major, top row first; none where only the header was read.
     pub data: Vec<f32>,
 }
 
@@ -60,16 +65,69 @@ impl ReadImage {
 /// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels; and
 /// what is no regular file, which is not opened: a FIFO may have no writer.
 pub fn read(path: &Path) -> Result<ReadImage, Error> {
+    let (context, mut image) = begin(path)?;
+    let pixels = image.width as usize * image.height as usize;
+    let mut planes: Vec<Vec<f32>> = vec![Vec::new(); image.channels.len()];
+    for plane in &mut planes {
+        let room = plane.try_reserve_exact(pixels);
+        room.map_err(|_| refuse(path, "its planes do not fit into memory"))?;
+    }
+    read_pixels(path, &context, &image, |channel, lines| planes[channel].extend_from_slice(lines))?;
+    for (channel, plane) in image.channels.iter_mut().zip(planes) {
+        channel.data = plane;
+    }
+    Ok(image)
+}
+
+/// Reads the header alone: the planes are empty.
+///
+/// # Errors
+/// As [`read`], as far as the header tells.
+pub fn read_header(path: &Path) -> Result<ReadImage, Error> {
+    begin(path).map(|(_, image)| image)
+}
+
+/// Reads all pixels but holds few: gives the lines of each chunk from top to bottom, channel by channel (by its number), to
+/// `visit`. The planes of what is returned are empty.
+///
+/// # Errors
+/// As [`read`].
+pub fn scan(path: &Path, visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, Error> {
+    let (context, image) = begin(path)?;
+    read_pixels(path, &context, &image, visit)?;
+    Ok(image)
+}
+
+/// Opens a file that may be what its header says.
+fn begin(path: &Path) -> Result<(Context<'static>, ReadImage), Error> {
     let found = std::fs::metadata(path).map_err(|error| Error::reading(path, error))?;
     if !found.is_file() {
         return Err(refuse(path, "it is not a regular file"));
     }
     // Opened once by us, because the library does not tell why it could not.
     drop(File::open(path).map_err(|error| Error::reading(path, error))?);
+    let length = found.len();
     let context = open(path)?;
-    let mut image = describe(path, &context)?;
-    read_pixels(path, &context, &mut image)?;
-    Ok(image)
+    let image = describe(path, &context)?;
+    let lines = context.lines_per_chunk(path)? as u64;
+    check_length(length, &image, lines).map_err(|why| refuse(path, why))?;
+    Ok((context, image))
+}
+
+/// Whether a file of `length` bytes can be whole if its header is right.
+fn check_length(length: u64, image: &ReadImage, lines_per_chunk: u64) -> Result<(), String> {
+    let (width, height) = (u64::from(image.width), u64::from(image.height));
+    let bytes = |channel: &ReadChannel| if channel.stored == SampleType::Half { 2 } else { 4 };
+    let pixel: u64 = image.channels.iter().map(bytes).sum();
+    let unpacked = width.saturating_mul(height).saturating_mul(pixel);
+    let least = (height.div_ceil(lines_per_chunk) * CHUNK_BYTES).max(unpacked / MOST_PACKED);
+    if length < least {
+        let (width, height) = (image.width, image.height);
+        return Err(format!(
+            "{width}x{height} pixels cannot be in a file of {length} bytes: it is cut short"
+        ));
+    }
+    Ok(())
 }
 
 fn refuse(path: &Path, message: impl Into<String>) -> Error {
@@ -117,7 +175,9 @@ fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
     // SAFETY: the list belongs to the context, which is open.
     let channels = unsafe { describe_channels(path, list)? };
     let samples = u64::from(width).saturating_mul(u64::from(height));
-    if samples.saturating_mul(channels.len() as u64) > MOST_SAMPLES {
+    // a line's length in bytes is a C integer
+    let is_too_wide = width > i32::MAX as u32 / 4;
+    if is_too_wide || samples.saturating_mul(channels.len() as u64) > MOST_SAMPLES {
         return Err(refuse(path, format!("{width}x{height} pixels are too many to be true")));
     }
     let compression = match compression {
@@ -171,22 +231,33 @@ pub(crate) unsafe fn text(from: *const c_char) -> String {
     unsafe { CStr::from_ptr(from) }.to_string_lossy().into_owned()
 }
 
-fn read_pixels(path: &Path, context: &Context<'_>, image: &mut ReadImage) -> Result<(), Error> {
-    let pixels = image.width as usize * image.height as usize;
-    for channel in &mut image.channels {
-        let room = channel.data.try_reserve_exact(pixels);
-        room.map_err(|_| refuse(path, "its planes do not fit into memory"))?;
-        channel.data.resize(pixels, 0.0);
+fn read_pixels(
+    path: &Path,
+    context: &Context<'_>,
+    image: &ReadImage,
+    mut visit: impl FnMut(usize, &[f32]),
+) -> Result<(), Error> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let step = context.lines_per_chunk(path)?.min(height);
+    let mut buffers: Vec<Vec<f32>> = vec![Vec::new(); image.channels.len()];
+    for buffer in &mut buffers {
+        let room = buffer.try_reserve_exact(width * step);
+        room.map_err(|_| refuse(path, "its lines do not fit into memory"))?;
+        buffer.resize(width * step, 0.0);
     }
-    let step = context.lines_per_chunk(path)?;
     let mut pipeline = sys::decode_pipeline();
     let mut outcome = Ok(());
-    for first in (0..image.height as usize).step_by(step) {
+    for first in (0..height).step_by(step) {
+        let lines = step.min(height - first);
         // SAFETY: the pipeline is empty the first time and of this context afterwards, and every
-        // plane has `width * height` values.
-        outcome = unsafe { read_chunk(path, context, image, first, &mut pipeline) };
+        // buffer has `width * step` values.
+        outcome =
+            unsafe { read_chunk(path, context, width, first..first + lines, &mut buffers, &mut pipeline) };
         if outcome.is_err() {
             break;
+        }
+        for (number, buffer) in buffers.iter().enumerate() {
+            visit(number, &buffer[..width * lines]);
         }
     }
     // SAFETY: the context is open, and the pipeline is empty or of this context.
@@ -194,12 +265,13 @@ fn read_pixels(path: &Path, context: &Context<'_>, image: &mut ReadImage) -> Res
     outcome
 }
 
-/// Reads the chunk that begins `first` lines below the top.
+/// Reads the chunk of these lines, counted from the top, into the beginning of `buffers`.
 unsafe fn read_chunk(
     path: &Path,
     context: &Context<'_>,
-    image: &mut ReadImage,
-    first: usize,
+    width: usize,
+    lines: Range<usize>,
+    buffers: &mut [Vec<f32>],
     pipeline: &mut sys::exr_decode_pipeline_t,
 ) -> Result<(), Error> {
     const DOING: &str = "read the pixels";
@@ -211,11 +283,11 @@ unsafe fn read_chunk(
         (chunk, sys::exr_get_data_window(raw, PART, corners.as_mut_ptr().cast()))
     };
     check(path, DOING, code)?;
-    let line = corners[1] + first as i32;
+    let line = corners[1] + lines.start as i32;
     // SAFETY: the context is open, and `chunk` lives through the call.
     check(path, DOING, unsafe { sys::exr_read_scanline_chunk_info(raw, PART, line, &mut chunk) })?;
-    if first + chunk.height.max(0) as usize > image.height as usize {
-        return Err(refuse(path, "a chunk reaches below the data window"));
+    if usize::try_from(chunk.height) != Ok(lines.len()) || usize::try_from(chunk.width) != Ok(width) {
+        return Err(refuse(path, "a chunk has other lines than its place says"));
     }
     let is_first = pipeline.channels.is_null();
     // SAFETY: the pipeline is empty, or of this context and part (the caller's promise).
@@ -230,19 +302,36 @@ unsafe fn read_chunk(
     // SAFETY: initialised; the library keeps as many descriptions as it says.
     let targets =
         unsafe { std::slice::from_raw_parts_mut(pipeline.channels, pipeline.channel_count as usize) };
-    let start = first * image.width as usize;
-    for (target, channel) in targets.iter_mut().zip(&mut image.channels) {
+    for (target, buffer) in targets.iter_mut().zip(buffers) {
         target.user_bytes_per_element = 4;
         target.user_data_type = sys::EXR_PIXEL_FLOAT as u16;
         target.user_pixel_stride = 4;
-        target.user_line_stride = 4 * image.width as i32;
-        target.__bindgen_anon_1.decode_to_ptr = channel.data[start..].as_mut_ptr().cast();
+        target.user_line_stride = 4 * width as i32;
+        target.__bindgen_anon_1.decode_to_ptr = buffer.as_mut_ptr().cast();
     }
     if is_first {
         // SAFETY: initialised with this context, and all channels are described.
         let code = unsafe { sys::exr_decoding_choose_default_routines(raw, PART, pipeline) };
         check(path, DOING, code)?;
     }
-    // SAFETY: every target has room for the chunk's lines, none of which lies below the window.
+    // SAFETY: every target has room for the chunk's lines: they are as many, and as wide, as was checked.
     check(path, DOING, unsafe { sys::exr_decoding_run(raw, PART, pipeline) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_must_be_long_enough_for_its_size() {
+        let of = |width, height| {
+            let channel = ReadChannel { name: "R".into(), stored: SampleType::Half, data: Vec::new() };
+            ReadImage { width, height, channels: vec![channel; 37], attributes: vec![], compression: None }
+        };
+        let fits = |length, width, height, lines| check_length(length, &of(width, height), lines).is_ok();
+        assert!(fits(1000, 64, 36, 1) && fits(600, 64, 36, 1) && !fits(500, 64, 36, 1));
+        assert!(fits(500, 64, 36, 16), "fewer chunks");
+        assert!(!fits(1_000_000, 30_000, 30_000, 1), "no method packs that well");
+        assert!(!fits(1_000_000, u32::MAX, u32::MAX, 1));
+    }
 }
