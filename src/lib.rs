@@ -52,6 +52,7 @@ pub mod film;
 pub mod frame;
 pub mod lanes;
 pub mod layers;
+pub mod memory;
 pub mod motion;
 pub mod output;
 mod prefetch;

@@ -158,8 +158,8 @@ pub fn held_bytes() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
 }
 
-/// An entry of Linux's process status that is in KiB.
-fn entry(status: &str, name: &str) -> Option<u64> {
+/// An entry of Linux's process status, or of its account of memory, that is in KiB.
+pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }

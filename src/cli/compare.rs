@@ -18,7 +18,8 @@ use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
 use super::target::Target;
 use super::terminal::{Terminal, duration};
-use crate::frame::{Finished, Renderer};
+use crate::frame::{self, Finished, Renderer};
+use crate::memory::{self, Need};
 use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
 use crate::report::comparison::{BothTotals, ComparedFrame, Comparison, Difference, Saving};
 use crate::report::file::{write_json, write_text};
@@ -130,7 +131,7 @@ struct Pair<'s> {
 
 impl<'s> Pair<'s> {
     fn new(kind: BackendKind, job: &'s Job) -> Result<Self, Failure> {
-        let full_settings = Settings { mode: Mode::Full, audit: false, ..job.settings.clone() };
+        let full_settings = in_full(job);
         let held = || held_bytes().unwrap_or(0);
         let before = held();
         let ours = Renderer::with(kind, &job.shot.scene, &job.settings).map_err(Failure::of)?;
@@ -156,6 +157,19 @@ impl<'s> Pair<'s> {
     }
 }
 
+fn in_full(job: &Job) -> Settings {
+    Settings { mode: Mode::Full, audit: false, ..job.settings.clone() }
+}
+
+/// What all renderers together will need.
+fn need(job: &Job) -> Need {
+    let threads = rayon::current_num_threads();
+    let needs = kinds(job).into_iter().flat_map(|kind| {
+        [&job.settings, &in_full(job)].map(|settings| frame::need(&job.shot, settings, kind, threads))
+    });
+    needs.fold(Need::default(), Need::and)
+}
+
 /// Which tracers are compared, the first one first.
 fn kinds(job: &Job) -> Vec<BackendKind> {
     job.backend.map_or_else(|| vec![BackendKind::Embree, BackendKind::Rust], |kind| vec![kind])
@@ -169,6 +183,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }
+    need(job).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 

@@ -12,10 +12,11 @@ use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
-use crate::frame::Renderer;
+use crate::frame::{self, Renderer};
 use crate::report::file::write_json;
 use crate::settings::{Build, Mode};
 use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
+use crate::{memory, output};
 
 /// Below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -146,6 +147,11 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     })?;
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
+    }
+    if !steps.is_empty() {
+        let kind = job.backend.unwrap_or_default();
+        let need = frame::need(&job.shot, &job.settings, kind, rayon::current_num_threads());
+        need.check(&memory::left()).map_err(Failure::of)?;
     }
     target.prepare()?;
     paths::prepare(&report(options.stats.as_deref()))?;

@@ -9,6 +9,7 @@ use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
 use crate::layers::Layers;
+use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::shot::{self, Shot};
 use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
@@ -213,6 +214,10 @@ impl Job {
 
 /// Loads a shot, or a model as a turntable.
 pub fn open(path: &Path, strict: bool) -> Result<Shot, Failure> {
+    /// What any shot takes while it is loaded.
+    const LEAST_BYTES: u64 = 24 << 20;
+    let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
+    least.check(&memory::left()).map_err(Failure::of)?;
     shot::load(path, strict).map_err(Failure::of)
 }
 
@@ -226,6 +231,8 @@ pub fn on_threads<T: Send>(
         .thread_name(|index| format!("afterimage-{index}"))
         .build()
         .map_err(|error| Failure::Failed(format!("cannot start threads: {error}; try fewer --threads")))?;
+    // the C library reserves addresses for each thread that begins to allocate: what is left is asked for after that
+    pool.broadcast(|_| drop(std::hint::black_box(Box::new(0_u8))));
     pool.install(work)
 }
 

@@ -79,13 +79,15 @@ impl Channel {
         matches!(self.source, Source::Data(data::STATUS..))
     }
 
+    /// Whether it is made of floats, whatever files have.
+    pub fn is_float(&self) -> bool {
+        // ages are counted up where they stand: halves would stop at 2048
+        self.kind == PlaneKind::Float || self.source == Source::Data(data::AGE)
+    }
+
     /// Room for `count` values of it.
     pub fn room(&self, count: usize) -> Values {
-        // ages are counted up where they stand: halves would stop at 2048
-        match (self.kind, self.source) {
-            (PlaneKind::Float, _) | (_, Source::Data(data::AGE)) => Values::floats(count),
-            (PlaneKind::Half, _) => Values::halves(count),
-        }
+        if self.is_float() { Values::floats(count) } else { Values::halves(count) }
     }
 }
 

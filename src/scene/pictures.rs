@@ -4,17 +4,19 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::{ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 
 use super::error::Findings;
 use super::mtl::MapKd;
 use super::paths::find_beside;
 use super::{SceneError, Texture};
+use crate::memory::{self, Need, Part};
 
 /// Texels along an edge at most.
 const LONGEST_EDGE: u32 = 32_768;
-/// Bytes that decoding one picture may take.
-const MOST_BYTES: u64 = 2 << 30;
+/// Texels that a byte of a file can hold: deflate makes one byte of 1032 at most, and a byte of a PNG has 8 texels at
+/// most. Others pack less, but for the empty rows of a BMP.
+const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
 
 /// Width, height, texels.
 type Decoded = (u32, u32, Arc<[[u8; 4]]>);
@@ -78,19 +80,38 @@ impl Pictures {
 fn decode(path: Option<&Path>) -> Result<Decoded, String> {
     let path = path.ok_or("cannot be found")?;
     let unreadable = |error: &dyn std::fmt::Display| format!("cannot be read: {error}");
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LONGEST_EDGE);
-    limits.max_image_height = Some(LONGEST_EDGE);
-    limits.max_alloc = Some(MOST_BYTES);
-    let mut reader = ImageReader::open(path).map_err(|e| unreadable(&e))?;
-    reader.limits(limits);
+    let file_bytes = std::fs::metadata(path).map_err(|e| unreadable(&e))?.len();
+    let reader = ImageReader::open(path).map_err(|e| unreadable(&e))?;
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
-    let picture = reader.decode().map_err(|e| unreadable(&e))?.into_rgba8();
-    let (width, height) = picture.dimensions();
-    if width == 0 || height == 0 {
-        return Err(String::from("has no texels"));
+    let decoder = reader.into_decoder().map_err(|e| unreadable(&e))?;
+    let (width, height) = decoder.dimensions();
+    check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())
+        .map_err(|why| format!("of {width}x{height} texels {why}"))?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(&e))?.into_rgba8();
+    Ok((width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
+}
+
+/// Whether a picture of so many texels, which take `decoded` bytes as its decoder has them, is worth decoding.
+fn check_size(
+    [width, height]: [u32; 2],
+    decoded: u64,
+    file_bytes: u64,
+    left: &[memory::Left],
+) -> Result<(), String> {
+    let texels = u64::from(width) * u64::from(height);
+    if texels == 0 {
+        return Err(String::from("has none"));
     }
-    Ok((width, height, picture.pixels().map(|pixel| pixel.0).collect()))
+    if width.max(height) > LONGEST_EDGE {
+        return Err(format!("is too large: an edge may have {LONGEST_EDGE}"));
+    }
+    if texels / MOST_TEXELS_A_BYTE > file_bytes {
+        return Err(format!("cannot be in a file of {file_bytes} bytes"));
+    }
+    // as decoded, then with four bytes a texel, and copied to where it stays
+    let bytes = decoded.max(4 * texels) + 4 * texels;
+    let need = Need::of(Part::new("decoding it", bytes, "a smaller picture"));
+    need.check(left).map_err(|error| format!("does not fit: {error}"))
 }
 
 /// What nobody takes for the real picture.
@@ -98,4 +119,30 @@ fn checker() -> Decoded {
     const EDGE: u32 = 8;
     let texel = |i| if (i % EDGE + i / EDGE) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
     (EDGE, EDGE, (0..EDGE * EDGE).map(texel).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::Limit;
+
+    #[test]
+    fn sizes_are_looked_at_before_anything_is_decoded() {
+        let mib = 1 << 20;
+        let check = |width: u32, height: u32, file_bytes, left: u64| {
+            let decoded = 3 * u64::from(width) * u64::from(height);
+            check_size([width, height], decoded, file_bytes, &[(Limit::Machine, left)])
+        };
+        assert_eq!(check(1024, 1024, mib, 9 * mib), Ok(()));
+        assert_eq!(check(1024, 1024, 128, 9 * mib), Ok(()), "one colour");
+        for (width, height, file_bytes, left, words) in [
+            (1024, 1024, mib, 8 * mib, "does not fit: about 8 MiB of memory are needed"),
+            (25_000, 25_000, 1024, u64::MAX, "cannot be in a file of 1024 bytes"),
+            (40_000, 1, mib, u64::MAX, "an edge may have 32768"),
+            (0, 7, mib, u64::MAX, "has none"),
+        ] {
+            let why = check(width, height, file_bytes, left);
+            assert!(why.as_ref().is_err_and(|why| why.contains(words)), "{words}: {why:?}");
+        }
+    }
 }

@@ -31,6 +31,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SceneError;
+use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
 use piece::{Piece, Reader};
@@ -80,6 +81,9 @@ pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
     if let Some(what) = not_a_model(&source).map_err(unreadable)? {
         return Err(SceneError::new(path, what));
     }
+    // what is read takes about as much as the text of it
+    let need = Need::of(Part::new("the text of the model", source.len(), "a smaller model"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     parse(&source, PIECE).map_err(unreadable)?.map_err(|fault| {
         let error = SceneError::new(path, fault.message);
         if fault.line == 0 { error } else { error.at_line(fault.line) }

@@ -1,0 +1,87 @@
+//! What a renderer will need, before there is one. Measured on the project's shots: what the process holds at most is
+//! between four fifths and all of it. Samples that fall far from where they were are kept longer than is foreseen here:
+//! a picture that turns upside down at once needs up to twice the samples.
+
+use super::channels::channels;
+use super::grid::Grid;
+use crate::layers::Layers;
+use crate::memory::{Need, Part};
+use crate::samples::{CELLS, TagLayout, Tile};
+use crate::scene::{Scene, Shot};
+use crate::settings::{Mode, Settings};
+use crate::trace::BackendKind;
+
+/// Bytes for each sample of what falls where, while a frame is inferred.
+const LIST_BYTES: u64 = 12;
+/// Tiles of a band for each thread: as many as these are there twice.
+const BAND_TILES: u64 = 32;
+/// What a thread works with.
+const THREAD_BYTES: u64 = 12 << 20;
+/// What is touched of the program and its libraries.
+const PROGRAM_BYTES: u64 = 20 << 20;
+/// What an Embree device takes for itself and hardly touches.
+const EMBREE_RESERVED: u64 = 128 << 20;
+/// What the C library reserves for each thread that begins to allocate, with its stack.
+const THREAD_RESERVED: u64 = 68 << 20;
+
+/// What [`Renderer::with`](super::Renderer::with) and its frames will need beside the scene, on so many threads.
+pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
+    let Scene { lights, .. } = &shot.scene;
+    let tiles = Grid::new(settings).tiles() as u64;
+    let layout = TagLayout::of(lights.iter().map(|light| light.kind.is_area()));
+    let untagged = Tile::bytes(&TagLayout::default()) as u64;
+    let workers = (threads as u64).min(tiles);
+    let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * settings.samples_a_frame() };
+    let twice = (BAND_TILES * workers).min(tiles);
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let (width, height, edge) = (settings.width, settings.height, settings.samples);
+
+    const SMALLER: &str = "a smaller --size or fewer --samples";
+    let parts = vec![
+        Part::new(
+            format!("{edge}x{edge} samples a pixel at {width}x{height}"),
+            (tiles + twice) * untagged + lists,
+            SMALLER,
+        ),
+        Part::new(
+            format!("what they keep of {} lights", lights.len()),
+            (tiles + twice) * (CELLS * layout.bytes()) as u64,
+            "fewer lights",
+        ),
+        Part::new(
+            "planes of the picture",
+            pixels * bytes_of_pixel(settings.layers),
+            "a smaller --size or fewer --layers",
+        ),
+        Part::new(
+            format!("tracing {} triangles", shot.triangles()),
+            shot.triangles() * bytes_of_triangle(kind),
+            "a smaller model",
+        ),
+        Part::new(format!("{workers} threads"), THREAD_BYTES * workers + PROGRAM_BYTES, "fewer --threads"),
+    ];
+    let reserved = match kind {
+        // it builds with threads of its own
+        BackendKind::Embree => [EMBREE_RESERVED, THREAD_RESERVED * embree_threads(threads)],
+        BackendKind::Rust => [0, 0],
+    };
+    Need { parts, reserved }
+}
+
+fn embree_threads(threads: usize) -> u64 {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    threads.min(cores.saturating_sub(1)).max(1) as u64
+}
+
+/// Of all planes together.
+fn bytes_of_pixel(layers: Layers) -> u64 {
+    channels(layers).map(|channel| if channel.is_float() { 4 } else { 2 }).sum()
+}
+
+/// Of the structures that rays are traced through, while they are built.
+fn bytes_of_triangle(kind: BackendKind) -> u64 {
+    match kind {
+        BackendKind::Embree => 110,
+        BackendKind::Rust => 280,
+    }
+}
