@@ -306,6 +306,10 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:8:8: no model has a material `wod`: did you mean `wood`?",
         ),
         (format!("{REST}[[material]]\nname = \"wood\"\nkd = [-1, 0, 0]\n"), "s.toml:9:6: `kd` is a colour"),
+        (
+            format!("{REST}[[material]]\nname = \"wood\"\nkd = [1, 7e4, 0]\n"),
+            "s.toml:9:6: `kd` is too large: 65504",
+        ),
         (format!("[background]\ncolor = [0, 0, 0]\nground = [0, 0, 0]\n{REST}"), "s.toml:2:9: `color` and"),
         (format!("[output]\npath = \"\"\n{REST}"), "s.toml:2:8: `path` is empty"),
     ] {

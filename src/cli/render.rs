@@ -13,10 +13,11 @@ use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
 use crate::frame::{self, Renderer};
+use crate::memory;
 use crate::report::file::write_json;
+use crate::scene::limits;
 use crate::settings::{Build, Mode};
 use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
-use crate::{memory, output};
 
 /// Below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -130,6 +131,9 @@ pub fn plan(job: &Job, full: bool, finished: impl Fn(i32) -> bool) -> Result<Vec
 pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
+    }
+    for limit in limits::of_camera(&job.shot.scene, &job.settings) {
+        terminal.warn(&limit);
     }
 }
 

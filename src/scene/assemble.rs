@@ -10,6 +10,7 @@ use embree::VertexBuffer;
 use glam::Vec3;
 
 use super::error::Findings;
+use super::limits;
 use super::lines::words;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::obj::{self, Named, ObjFile};
@@ -72,6 +73,9 @@ impl Assembly {
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
         let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
+        if let Some(message) = limits::coarse(&mesh) {
+            self.findings.note(SceneError::new(path, message));
+        }
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }

@@ -48,6 +48,9 @@ pub enum Optics {
     },
 }
 
+/// The largest part of a material's colours: samples keep them as half floats.
+pub const LARGEST_COLOR: f32 = 65504.0;
+
 impl Material {
     /// Grey, for faces without a material.
     pub fn fallback() -> Self {

@@ -9,6 +9,7 @@ pub mod camera;
 pub mod error;
 pub mod frames;
 pub mod light;
+pub mod limits;
 mod lines;
 pub mod material;
 pub mod mesh;

@@ -8,7 +8,7 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::lines::{Lines, readable, split_keyword, words};
-use super::material::Optics;
+use super::material::{LARGEST_COLOR, Optics};
 use super::{Material, SceneError};
 
 /// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
@@ -73,7 +73,8 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
 }
 
 /// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the same. So
-/// a negative number counts as the least that there is, and any other such statement is passed over.
+/// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
+/// statement is passed over.
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
     let MtlFile { mut materials, mut oddities } = MtlFile::default();
     for (number, line) in Lines::new(text) {
@@ -83,33 +84,33 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
-            let mut lifted = None;
-            let taken = statement(material, &keyword, rest, number, &mut lifted);
+            let mut replaced = None;
+            let taken = statement(material, &keyword, rest, number, &mut replaced);
             let passed_over = taken.err().map(|fault| format!("{fault}; the statement is passed over"));
-            oddities.extend(passed_over.or(lifted).map(|message| (number, message)));
+            oddities.extend(passed_over.or(replaced).map(|message| (number, message)));
         }
     }
     MtlFile { materials, oddities }
 }
 
-/// Takes one statement. Where a negative number was replaced, `lifted` says so.
+/// Takes one statement. Where a number was replaced, `replaced` says so.
 fn statement(
     material: &mut MtlMaterial,
     keyword: &str,
     rest: &[u8],
     line: usize,
-    lifted: &mut Option<String>,
+    replaced: &mut Option<String>,
 ) -> Result<(), String> {
     match keyword {
-        "kd" => material.kd = color("Kd", rest, lifted)?.or(material.kd),
-        "ka" => material.ka = color("Ka", rest, lifted)?.or(material.ka),
-        "ks" => material.ks = color("Ks", rest, lifted)?.or(material.ks),
-        "ke" => material.ke = color("Ke", rest, lifted)?.or(material.ke),
-        "tf" => material.tf = color("Tf", rest, lifted)?.or(material.tf),
-        "ns" => material.ns = Some(number("Ns", rest, lifted)?),
-        "ni" => material.ni = Some(number("Ni", rest, lifted)?),
-        "d" => material.d = Some(number("d", rest, lifted)?),
-        "tr" => material.tr = Some(number("Tr", rest, lifted)?),
+        "kd" => material.kd = color("Kd", rest, replaced)?.or(material.kd),
+        "ka" => material.ka = color("Ka", rest, replaced)?.or(material.ka),
+        "ks" => material.ks = color("Ks", rest, replaced)?.or(material.ks),
+        "ke" => material.ke = color("Ke", rest, replaced)?.or(material.ke),
+        "tf" => material.tf = color("Tf", rest, replaced)?.or(material.tf),
+        "ns" => material.ns = Some(number("Ns", rest, replaced)?),
+        "ni" => material.ni = Some(number("Ni", rest, replaced)?),
+        "d" => material.d = Some(number("d", rest, replaced)?),
+        "tr" => material.tr = Some(number("Tr", rest, replaced)?),
         "illum" => material.illum = Some(illumination(rest)?),
         "map_kd" => material.map_kd = texture(&String::from_utf8_lossy(rest), line),
         _ => {}
@@ -117,10 +118,17 @@ fn statement(
     Ok(())
 }
 
-/// One number for grey, or three. `None` for `xyz` and `spectral`, which have no plain RGB.
-fn color(key: &str, rest: &[u8], lifted: &mut Option<String>) -> Result<Option<Vec3>, String> {
+/// One number for grey, or three; cut off at [`LARGEST_COLOR`]. `None` for `xyz` and `spectral`, which have no plain RGB.
+fn color(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<Option<Vec3>, String> {
     let values: Vec<&[u8]> = words(rest).collect();
-    let mut value = |word: &[u8]| value(key, word, lifted);
+    let mut value = |word: &[u8]| {
+        let value = value(key, word, replaced)?;
+        if value > LARGEST_COLOR {
+            *replaced =
+                Some(format!("`{key}` is {value}, but at most {LARGEST_COLOR} can be kept; that is taken"));
+        }
+        Ok::<f32, String>(value.min(LARGEST_COLOR))
+    };
     match values.as_slice() {
         [b"xyz" | b"spectral", ..] => Ok(None),
         [grey] => Ok(Some(Vec3::splat(value(grey)?))),
@@ -129,19 +137,19 @@ fn color(key: &str, rest: &[u8], lifted: &mut Option<String>) -> Result<Option<V
     }
 }
 
-fn number(key: &str, rest: &[u8], lifted: &mut Option<String>) -> Result<f32, String> {
+fn number(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
     let word = words(rest).find(|word| *word != b"-halo").ok_or_else(|| format!("`{key}` takes a number"))?;
-    value(key, word, lifted)
+    value(key, word, replaced)
 }
 
-fn value(key: &str, word: &[u8], lifted: &mut Option<String>) -> Result<f32, String> {
+fn value(key: &str, word: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
     let word = String::from_utf8_lossy(word);
     let fault = || format!("`{key}` is `{word}`: it must be a finite number, not negative");
     let value = word.parse::<f32>().ok().filter(|value| value.is_finite()).ok_or_else(fault)?;
     if value < 0.0 {
         // an index of 0 means 1: light is not bent
         let least = if key == "Ni" { 1.0 } else { 0.0 };
-        *lifted = Some(format!("{}; {least} is taken", fault()));
+        *replaced = Some(format!("{}; {least} is taken", fault()));
         return Ok(least);
     }
     Ok(value)
@@ -414,12 +422,13 @@ mod tests {
     }
 
     #[test]
-    fn negative_numbers_count_as_the_least_and_are_told() {
+    fn numbers_out_of_range_count_as_the_next_in_it_and_are_told() {
         for (statement, told) in [
             ("Ns -1.96", "`Ns` is `-1.96`: it must be a finite number, not negative; 0 is taken"),
             ("Ni -1", "`Ni` is `-1`: it must be a finite number, not negative; 1 is taken"),
             ("Kd 0.5 -0.1 1", "`Kd` is `-0.1`: it must be a finite number, not negative; 0 is taken"),
             ("d -1", "`d` is `-1`: it must be a finite number, not negative; 0 is taken"),
+            ("Ke 1 7e4 0", "`Ke` is 70000, but at most 65504 can be kept; that is taken"),
         ] {
             let file = parse(format!("newmtl m\n\n{statement}").as_bytes());
             assert_eq!(file.oddities, [(3, told.to_string())]);

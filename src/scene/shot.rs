@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use super::assemble::{Assembly, Override};
 use super::frames::Run;
+use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::paths::find_beside;
 use super::render_space::{Extent, RenderSpace};
@@ -238,7 +239,13 @@ fn optional_color(text: TomlText<'_>, key: &str, value: &Option<Three>) -> Resul
 }
 
 fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, SceneError> {
-    let color = |key, value| optional_color(text, key, value);
+    let color = |key, value: &Option<Three>| {
+        let color = optional_color(text, key, value)?;
+        match value.as_ref().filter(|_| color.is_some_and(|color| color.max_element() > LARGEST_COLOR)) {
+            Some(value) => Err(text.bad(key, value, "is too large: 65504 is the most that can be kept")),
+            None => Ok(color),
+        }
+    };
     let number = |key, value: &Option<At<f64>>, wanted, most: f64| {
         let fits = |number| (0.0..=most).contains(&number);
         let read = |value| text.number(key, value, wanted, fits).map(|number| number as f32);

@@ -94,7 +94,6 @@ impl Corners {
         let (mut second, mut third) = (Lanes::ZERO, Lanes::ZERO);
         let coordinates = |of: &Lanes3| [*of.x.values(), *of.y.values(), *of.z.values()];
         let [a, b, c, p] = [&self.first, &self.second, &self.third, &points].map(coordinates);
-        // plain arithmetic on all lanes: this becomes vector instructions
         for lane in 0..LANES {
             let from_a = |of: &[[f32; LANES]; 3]| {
                 let along = |axis: usize| f64::from(of[axis][lane]) - f64::from(a[axis][lane]);

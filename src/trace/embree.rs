@@ -45,6 +45,10 @@ mod mask {
 /// that share an edge and show what is behind them, and the audit rightly complains.
 const ROBUST: bool = true;
 
+/// Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else. Large enough that no product
+/// with it is subnormal, which would be slow.
+const LEAST_T: f32 = 1e-20;
+
 /// Where a geometry's triangles are in the program's own lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Part {
@@ -319,8 +323,7 @@ fn to_embree(packet: &RayPacket, mask: u32) -> Ray16 {
         org_x: packet.origin[0],
         org_y: packet.origin[1],
         org_z: packet.origin[2],
-        // Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else
-        tnear: packet.near.map(|near| near.max(f32::MIN_POSITIVE)),
+        tnear: packet.near.map(|near| near.max(LEAST_T)),
         dir_x: packet.direction[0],
         dir_y: packet.direction[1],
         dir_z: packet.direction[2],
