@@ -205,6 +205,66 @@ fn shadow_rays_pass_clear_triangles() {
     });
 }
 
+/// A clear roof above a floor that casts shadows, in halves of what is still and of what moves, with so many
+/// casters more that never meet a ray.
+fn roofed(casters: u32) -> Scene {
+    let corners: Vec<[f32; 3]> = [0.0_f32, 1.0]
+        .iter()
+        .flat_map(|y| [[-1.0, *y, 1.0], [1.0, *y, 1.0], [1.0, *y, -1.0], [-1.0, *y, -1.0]])
+        .chain([[9.0, -9.0, 9.0], [9.0, -9.0, 9.1], [9.1, -9.0, 9.0]])
+        .collect();
+    let mut triangles = vec![[0, 1, 2], [0, 2, 3]];
+    triangles.extend((0..casters).map(|_| [8, 9, 10]));
+    triangles.extend([[4, 5, 6], [4, 6, 7]]);
+    let mut roofed = mesh(&corners, &triangles, 0, true);
+    roofed.shadow_casting -= 2;
+    let track = |x: f64| TransformTrack {
+        translate: keys(&[(1.0, DVec3::X * x), (2.0, DVec3::Y)]),
+        ..TransformTrack::identity()
+    };
+    scene_of(vec![
+        still("still", roofed.clone(), Vec3::ZERO),
+        moving("rests", roofed.clone(), track(4.0)),
+        moving("moved", roofed, track(8.0)),
+        moving("glass", octahedron(0, false), track(12.0)),
+    ])
+}
+
+#[test]
+fn few_clear_triangles_and_many_are_passed_alike() {
+    for casters in [0, 100] {
+        let scene = roofed(casters);
+        on_each_moved(&scene, &[false, false, true, true], |tracer, way| {
+            for (model, x) in [(0, 0.1), (1, 4.1), (2, 8.1)] {
+                let (to_roof, to_floor) = (down(x, 0.3, 1.5), down(x, 0.3, 9.0));
+                let by = if model == 0 { Blockers::Still } else { Blockers::Movable };
+                for (rays, purpose, blocked) in [
+                    (&to_roof, Purpose::Shadow, false),
+                    (&to_roof, Purpose::Sight, true),
+                    (&to_floor, Purpose::Shadow, true),
+                ] {
+                    assert_eq!(blocks(tracer, way, by, purpose, rays), [blocked], "{model} {purpose:?}");
+                    let moved = blocks(tracer, way, Blockers::Moved, purpose, rays);
+                    assert_eq!(moved, [blocked && model == 2], "{model} {purpose:?}");
+                }
+                let hit = closest(tracer, way, &to_floor)[0].unwrap();
+                assert_eq!((hit.model, hit.t), (model, 1.0), "the roof is met first");
+                assert!(hit.triangle >= casters + 2, "{hit:?}");
+                // its own triangle does not block a segment
+                let (from, to) = (Vec3::new(x, 2.0, 0.3), Vec3::new(x, 1.0, 0.3));
+                let mut rays = RayBatch::default();
+                rays.push_to_sample(from, to - from, 0.0, 1.5, model, hit.triangle);
+                assert_eq!(blocks(tracer, way, by, Purpose::Sight, &rays), [false]);
+            }
+            // all of it is clear
+            for by in [Blockers::Still, Blockers::Movable, Blockers::Moved] {
+                assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &down(12.1, 0.1, 9.0)), [false]);
+            }
+            assert_eq!(closest(tracer, way, &down(12.1, 0.1, 9.0))[0].unwrap().model, 3);
+        });
+    }
+}
+
 #[test]
 fn halves_answer_for_themselves_and_moved_ones_apart() {
     let track = |x: f64| TransformTrack {

@@ -6,6 +6,7 @@
 
 mod bare;
 mod contest;
+mod glass;
 mod growth;
 mod kinds;
 mod places;
@@ -89,6 +90,8 @@ enum Subject {
     /// How cost grows with triangles (up to --triangles, or 30 million), pixels, frames, lights and threads; takes
     /// the size, frames, rounds and layers
     Growth,
+    /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
+    Glass,
 }
 
 impl Arguments {
@@ -139,5 +142,6 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     match arguments.subject {
         Subject::Shots => suite::run(arguments),
         Subject::Growth => growth::run(arguments),
+        Subject::Glass => glass::run(arguments),
     }
 }

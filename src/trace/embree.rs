@@ -9,6 +9,9 @@
 //! to its [`Part`]; in *movable* the instance's id leads to the model and the geometry's to its part.
 //!
 //! Masks. A ray meets what shares a bit with it at every level: see [`mask`].
+//!
+//! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
+//! and nothing else, and shadow rays are asked of these.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,7 +23,7 @@ use embree::{
 
 use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
-    TraceError, Tracer,
+    TraceError, Tracer, has_many_clear,
 };
 use crate::lanes::{Lanes, are_same};
 use crate::motion::Pose;
@@ -68,10 +71,20 @@ struct Place {
     split: u32,
 }
 
-/// Owns both scenes.
+/// What casts shadows alone.
+struct Casters {
+    still: EmbreeScene,
+    movable: EmbreeScene,
+    /// The models in `movable`, each with its instance.
+    instances: Vec<(usize, GeometryId)>,
+}
+
+/// Owns all scenes.
 pub struct EmbreeBackend {
     still: EmbreeScene,
     movable: EmbreeScene,
+    /// Where shadow rays have scenes of their own.
+    casters: Option<Casters>,
     still_parts: Vec<Part>,
     /// By instance.
     movable_parts: Vec<[Part; 2]>,
@@ -80,7 +93,7 @@ pub struct EmbreeBackend {
 }
 
 impl EmbreeBackend {
-    /// Builds both scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
+    /// Builds all scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
     /// many as rayon has.
     pub fn new(scene: &Scene, build: Build) -> Result<Self, TraceError> {
         let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
@@ -88,9 +101,17 @@ impl EmbreeBackend {
             Build::Best => BuildQuality::High,
             Build::Quick => BuildQuality::Low,
         };
+        let still = || EmbreeScene::new(&device, quality, ROBUST);
+        let movable = || EmbreeScene::new(&device, BuildQuality::Low, ROBUST);
+        let casters = if has_many_clear(scene) {
+            Some(Casters { still: still()?, movable: movable()?, instances: Vec::new() })
+        } else {
+            None
+        };
         let mut backend = Self {
-            still: EmbreeScene::new(&device, quality, ROBUST)?,
-            movable: EmbreeScene::new(&device, BuildQuality::Low, ROBUST)?,
+            still: still()?,
+            movable: movable()?,
+            casters,
             still_parts: Vec::new(),
             movable_parts: Vec::new(),
             places: Vec::new(),
@@ -104,7 +125,8 @@ impl EmbreeBackend {
                 let parts = match frozen.get(&shared) {
                     Some(parts) => Arc::clone(parts),
                     None => {
-                        let made = Arc::new(freeze(&device, &model.mesh, quality)?);
+                        let with_casters = backend.casters.is_some();
+                        let made = Arc::new(freeze(&device, &model.mesh, quality, with_casters)?);
                         frozen.insert(shared, Arc::clone(&made));
                         made
                     }
@@ -113,9 +135,18 @@ impl EmbreeBackend {
             };
             backend.places.push(place);
         }
-        // the still scene is built here, and found unchanged in every frame
+        // still scenes are built here, and found unchanged in every frame
         backend.still.commit()?;
+        if let Some(casters) = &mut backend.casters {
+            casters.still.commit()?;
+        }
         Ok(backend)
+    }
+
+    /// Whether shadow rays have scenes of their own.
+    #[cfg(test)]
+    pub fn keeps_casters_apart(&self) -> bool {
+        self.casters.is_some()
     }
 
     fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<Place, TraceError> {
@@ -125,6 +156,9 @@ impl EmbreeBackend {
             debug_assert_eq!(id as usize, self.still_parts.len());
             self.still_parts.push(Part { model, first });
             geometries[half] = id;
+            if let Some(casters) = self.casters.as_mut().filter(|_| half == CASTS_SHADOW) {
+                casters.still.attach(&geometry)?;
+            }
         }
         Ok(Place { instance: INVALID, geometries, split: mesh.shadow_casting as u32 })
     }
@@ -134,6 +168,10 @@ impl EmbreeBackend {
         let GeometryId(instance) = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
         debug_assert_eq!(instance as usize, self.movable_parts.len());
         self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));
+        if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
+            let id = casters.movable.attach_instance(scene, identity, mask::MOVED)?;
+            casters.instances.push((model as usize, id));
+        }
         Ok(Place { instance, geometries: frozen.geometries, split: mesh.shadow_casting as u32 })
     }
 }
@@ -145,20 +183,41 @@ struct Frozen {
     firsts: [u32; 2],
     /// Geometry id of the triangles that cast shadows, and of the others.
     geometries: [u32; 2],
+    /// The triangles that cast shadows by themselves, where that is wanted and there are any.
+    casters: Option<Arc<FrozenScene>>,
 }
 
-fn freeze(device: &Device, mesh: &Mesh, quality: BuildQuality) -> Result<Frozen, TraceError> {
+fn freeze(
+    device: &Device,
+    mesh: &Mesh,
+    quality: BuildQuality,
+    with_casters: bool,
+) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let (mut firsts, mut geometries) = ([0; 2], [INVALID; 2]);
-    for (half, (geometry, first)) in geometries_of(device, mesh)? {
-        let GeometryId(id) = scene.attach(&geometry)?;
-        firsts[id as usize] = first;
-        geometries[half] = id;
+    let halves = geometries_of(device, mesh)?;
+    for (half, (geometry, first)) in &halves {
+        let GeometryId(id) = scene.attach(geometry)?;
+        firsts[id as usize] = *first;
+        geometries[*half] = id;
     }
-    Ok(Frozen { scene: scene.freeze()?, firsts, geometries })
+    let scene = scene.freeze()?;
+    let casters = match halves.as_slice() {
+        [(CASTS_SHADOW, _)] if with_casters => Some(Arc::clone(&scene)),
+        [(CASTS_SHADOW, (geometry, _)), _] if with_casters => {
+            let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
+            casters.attach(geometry)?;
+            Some(casters.freeze()?)
+        }
+        _ => None,
+    };
+    Ok(Frozen { scene, firsts, geometries, casters })
 }
 
-/// A half of a mesh (0: casts shadows, 1: does not) with its first triangle.
+/// The half of a mesh that casts shadows; the other one is clear.
+const CASTS_SHADOW: usize = 0;
+
+/// A half of a mesh with its first triangle.
 type Half = (usize, (Geometry, u32));
 
 /// The geometries of `mesh` that have triangles.
@@ -184,12 +243,13 @@ impl Backend for EmbreeBackend {
         for (model, place) in self.places.iter().enumerate().filter(|(_, place)| place.instance != INVALID) {
             let id = GeometryId(place.instance);
             self.movable.set_instance_transform(id, pose.models[model].columns())?;
-            self.movable.set_mask(id, if moved[model] { mask::MOVED } else { mask::RESTS })?;
+            self.movable.set_mask(id, mask_of(moved[model]))?;
         }
+        let has_movable = !self.movable_parts.is_empty();
         Ok(Box::new(EmbreeTracer {
             still: self.still.commit()?,
-            movable: self.movable.commit()?,
-            has_movable: !self.movable_parts.is_empty(),
+            movable: has_movable.then(|| self.movable.commit()).transpose()?,
+            casters: self.casters.as_mut().map(|casters| casters.commit(pose, moved)).transpose()?,
             still_parts: &self.still_parts,
             movable_parts: &self.movable_parts,
             places: &self.places,
@@ -197,11 +257,37 @@ impl Backend for EmbreeBackend {
     }
 }
 
-/// Both scenes, open for rays.
+impl Casters {
+    fn commit(&mut self, pose: &Pose, moved: &[bool]) -> Result<OpenCasters<'_>, TraceError> {
+        for (model, id) in &self.instances {
+            self.movable.set_instance_transform(*id, pose.models[*model].columns())?;
+            self.movable.set_mask(*id, mask_of(moved[*model]))?;
+        }
+        let has_movable = !self.instances.is_empty();
+        Ok(OpenCasters {
+            still: self.still.commit()?,
+            movable: has_movable.then(|| self.movable.commit()).transpose()?,
+        })
+    }
+}
+
+fn mask_of(moved: bool) -> u32 {
+    if moved { mask::MOVED } else { mask::RESTS }
+}
+
+/// What casts shadows, open for rays.
+struct OpenCasters<'a> {
+    still: Committed<'a>,
+    /// If there is anything in it.
+    movable: Option<Committed<'a>>,
+}
+
+/// All scenes, open for rays.
 struct EmbreeTracer<'a> {
     still: Committed<'a>,
-    movable: Committed<'a>,
-    has_movable: bool,
+    /// If there is anything in it.
+    movable: Option<Committed<'a>>,
+    casters: Option<OpenCasters<'a>>,
     still_parts: &'a [Part],
     movable_parts: &'a [[Part; 2]],
     places: &'a [Place],
@@ -209,18 +295,14 @@ struct EmbreeTracer<'a> {
 
 impl Tracer for EmbreeTracer<'_> {
     fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
-        let asks_movable = self.has_movable && among == Among::All;
+        let movable = self.movable.filter(|_| among == Among::All);
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
             let valid = Valid16::from_bits(lanes);
             let mut both = RayHit16 { ray: to_embree(packet, mask::ALL), ..RayHit16::default() };
             self.still.intersect16(&valid, &mut both, to_embree_coherence(coherence, Blockers::Still));
-            if asks_movable {
-                self.movable.intersect16(
-                    &valid,
-                    &mut both,
-                    to_embree_coherence(coherence, Blockers::Movable),
-                );
+            if let Some(movable) = movable {
+                movable.intersect16(&valid, &mut both, to_embree_coherence(coherence, Blockers::Movable));
             }
             self.convert_hits(&both, lanes, out);
         }
@@ -234,10 +316,11 @@ impl Tracer for EmbreeTracer<'_> {
         coherence: Coherence,
         blocked: &mut [u16],
     ) {
-        let scene = if by == Blockers::Still { &self.still } else { &self.movable };
-        if by != Blockers::Still && !self.has_movable {
-            return;
-        }
+        let (still, movable) = match (&self.casters, purpose) {
+            (Some(casters), Purpose::Shadow) => (casters.still, casters.movable),
+            _ => (self.still, self.movable),
+        };
+        let Some(scene) = (if by == Blockers::Still { Some(still) } else { movable }) else { return };
         let mask = ray_mask(by, purpose);
         let coherence = to_embree_coherence(coherence, by);
         for ((packet, lanes), blocked) in rays.packets().zip(blocked) {

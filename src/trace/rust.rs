@@ -37,7 +37,7 @@ use glam::{Affine3A, Vec3};
 
 use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
-    TraceError, Tracer,
+    TraceError, Tracer, has_many_clear,
 };
 use crate::motion::{Pose, Transform};
 use crate::scene::{Mesh, Scene};
@@ -57,6 +57,13 @@ const LEAST_BEAM: u32 = 3;
 
 /// Owns all trees.
 pub struct RustBackend {
+    all: Trees,
+    /// What casts shadows alone, where [much is clear](has_many_clear).
+    casters: Option<Trees>,
+}
+
+/// The trees of all triangles, or of some.
+struct Trees {
     still: Triangles,
     /// Of the models that move; those of one mesh share them.
     meshes: Vec<Triangles>,
@@ -67,26 +74,41 @@ pub struct RustBackend {
 impl RustBackend {
     /// Builds all trees, on rayon's threads.
     pub fn new(scene: &Scene) -> Self {
+        Self {
+            all: Trees::new(scene, |mesh| mesh.triangles.len()),
+            casters: has_many_clear(scene).then(|| Trees::new(scene, |mesh| mesh.shadow_casting)),
+        }
+    }
+
+    /// Whether shadow rays have trees of their own.
+    #[cfg(test)]
+    pub fn keeps_casters_apart(&self) -> bool {
+        self.casters.is_some()
+    }
+}
+
+impl Trees {
+    /// Of the first triangles of each mesh, as many as `count` says.
+    fn new(scene: &Scene, count: fn(&Mesh) -> usize) -> Self {
         let (mut still, mut meshes, mut movable) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = HashMap::new();
-        for (number, model) in scene.models.iter().enumerate() {
+        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| count(&model.mesh) > 0) {
             if model.track.is_constant() {
                 still.push((number as u32, &*model.mesh));
             } else {
                 let mesh: &Mesh = &model.mesh;
                 let at = *known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| {
-                    meshes.push(Triangles::new(&[(OF_INSTANCE, mesh)]));
+                    meshes.push(Triangles::new(&[(OF_INSTANCE, mesh)], count));
                     meshes.len() - 1
                 });
                 movable.push((number as u32, at));
             }
         }
-        Self { still: Triangles::new(&still), meshes, movable }
+        Self { still: Triangles::new(&still, count), meshes, movable }
     }
-}
 
-impl Backend for RustBackend {
-    fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
+    /// As they stand in one frame.
+    fn open(&self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
         let instances: Vec<Instance> = (self.movable.iter())
             .map(|(model, mesh)| Instance {
                 triangles: &self.meshes[*mesh],
@@ -99,7 +121,14 @@ impl Backend for RustBackend {
             .map(|instance| box_of(&instance.triangles.tree.bounds, &pose.models[instance.model as usize]))
             .collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
-        Ok(Box::new(RustTracer { still: &self.still, instances, above }))
+        OpenTrees { still: &self.still, instances, above }
+    }
+}
+
+impl Backend for RustBackend {
+    fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
+        let casters = self.casters.as_ref().map(|trees| trees.open(pose, moved));
+        Ok(Box::new(RustTracer { all: self.all.open(pose, moved), casters }))
     }
 }
 
@@ -124,6 +153,12 @@ fn box_of(bounds: &Box3, transform: &Transform) -> Box3 {
 
 /// All trees, as they stand in one frame.
 struct RustTracer<'a> {
+    all: OpenTrees<'a>,
+    casters: Option<OpenTrees<'a>>,
+}
+
+/// Trees, as they stand in one frame.
+struct OpenTrees<'a> {
     still: &'a Triangles,
     instances: Vec<Instance<'a>>,
     /// Above the instances; its leaves are their numbers.
@@ -133,7 +168,7 @@ struct RustTracer<'a> {
 impl Tracer for RustTracer<'_> {
     fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        dispatch(FindClosest { tracer: self, rays, among, coherence, hits: &mut hits.packets });
+        dispatch(FindClosest { trees: &self.all, rays, among, coherence, hits: &mut hits.packets });
     }
 
     fn blocked(
@@ -144,8 +179,12 @@ impl Tracer for RustTracer<'_> {
         coherence: Coherence,
         blocked: &mut [u16],
     ) {
-        if by == Blockers::Still || !self.instances.is_empty() {
-            dispatch(FindBlocked { tracer: self, rays, by, purpose, coherence, blocked });
+        let trees = match (&self.casters, purpose) {
+            (Some(casters), Purpose::Shadow) => casters,
+            _ => &self.all,
+        };
+        if by == Blockers::Still || !trees.instances.is_empty() {
+            dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
         }
     }
 }
@@ -165,7 +204,7 @@ fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
 }
 
 struct FindClosest<'a> {
-    tracer: &'a RustTracer<'a>,
+    trees: &'a OpenTrees<'a>,
     rays: &'a RayBatch,
     among: Among,
     coherence: Coherence,
@@ -181,9 +220,9 @@ impl Work for FindClosest<'_> {
             best.model = [NO_HIT; LANES];
             best.triangle = [NO_HIT; LANES];
             let rays = rays_of(packet);
-            closest_of(lanes, self.tracer.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
-            if self.among == Among::All && !self.tracer.instances.is_empty() {
-                self.tracer.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
+            closest_of(lanes, self.trees.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
+            if self.among == Among::All && !self.trees.instances.is_empty() {
+                self.trees.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
             }
         }
     }
@@ -219,7 +258,7 @@ fn closest_of<L: Lanes>(
 }
 
 struct FindBlocked<'a> {
-    tracer: &'a RustTracer<'a>,
+    trees: &'a OpenTrees<'a>,
     rays: &'a RayBatch,
     by: Blockers,
     purpose: Purpose,
@@ -238,10 +277,10 @@ impl Work for FindBlocked<'_> {
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
             if self.by == Blockers::Still {
-                block(lanes, self.tracer.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
+                block(lanes, self.trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
             } else {
                 let moved_alone = self.by == Blockers::Moved;
-                self.tracer.block_by_instances(
+                self.trees.block_by_instances(
                     lanes,
                     moved_alone,
                     &rays,
@@ -304,7 +343,7 @@ fn open_lanes(far: &[f32; LANES]) -> u16 {
     open
 }
 
-impl RustTracer<'_> {
+impl OpenTrees<'_> {
     /// Shortens the rays `used` to what they meet first among the instances.
     #[inline(always)]
     fn closest_instance<L: Lanes>(
@@ -324,13 +363,13 @@ impl RustTracer<'_> {
             if coherence == Coherence::Incoherent {
                 let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], bounds);
                 let pace = Pace::OF_T;
-                let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
+                let mut visitor = ClosestInstance { lanes, trees: self, rays, used, pace, coherence, best };
                 walk::<true, L, _>(&mut ray, &self.above, stack, &mut visitor);
                 continue;
             }
             let (common, pace) = rays.common(lanes, used, &best.t);
             let mut beam = Beam::new(lanes, &common, bounds);
-            let mut visitor = ClosestInstance { lanes, tracer: self, rays, used, pace, coherence, best };
+            let mut visitor = ClosestInstance { lanes, trees: self, rays, used, pace, coherence, best };
             walk::<true, L, _>(&mut beam, &self.above, stack, &mut visitor);
         }
     }
@@ -356,19 +395,19 @@ impl RustTracer<'_> {
         while rest != 0 {
             let used = next_beam(rays, rest, coherence);
             rest &= !used;
-            let (tracer, bounds, end) = (self, &self.above.bounds, far[first_of(used)]);
+            let (trees, bounds, end) = (self, &self.above.bounds, far[first_of(used)]);
             if coherence == Coherence::Incoherent {
                 let (mut ray, ..) = rays.one(lanes, first_of(used), end, bounds);
                 let pace = Pace::OF_T;
                 let mut visitor =
-                    BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
+                    BlockByInstances { lanes, trees, moved_alone, rays, used, pace, coherence, exempt, far };
                 walk::<false, L, _>(&mut ray, &self.above, stack, &mut visitor);
                 continue;
             }
             let (common, pace) = rays.common(lanes, used, far);
             let mut beam = Beam::new(lanes, &common, bounds);
             let mut visitor =
-                BlockByInstances { lanes, tracer, moved_alone, rays, used, pace, coherence, exempt, far };
+                BlockByInstances { lanes, trees, moved_alone, rays, used, pace, coherence, exempt, far };
             walk::<false, L, _>(&mut beam, &self.above, stack, &mut visitor);
         }
     }
@@ -376,7 +415,7 @@ impl RustTracer<'_> {
 
 struct ClosestInstance<'a, L: Lanes> {
     lanes: L,
-    tracer: &'a RustTracer<'a>,
+    trees: &'a OpenTrees<'a>,
     rays: &'a Rays,
     used: u16,
     pace: Pace,
@@ -388,7 +427,7 @@ impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, .. } = *self;
-        let Instance { triangles, model, to_object, .. } = &self.tracer.instances[leaf as usize];
+        let Instance { triangles, model, to_object, .. } = &self.trees.instances[leaf as usize];
         let inside = self.rays.transformed(to_object, used);
         closest_of(lanes, triangles, *model, &inside, used, coherence, self.best, stack);
         probe.end_at(self.pace.greatest(&self.best.t, used));
@@ -397,7 +436,7 @@ impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
 
 struct BlockByInstances<'a, L: Lanes> {
     lanes: L,
-    tracer: &'a RustTracer<'a>,
+    trees: &'a OpenTrees<'a>,
     moved_alone: bool,
     rays: &'a Rays,
     used: u16,
@@ -411,7 +450,7 @@ impl<L: Lanes, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, exempt, .. } = *self;
-        let Instance { triangles, model, to_object, moved } = &self.tracer.instances[leaf as usize];
+        let Instance { triangles, model, to_object, moved } = &self.trees.instances[leaf as usize];
         if self.moved_alone && !moved {
             return;
         }

@@ -231,8 +231,9 @@ impl<L: Lanes> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
         let (met, _) = beam.meet(&block.planes(lanes));
-        let mut met = met & self.exempt.candidates(block);
+        // those that cannot block make the beam no less wide
         self.tested += met.count_ones();
+        let mut met = met & self.exempt.candidates(block);
         let mut any = false;
         while met != 0 {
             let at = take(&mut met);

@@ -42,11 +42,11 @@ pub struct Triangles {
 }
 
 impl Triangles {
-    /// Of `meshes`, each with what its triangles shall say of their model. Their positions are taken as they
-    /// are.
-    pub fn new(meshes: &[(u32, &Mesh)]) -> Self {
+    /// Of the first triangles, as many as `count` says, of each of `meshes`, with what they shall say of their
+    /// model. Their positions are taken as they are.
+    pub fn new(meshes: &[(u32, &Mesh)], count: fn(&Mesh) -> usize) -> Self {
         let sources: Vec<(u32, u32)> = (meshes.iter().enumerate())
-            .flat_map(|(i, (_, mesh))| (0..mesh.triangles.len() as u32).map(move |t| (i as u32, t)))
+            .flat_map(|(i, (_, mesh))| (0..count(mesh) as u32).map(move |t| (i as u32, t)))
             .collect();
         let corners = |(mesh, triangle): (u32, u32)| {
             let mesh = meshes[mesh as usize].1;

@@ -1,0 +1,137 @@
+//! What glass costs: the generated sphere, of something matt and then of clear glass, which all shadow rays pass. A
+//! small matt one in front of it casts shadows in both.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use afterimage::frame::Renderer;
+use afterimage::motion::TransformTrack;
+use afterimage::scene::material::Optics;
+use afterimage::scene::{Material, Mesh, Scene};
+use afterimage::settings::Settings;
+use afterimage::stats::FrameStats;
+use afterimage::trace::BackendKind;
+use glam::Vec3;
+use serde::Serialize;
+
+use super::kinds::Kind;
+use super::places::{generated, rippled_sphere};
+use super::suite::load;
+use super::table::{Circumstances, write_json};
+use super::{Arguments, folder};
+
+/// Mirrors and panes that a ray may meet, unless the command line says otherwise.
+const DEPTH: u32 = 4;
+
+/// One line.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    sphere: &'static str,
+    surface: &'static str,
+    tracer: &'static str,
+    build_seconds: f64,
+    /// Of the fastest frame, like all that follows.
+    full_seconds: f64,
+    shadow_rays: u64,
+    /// Of one thread while it is in the tracer, by kind, in millions.
+    primary_speed: f64,
+    shadow_speed: f64,
+    bounced_speed: f64,
+}
+
+type Failable<T> = Result<T, Box<dyn Error>>;
+
+/// Measures; prints a table.
+pub fn run(arguments: &Arguments) -> Failable<()> {
+    let circumstances = Circumstances::now(arguments);
+    println!("{}\n", circumstances.text());
+    let triangles = arguments.triangles.unwrap_or(if arguments.quick { 100_000 } else { 1_000_000 });
+    let (mut scene, settings) = load(&rippled_sphere(generated(triangles, &folder())?), arguments)?;
+    let settings = Settings { depth: arguments.depth.first().copied().unwrap_or(DEPTH), ..settings };
+    scene.lights.truncate(1);
+    println!(
+        "| sphere | surface | tracer | build s |  full s | shadow M | primary M/s | shadow M/s | bounced M/s |"
+    );
+    println!(
+        "|--------|---------|--------|---------|---------|----------|-------------|------------|-------------|"
+    );
+    let track = std::mem::replace(&mut scene.models[0].track, TransformTrack::identity());
+    let moving = |scene: &Scene| {
+        let mut scene = scene.clone();
+        scene.models[0].track = track.clone();
+        scene
+    };
+    let glass = of_glass(&scene);
+    let scenes = [
+        ("still", "matt", scene.clone()),
+        ("still", "glass", glass.clone()),
+        ("moves", "matt", moving(&scene)),
+        ("moves", "glass", moving(&glass)),
+    ];
+    let mut rows = Vec::new();
+    for (sphere, surface, scene) in &scenes {
+        for kind in [BackendKind::Embree, BackendKind::Rust] {
+            rows.push(measure(kind, [sphere, surface], scene, &settings, arguments)?);
+        }
+    }
+    let path = folder().join("glass.json");
+    write_json(&path, &circumstances, &rows)?;
+    println!("\nalso in {}", path.display());
+    Ok(())
+}
+
+/// `scene` with the first model of clear glass.
+fn of_glass(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let (transmission, reflection) = (Vec3::splat(0.9), Vec3::ONE);
+    let optics = Optics::Glass { transmission, index: 1.5, reflection };
+    let glass = scene.materials.len() as u16;
+    scene.materials.push(Material { diffuse: Vec3::splat(0.05), optics, ..Material::fallback() });
+    let mesh = Mesh::clone(&scene.models[0].mesh);
+    let material_of = vec![glass; mesh.triangles.len()];
+    scene.models[0].mesh = Arc::new(Mesh { shadow_casting: 0, material_of, ..mesh });
+    scene
+}
+
+fn measure(
+    kind: BackendKind,
+    [sphere, surface]: [&'static str; 2],
+    scene: &Scene,
+    settings: &Settings,
+    arguments: &Arguments,
+) -> Failable<Row> {
+    let mut renderer = Renderer::with(kind, scene, settings)?;
+    let first = if sphere == "moves" { Kind::All } else { Kind::Dolly }.first_frame();
+    let mut fastest: Option<FrameStats> = None;
+    for frame in (0..arguments.rounds()).flat_map(|_| first..first + arguments.frames() as i32) {
+        let finished = renderer.render(frame, false)?;
+        if fastest.as_ref().is_none_or(|best| finished.stats.seconds.rendering() < best.seconds.rendering()) {
+            fastest = Some(finished.stats.clone());
+        }
+        renderer.recycle(finished.film);
+    }
+    let FrameStats { rays, tracing, seconds, .. } = fastest.ok_or("no frame was rendered")?;
+    let speed = |rays: u64, seconds: f64| if rays == 0 { 0.0 } else { rays as f64 / seconds / 1e6 };
+    let row = Row {
+        sphere,
+        surface,
+        tracer: kind.name(),
+        build_seconds: renderer.build_seconds(),
+        full_seconds: seconds.rendering(),
+        shadow_rays: rays.shadow,
+        primary_speed: speed(rays.primary, tracing.primary),
+        shadow_speed: speed(rays.shadow, tracing.shadow),
+        bounced_speed: speed(rays.reflection + rays.refraction, tracing.bounced),
+    };
+    println!(
+        "| {sphere:<6} | {surface:<7} | {:<6} | {:7.2} | {:7.3} | {:8.2} | {:11.1} | {:10.1} | {:11.1} |",
+        row.tracer,
+        row.build_seconds,
+        row.full_seconds,
+        row.shadow_rays as f64 / 1e6,
+        row.primary_speed,
+        row.shadow_speed,
+        row.bounced_speed,
+    );
+    Ok(row)
+}
