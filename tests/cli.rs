@@ -67,6 +67,39 @@ fn nonsense_is_a_usage_error_and_says_why() {
 }
 
 #[test]
+fn a_reference_tells_the_error_of_both_ways() {
+    let folder = tempfile::tempdir().unwrap();
+    let [json, html] = ["a.json", "a.html"].map(|name| folder.path().join(name).display().to_string());
+    let shot = "compare scenes/analytic/panel.toml --size 48x27 --frames 1-3 --samples 2 \
+                --backend embree --progress none";
+    let words = |more: &'static str| shot.split(' ').filter(|word| !word.is_empty()).chain(more.split(' '));
+    for (samples, code_and_why) in [("2", (2, "--reference 2")), ("17", (2, "1..=16"))] {
+        let words: Vec<&str> = words("--reference").chain([samples]).collect();
+        let output = afterimage(&words);
+        assert_eq!(code(&output), code_and_why.0);
+        assert!(stderr(&output).contains(code_and_why.1), "{}", stderr(&output));
+    }
+    let words: Vec<&str> = words("--reference 6 --json").chain([&*json, "--report", &html]).collect();
+    let output = afterimage(&words);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("reprojected at equal error"), "{}", stdout(&output));
+    assert!(fs::read_to_string(html).unwrap().contains("at equal error"));
+    let made: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+    let display =
+        |frame: usize, way: &str| made["frames"][frame]["error"][way]["display"].as_f64().expect("measured");
+    assert_eq!(display(0, "reprojected"), display(0, "full"), "frame 1 is a base frame");
+    for frame in 0..3 {
+        let full = display(frame, "full");
+        assert!(full > 1e-4 && full < 0.1 && display(frame, "reprojected") < 4.0 * full, "{made}");
+    }
+    assert_eq!(
+        (made["reference"]["samples"].as_u64(), made["reference"]["all"]["frames"].as_u64()),
+        (Some(6), Some(3))
+    );
+    assert!(made["reference"]["inferred"]["speed_up_at_equal_error"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
 fn a_missing_file_is_named_in_one_line() {
     for command in ["render", "compare", "info"] {
         for file in ["no/such.toml", "no/such.obj"] {

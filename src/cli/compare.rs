@@ -12,6 +12,7 @@ use clap::Args;
 use super::backend_table;
 use super::failure::Failure;
 use super::paths::{self, Report};
+use super::reference::{self, Judge};
 use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
@@ -22,11 +23,12 @@ use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
 use crate::report::comparison::{BothTotals, ComparedFrame, Comparison, Difference, Saving};
+use crate::report::error::Reference;
 use crate::report::file::{write_json, write_text};
 use crate::report::html::{self, Pictures};
 use crate::report::picture;
 use crate::report::versions::Versions;
-use crate::settings::{Mode, Settings};
+use crate::settings::{MOST_SAMPLES, Mode, Settings};
 use crate::stats::{RunSettings, held_bytes, saved_percent};
 use crate::trace::BackendKind;
 
@@ -45,12 +47,16 @@ Examples:
       with a page to pass on, and the proof that no sample is wrong
   afterimage compare city.toml -o city.####.exr --png --json city.json
       keeps the reprojected frames as well
+  afterimage compare city.toml --backend embree --reference 8
+      which way has the smaller error for its time, against frames of 8x8 samples a pixel
 
 The table: seconds of both without writing files; rays of both in millions, of every kind; the pictures'
 mean difference (linear R, G, B) and the percent of pixels of which any channel differs by more than 0.02.
-Edges differ, because samples lie elsewhere in their cells. The table of tracers: million rays a second of a
-thread while it is in the tracer, by kind; and the pixels that two tracers made differently (at edges, by
-rounding). Exit code: 0, 1 if something failed, --audit found a difference or tracers disagree, 2 if the
+Edges differ, because samples lie elsewhere in their cells. With --reference: the root mean square error of
+both (linear R, G, B, clamped to 0 to 1) and their ratio; below the table how many times as fast reprojection
+is at equal error, taking the time for an error to go with error squared x seconds. The table of tracers:
+million rays a second of a thread while it is in the tracer, by kind; and the pixels that two tracers made
+differently (at edges, by rounding). Exit code: 0, 1 if something failed, --audit found a difference or tracers disagree, 2 if the
 command line makes no sense.";
 
 /// As typed.
@@ -63,6 +69,11 @@ pub struct CompareArgs {
     /// Write the reprojected frames, #### or %04d for the frame's number [default: write none]
     #[arg(short, long, value_name = "DIR/name.####.exr")]
     output: Option<String>,
+
+    /// Also render each frame with N x N samples a pixel, and measure how far both ways are from it. N is greater
+    /// than --samples; an even multiple shares no sample with frames traced in full
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    reference: Option<u32>,
 
     /// Write everything that was measured
     #[arg(long, value_name = "FILE.json")]
@@ -78,6 +89,8 @@ pub struct CompareArgs {
 struct Options {
     job: Job,
     target: Option<Target>,
+    /// Samples along a pixel's edge.
+    reference: Option<u32>,
     json: Option<PathBuf>,
     report: Option<PathBuf>,
     threads: Option<NonZeroUsize>,
@@ -109,9 +122,10 @@ impl CompareArgs {
         }
         let output = self.output.as_deref();
         let target = output.map(|text| job.target(Some(text), self.shot.png)).transpose()?;
-        let Self { shot, json, report, .. } = self;
+        let Self { shot, reference, json, report, .. } = self;
+        reference.map_or(Ok(()), |samples| reference::check(&job.settings, samples))?;
         paths::check(&job, target.as_ref(), &reports(&json, &report))?;
-        Ok(Options { job, target, json, report, threads: shot.threads, command })
+        Ok(Options { job, target, reference, json, report, threads: shot.threads, command })
     }
 }
 
@@ -189,11 +203,13 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
 
     let pairs: Result<Vec<Pair>, Failure> = kinds(job).into_iter().map(|kind| Pair::new(kind, job)).collect();
     let mut pairs = pairs?;
-    let mut made = Made::new(&pairs, shown(&steps));
+    let judge = options.reference.map(|samples| Judge::new(pairs[0].kind, job, samples)).transpose();
+    let mut contest = Contest { pairs: &mut pairs, judge: judge? };
+    let mut made = Made::new(contest.pairs, shown(&steps));
     terminal.begin(steps.len());
-    terminal.result(&header());
+    terminal.result(&header(options.reference.is_some()));
     let outcome =
-        steps.iter().try_for_each(|step| compare_step(*step, &mut pairs, options, &mut made, terminal));
+        steps.iter().try_for_each(|step| compare_step(*step, &mut contest, options, &mut made, terminal));
     terminal.end();
 
     // what was measured is reported even if a later frame failed
@@ -254,13 +270,20 @@ impl Made {
     }
 }
 
+/// All that renders.
+struct Contest<'p, 's> {
+    pairs: &'p mut [Pair<'s>],
+    judge: Option<Judge<'s>>,
+}
+
 fn compare_step(
     step: Step,
-    pairs: &mut [Pair<'_>],
+    contest: &mut Contest<'_, '_>,
     options: &Options,
     made: &mut Made,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
+    let Contest { pairs, judge } = contest;
     if !step.write {
         for (number, pair) in pairs.iter_mut().enumerate() {
             let run_up = render(&mut pair.ours, step.frame, step.reuse)?;
@@ -283,7 +306,8 @@ fn compare_step(
     if options.report.is_some() && made.to_show.contains(&step.frame) {
         made.pictures.extend(pictures(&ours, &full));
     }
-    let frame = compared(&ours, &full);
+    let mut frame = compared(&ours, &full);
+    frame.error = judge.as_mut().map(|judge| judge.errors([&ours, &full])).transpose()?;
     terminal.result(&row(&frame));
     terminal.frame_done(&frame.reprojected, file.as_deref());
     made.frames[0].push(frame);
@@ -297,6 +321,7 @@ fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
         difference: Difference::between(&ours.film, &full.film),
         reprojected: ours.stats.clone(),
         full: full.stats.clone(),
+        error: None,
     }
 }
 
@@ -341,6 +366,7 @@ fn comparison(
             backend: first.kind.name(),
             threads: options.threads.map_or(versions.threads, NonZeroUsize::get),
         },
+        reference: options.reference.map(|samples| Reference::of(samples, &frames)),
         frames,
         totals: BothTotals::of(&[]),
         saved: Saving::default(),
@@ -375,9 +401,11 @@ fn write_reports(
     Ok(())
 }
 
-fn header() -> String {
-    String::from(
-        " frame mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02% audit",
+/// Titles of the columns, with those of errors where there is a reference.
+fn header(has_errors: bool) -> String {
+    let errors = if has_errors { reference::TITLES } else { "" };
+    format!(
+        " frame mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02%{errors} audit",
     )
 }
 
@@ -386,7 +414,7 @@ fn row(frame: &ComparedFrame) -> String {
     let seconds = (ours.seconds.rendering(), full.seconds.rendering());
     let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7.1} {:>7.1} {:>10.5} {:>7.2} {}",
+        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7.1} {:>7.1} {:>10.5} {:>7.2}{} {}",
         frame.frame,
         ours.mode,
         seconds.0,
@@ -398,6 +426,7 @@ fn row(frame: &ComparedFrame) -> String {
         table::reused_percent(ours),
         frame.difference.mean,
         frame.difference.percent_above,
+        frame.error.map_or_else(String::new, |error| reference::columns(&error)),
         table::audit(ours.audit),
     )
 }
@@ -432,6 +461,7 @@ fn summary(comparison: &Comparison) -> String {
         saving("all frames", &comparison.saved),
         saving("inferred", &comparison.saved_inferred),
     ]);
+    lines.extend(reference::lines(comparison.reference.as_ref()));
     lines.extend(ours.audit.map(table::audit_line));
     lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
     lines.push(format!(
@@ -461,6 +491,7 @@ fn percent_or_dash(ours: f64, full: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::error::BothErrors;
 
     fn step(frame: i32, reuse: bool, write: bool) -> Step {
         Step { frame, reuse, write }
@@ -482,9 +513,20 @@ mod tests {
             reprojected: Default::default(),
             full: Default::default(),
             difference: Difference::default(),
+            error: None,
         };
-        let (head, row) = (header(), row(&frame));
-        let end = head.find(">0.02%").map(|at| at + ">0.02%".len()).expect("a title");
-        assert!(row[..end].ends_with("0.00") && row[end..] == *" -", "{head}\n{row}");
+        for error in [None, Some(BothErrors::default())] {
+            let frame = ComparedFrame { error, ..frame.clone() };
+            let (head, row) = (header(error.is_some()), row(&frame));
+            for (title, value) in [(">0.02%", "0.00"), ("    full ratio", "0.00000     -")] {
+                let Some(end) = head.find(title).map(|at| at + title.len()) else {
+                    assert!(error.is_none(), "{head}");
+                    continue;
+                };
+                assert!(row[..end].ends_with(value), "{head}\n{row}");
+            }
+            let end = head.len() - " audit".len();
+            assert_eq!(row[end..], *" -", "{head}\n{row}");
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod failure;
 pub mod info;
 pub mod paths;
+pub mod reference;
 pub mod render;
 pub mod schedule;
 pub mod shot_args;

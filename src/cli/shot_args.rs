@@ -192,15 +192,22 @@ impl ShotArgs {
             build: settings.build,
             mode: settings.mode,
         };
-        let count = settled.samples_a_frame();
-        if count > MOST_IN_A_FRAME {
-            return Err(Failure::Usage(format!(
-                "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-                 {MOST_IN_A_FRAME} are the most: take a smaller --size or fewer --samples"
-            )));
-        }
+        check_samples(&settled, "--samples")?;
         Ok(settled)
     }
+}
+
+/// Refuses what no renderer can number. `option` is the one that says how many samples.
+pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
+    let Settings { width, height, samples, .. } = settings;
+    let count = settings.samples_a_frame();
+    if count > MOST_IN_A_FRAME {
+        return Err(Failure::Usage(format!(
+            "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
+             {MOST_IN_A_FRAME} are the most: take a smaller --size or a smaller {option}"
+        )));
+    }
+    Ok(())
 }
 
 impl Job {

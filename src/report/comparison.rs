@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::backends::BackendRun;
+use super::error::{BothErrors, Reference};
 use super::versions::Versions;
 use crate::film::Film;
 use crate::stats::{FrameStats, Memory, RunSettings, Totals, saved_percent};
@@ -56,6 +57,9 @@ pub struct ComparedFrame {
     pub full: FrameStats,
     /// Of the two pictures.
     pub difference: Difference,
+    /// Of each from a reference, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<BothErrors>,
 }
 
 impl ComparedFrame {
@@ -130,6 +134,9 @@ pub struct Comparison {
     pub saved: Saving,
     /// Over frames in which something was reused.
     pub saved_inferred: Saving,
+    /// What the pictures' errors are, if that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
     /// The reprojected renderer's store; both renderers share the process, and its peak.
     pub memory: Memory,
     /// Building the scene for one renderer.
@@ -152,7 +159,7 @@ impl Comparison {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::film::{Plane, PlaneKind};
     use crate::settings::{Build, Filter, Mode, Settings};
@@ -187,6 +194,7 @@ pub(super) mod tests {
             reprojected,
             full,
             difference: Difference { mean: 0.001, percent_above: 0.5 },
+            error: None,
         }
     }
 
@@ -211,6 +219,7 @@ pub(super) mod tests {
             totals: BothTotals::of(&[]),
             saved: Saving::default(),
             saved_inferred: Saving::default(),
+            reference: None,
             memory: Memory::default(),
             build_seconds: 0.1,
             backends: Vec::new(),
@@ -227,7 +236,7 @@ pub(super) mod tests {
         comparison
     }
 
-    fn film(values: [f32; 4]) -> Film {
+    pub fn film(values: [f32; 4]) -> Film {
         let plane = |name| Plane::new(name, PlaneKind::Half, &values);
         Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
     }

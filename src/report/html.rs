@@ -39,6 +39,7 @@ pub fn page(comparison: &Comparison, pictures: &[Pictures]) -> String {
         charts(comparison),
         rays_table(comparison),
         phases_table(comparison),
+        errors_table(comparison),
         frames_table(comparison),
         backends_table(comparison),
         colophon(comparison),
@@ -222,6 +223,39 @@ fn two_sided(name: &str, ours: &str, full: &str, values: (f64, f64)) -> String {
     };
     let class = if name == "all" { " class=\"sum\"" } else { "" };
     format!("<tr{class}><td>{name}</td><td>{ours}</td><td>{full}</td><td>{saved}</td></tr>")
+}
+
+/// Where the pictures were compared with a reference.
+fn errors_table(comparison: &Comparison) -> String {
+    let Some(reference) = &comparison.reference else {
+        return String::new();
+    };
+    let or_dash = |value: Option<f64>| value.map_or_else(|| String::from("–"), |value| format!("{value:.2}"));
+    let rows = [("all frames", &reference.all), ("inferred frames", &reference.inferred)].map(|(name, totals)| {
+        let (ours, full) = (totals.errors.reprojected, totals.errors.full);
+        format!(
+            "<tr><td>{name}: {}</td><td>{:.5}</td><td>{:.5}</td><td>{}</td><td>{}</td><td>{:.5}</td><td>{:.5}</td></tr>",
+            totals.frames,
+            ours.display,
+            full.display,
+            or_dash(totals.ratio),
+            or_dash(totals.speed_up_at_equal_error),
+            ours.linear,
+            full.linear,
+        )
+    });
+    format!(
+        "<h2>Error</h2><p class=\"note\">Root mean square error of linear R, G and B, clamped to 0 to 1 as a display \
+         shows them, against the same frames with {n}×{n} samples a pixel. Samples of inferred frames lie elsewhere in \
+         their cells than those of full ones. “at equal error” is how many times as fast reprojection is where both \
+         ways take the samples that the same error needs: time goes with error squared × seconds.</p>{}",
+        table(
+            "<th>error</th><th>reprojected</th><th>full</th><th>ratio</th><th>at equal error</th>\
+             <th>not clamped</th><th>full</th>",
+            &rows
+        ),
+        n = reference.samples,
+    )
 }
 
 fn frames_table(comparison: &Comparison) -> String {

@@ -3,6 +3,7 @@
 pub mod backends;
 pub mod chart;
 pub mod comparison;
+pub mod error;
 pub mod file;
 pub mod html;
 pub mod picture;
