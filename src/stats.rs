@@ -14,6 +14,7 @@ use crate::settings::Settings;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]
 pub struct Seconds {
+    /// All of the frame, `write` included.
     pub total: f64,
     pub reproject: f64,
     pub verify: f64,

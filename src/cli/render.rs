@@ -29,9 +29,10 @@ Examples:
   afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
       a chunk of a farm: frames that are there and whole are kept; pictures do not depend on the chunk
 
-The table: seconds of a frame; samples reused, percent; rays cast, millions by kind; rays saved, percent,
-against tracing every sample (estimated: one primary ray each, shadow rays a sample as in the last base
-frame, reflection and refraction rays as cast; `afterimage compare` measures it).
+The table: seconds of a frame without writing its files, and of writing them (in --stats, `total` is both);
+samples reused, percent; rays cast, millions by kind; rays saved, percent, against tracing every sample
+(estimated: one primary ray each, shadow rays a sample as in the last base frame, reflection and refraction
+rays as cast; `afterimage compare` measures it).
 
 Files are written under a hidden temporary name (.NAME….part) and renamed when they are whole: what a
 killed run leaves of those is removed by the next run of the same frames. Exit code: 0 if every frame

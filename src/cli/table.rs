@@ -7,7 +7,7 @@ use crate::stats::{AuditCounts, FrameStats, FullEstimate, Memory, RayCounts, Tot
 /// Title line of a render's table. Rays in millions.
 pub fn header() -> String {
     String::from(
-        " frame mode       seconds reused%  primary   verify   shadow  reflect  refract   total  saved% audit",
+        " frame mode       seconds   write reused%  primary   verify   shadow  reflect  refract   total  saved% audit",
     )
 }
 
@@ -16,10 +16,11 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     let rays = &frame.rays;
     let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
+        "{:>6} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
         frame.frame,
         frame.mode,
-        frame.seconds.total,
+        frame.seconds.rendering(),
+        frame.seconds.write,
         reused_percent(frame),
         millions(rays.primary),
         millions(rays.verification),
@@ -196,9 +197,14 @@ mod tests {
     fn rows_stand_under_their_titles() {
         let (head, row) = (header(), row(&frame(), None));
         let mut end_of_title = 0;
-        for (title, value) in
-            [("frame", "12"), ("seconds", "0.500"), ("reused%", "95.0"), ("shadow", "1.23"), ("saved%", "-")]
-        {
+        for (title, value) in [
+            ("frame", "12"),
+            ("seconds", "0.400"),
+            ("write", "0.100"),
+            ("reused%", "95.0"),
+            ("shadow", "1.23"),
+            ("saved%", "-"),
+        ] {
             end_of_title = end_of_title + head[end_of_title..].find(title).expect(title) + title.len();
             assert!(row[..end_of_title].ends_with(value), "{title} in\n{head}\n{row}");
         }
