@@ -176,12 +176,13 @@ fn in_full(job: &Job) -> Settings {
 }
 
 /// What all renderers together will need.
-fn need(job: &Job) -> Need {
-    let threads = rayon::current_num_threads();
-    let needs = kinds(job).into_iter().flat_map(|kind| {
-        [&job.settings, &in_full(job)].map(|settings| frame::need(&job.shot, settings, kind, threads))
-    });
-    needs.fold(Need::default(), Need::and)
+fn need(job: &Job, reference: Option<u32>) -> Need {
+    let need = |settings: &Settings, kind: BackendKind| {
+        frame::need(&job.shot, settings, kind, rayon::current_num_threads())
+    };
+    let both = |kind| [&job.settings, &in_full(job)].map(|settings| need(settings, kind));
+    let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
+    kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and)
 }
 
 /// Which tracers are compared, the first one first.
@@ -197,7 +198,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }
-    need(job).check(&memory::left()).map_err(Failure::of)?;
+    need(job, options.reference).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 

@@ -23,6 +23,11 @@ pub fn check(settings: &Settings, samples: u32) -> Result<(), Failure> {
     check_samples(&Settings { samples, ..settings.clone() }, "--reference")
 }
 
+/// How a reference is rendered.
+pub fn settings(job: &Job, samples: u32) -> Settings {
+    Settings { samples, mode: Mode::Full, audit: false, layers: Layers::NONE, ..job.settings.clone() }
+}
+
 /// Renders what pictures are compared with: one frame after the other, so that memory holds the samples of one.
 pub struct Judge<'s> {
     renderer: Renderer<'s>,
@@ -31,13 +36,7 @@ pub struct Judge<'s> {
 impl<'s> Judge<'s> {
     /// Builds its own scene in the tracer.
     pub fn new(kind: BackendKind, job: &'s Job, samples: u32) -> Result<Self, Failure> {
-        let settings = Settings {
-            samples,
-            mode: Mode::Full,
-            audit: false,
-            layers: Layers::NONE,
-            ..job.settings.clone()
-        };
+        let settings = settings(job, samples);
         Ok(Self { renderer: Renderer::with(kind, &job.shot.scene, &settings).map_err(Failure::of)? })
     }
 

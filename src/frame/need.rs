@@ -9,7 +9,7 @@ use crate::memory::{Need, Part};
 use crate::samples::{CELLS, TagLayout, Tile};
 use crate::scene::{Scene, Shot};
 use crate::settings::{Mode, Settings};
-use crate::trace::BackendKind;
+use crate::trace::{BackendKind, held_twice};
 
 /// Bytes for each sample of what falls where, while a frame is inferred.
 const LIST_BYTES: u64 = 12;
@@ -55,7 +55,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         ),
         Part::new(
             format!("tracing {} triangles", shot.triangles()),
-            shot.triangles() * bytes_of_triangle(kind),
+            (shot.triangles() + held_twice(&shot.scene)) * bytes_of_triangle(kind),
             "a smaller model",
         ),
         Part::new(format!("{workers} threads"), THREAD_BYTES * workers + PROGRAM_BYTES, "fewer --threads"),

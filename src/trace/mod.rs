@@ -90,6 +90,12 @@ fn has_many_clear(scene: &Scene) -> bool {
     clear > 0 && clear * MOST_CASTERS_FOR_A_CLEAR_ONE >= casters
 }
 
+/// How many triangles of `scene` tracers hold twice; copies of a moving mesh count each, which is too many.
+pub fn held_twice(scene: &Scene) -> u64 {
+    let casters = || scene.models.iter().map(|model| model.mesh.shadow_casting as u64).sum();
+    if has_many_clear(scene) { casters() } else { 0 }
+}
+
 /// The tracers that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BackendKind {
