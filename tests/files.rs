@@ -206,6 +206,7 @@ fn files_that_would_replace_one_another_are_usage_errors() {
     refused("render", "-o there/a.####.exr --stats link");
     refused("render", "--stats analytic.toml");
     refused("render", "--stats here/analytic.obj");
+    refused("render", "--stats analytic.mtl");
     refused("compare", "--json x --report x");
     refused("compare", "--json x --report here/x");
     refused("compare", "-o a.####.exr --json a.0001.exr");

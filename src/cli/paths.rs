@@ -14,11 +14,7 @@ pub type Report<'a> = (&'static str, &'a Path);
 
 /// That `reports`, the frames of `target`, and what `job` reads are different files.
 pub fn check(job: &Job, target: Option<&Target>, reports: &[Report<'_>]) -> Result<(), Failure> {
-    let scene = &job.shot.scene;
-    let models = scene.models.iter().map(|model| model.path.as_path());
-    let textures = scene.textures.iter().map(|texture| texture.path.as_path());
-    let inputs: Vec<PathBuf> =
-        [job.path.as_path()].into_iter().chain(models).chain(textures).map(place).collect();
+    let inputs: Vec<PathBuf> = job.shot.files.iter().map(|file| place(file)).collect();
     let replaced = inputs.iter().find(|input| target.is_some_and(|target| is_frame(target, input)));
     if let Some(input) = replaced {
         return Err(Failure::Usage(format!(

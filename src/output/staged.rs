@@ -102,8 +102,11 @@ fn write_once<E>(path: &Path, fill: &impl Fn(&File) -> Result<(), E>) -> Result<
 fn stage(path: &Path) -> io::Result<NamedTempFile> {
     for _ in 1..MOST_TEMPORARIES {
         let staged = create(path)?;
-        // where locks do not exist, nobody gets one and removes the file
-        let _ = flock(staged.as_file(), FlockOperation::LockExclusive);
+        // where locks do not exist, nobody gets one and removes the file; whoever has it now is about to remove it
+        let locked = flock(staged.as_file(), FlockOperation::NonBlockingLockExclusive);
+        if locked == Err(rustix::io::Errno::WOULDBLOCK) {
+            continue;
+        }
         // between its creation and its lock, another run may have taken it for a leftover
         if staged.as_file().metadata()?.nlink() > 0 {
             return Ok(staged);
@@ -149,8 +152,11 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
 /// and digits now, and was `PID` or `PID-COUNT`.
 fn finished_name(name: &str) -> Option<&str> {
     let (finished, tag) = name.strip_prefix('.')?.strip_suffix(UNFINISHED)?.rsplit_once('.')?;
-    let is_tag = !tag.is_empty() && tag.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
-    is_tag.then_some(finished)
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_random = tag.len() == 6 && tag.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    let is_old =
+        tag.split_once('-').map_or(is_number(tag), |(pid, count)| is_number(pid) && is_number(count));
+    (is_random || is_old).then_some(finished)
 }
 
 fn remove_unless_locked(path: &Path) {
@@ -256,7 +262,13 @@ mod tests {
         let live = stage(&path).unwrap();
         let live_name = live.path().file_name().unwrap().to_str().unwrap().to_owned();
         let leftovers = [".a.0001.exr.4711.part", ".a.0001.exr.4711-3.part", ".a.0001.exr.Xy12zQ.part"];
-        let foreign = [".a.0001.exr.part", ".a.0002.exr.4711.part", "a.0001.exr.4711.part"];
+        let foreign = [
+            ".a.0001.exr.part",
+            ".a.0002.exr.4711.part",
+            "a.0001.exr.4711.part",
+            ".a.0001.exr.old.part",
+            ".a.0001.exr.my-copy.part",
+        ];
         for name in leftovers.iter().chain(&foreign) {
             fs::write(folder.path().join(name), "half").unwrap();
         }

@@ -44,6 +44,8 @@ pub(crate) struct Assembly {
     materials: Vec<Material>,
     pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// What was read so far, but for pictures.
+    files: Vec<PathBuf>,
     /// All names that MTL files define, for hints.
     known_names: Vec<String>,
 }
@@ -70,6 +72,7 @@ impl Assembly {
             return Ok(mesh.clone());
         }
         let obj = obj::read(path)?;
+        self.files.push(path.to_path_buf());
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
         let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
@@ -100,6 +103,7 @@ impl Assembly {
                     continue;
                 }
                 let MtlFile { materials, oddities } = mtl::read(&file)?;
+                self.files.push(file.clone());
                 self.report_oddities(oddities, &file)?;
                 self.note_contradictions(&materials, &file);
                 self.known_names.extend(materials.iter().map(|material| material.name.clone()));
@@ -246,9 +250,10 @@ impl Assembly {
         }
     }
 
-    /// What was assembled: materials, textures, findings.
-    pub fn finish(self) -> (Vec<Material>, Vec<Texture>, Findings) {
-        (self.materials, self.pictures.textures, self.findings)
+    /// What was assembled: materials, textures, findings, and the files that were read for them.
+    pub fn finish(mut self) -> (Vec<Material>, Vec<Texture>, Findings, Vec<PathBuf>) {
+        self.files.extend(self.pictures.files().cloned());
+        (self.materials, self.pictures.textures, self.findings, self.files)
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// What there is to say of the camera of `scene` if it is rendered with `settings`.
+/// What there is to say of the camera and the extent of `scene` if it is rendered with `settings`.
 pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     let camera = &scene.camera;
     let frames: Vec<f64> = camera.eye.frames().chain(camera.fov.frames()).collect();
@@ -56,7 +56,13 @@ pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
              their size: scale the shot up, or move it to the origin"
         )
     });
-    narrow.into_iter().chain(near).collect()
+    let wide = scene.space.least_length().map(|least| {
+        format!(
+            "the shot reaches so far that it is scaled down: what is smaller than {least:.1e} loses its shadows; bring \
+             what is far away nearer"
+        )
+    });
+    narrow.into_iter().chain(near).chain(wide).collect()
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ pub mod texture;
 mod toml_text;
 mod turntable;
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -77,6 +78,17 @@ pub struct Model {
     pub mesh: Arc<Mesh>,
     /// Object to world, per frame.
     pub track: TransformTrack,
+}
+
+impl Scene {
+    /// The meshes that tracers build: one that moves at several places is built once.
+    pub fn built(&self) -> impl Iterator<Item = &Mesh> {
+        let mut moving = HashSet::new();
+        let models = self.models.iter();
+        let built =
+            models.filter(move |model| model.track.is_constant() || moving.insert(Arc::as_ptr(&model.mesh)));
+        built.map(|model| &*model.mesh)
+    }
 }
 
 impl Model {

@@ -145,7 +145,8 @@ fn number(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, 
 fn value(key: &str, word: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
     let word = String::from_utf8_lossy(word);
     let fault = || format!("`{key}` is `{word}`: it must be a finite number, not negative");
-    let value = word.parse::<f32>().ok().filter(|value| value.is_finite()).ok_or_else(fault)?;
+    let value = word.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(fault)?;
+    let value = value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
     if value < 0.0 {
         // an index of 0 means 1: light is not bent
         let least = if key == "Ni" { 1.0 } else { 0.0 };

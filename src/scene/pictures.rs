@@ -35,7 +35,8 @@ impl Pictures {
     /// Index of the texture that `map` asks for in the file `asking`; names are relative to `folder`.
     ///
     /// # Errors
-    /// A picture that is missing or unreadable, where `findings` is strict about stand-ins.
+    /// A picture that is missing or unreadable, where `findings` is strict about stand-ins; in any case one that does
+    /// not fit into memory.
     pub fn index_of(
         &mut self,
         map: &MapKd,
@@ -50,10 +51,15 @@ impl Pictures {
             None => {
                 let picture = match decode(found.as_deref()) {
                     Ok(picture) => picture,
-                    Err(why) => {
+                    Err(Unusable::AsItIs(why)) => {
                         let message = format!("the texture `{}` {why}; a checker stands in for it", map.file);
                         findings.stand_in(SceneError::new(asking, message).at_line(map.line))?;
                         checker()
+                    }
+                    // pictures must not depend on what else the machine does
+                    Err(Unusable::NoRoom(why)) => {
+                        let message = format!("the texture `{}` {why}", map.file);
+                        return Err(SceneError::new(asking, message).at_line(map.line));
                     }
                 };
                 self.decoded.insert(path.clone(), picture.clone());
@@ -63,6 +69,11 @@ impl Pictures {
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
         Ok(self.place(texture))
+    }
+
+    /// Where pictures were looked for.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.decoded.keys()
     }
 
     fn place(&mut self, texture: Texture) -> u32 {
@@ -76,17 +87,24 @@ impl Pictures {
     }
 }
 
-/// Why not, as the end of a sentence.
-fn decode(path: Option<&Path>) -> Result<Decoded, String> {
-    let path = path.ok_or("cannot be found")?;
-    let unreadable = |error: &dyn std::fmt::Display| format!("cannot be read: {error}");
+/// Why a picture is not used, as the end of a sentence.
+#[derive(Debug, PartialEq)]
+enum Unusable {
+    /// The file is to blame.
+    AsItIs(String),
+    /// The machine has too little memory.
+    NoRoom(String),
+}
+
+fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
+    let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
+    let unreadable = |error: &dyn std::fmt::Display| Unusable::AsItIs(format!("cannot be read: {error}"));
     let file_bytes = std::fs::metadata(path).map_err(|e| unreadable(&e))?.len();
     let reader = ImageReader::open(path).map_err(|e| unreadable(&e))?;
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
     let decoder = reader.into_decoder().map_err(|e| unreadable(&e))?;
     let (width, height) = decoder.dimensions();
-    check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())
-        .map_err(|why| format!("of {width}x{height} texels {why}"))?;
+    check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(&e))?.into_rgba8();
     Ok((width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
 }
@@ -97,21 +115,23 @@ fn check_size(
     decoded: u64,
     file_bytes: u64,
     left: &[memory::Left],
-) -> Result<(), String> {
+) -> Result<(), Unusable> {
     let texels = u64::from(width) * u64::from(height);
+    let of_size = |why: String| format!("of {width}x{height} texels {why}");
+    let refused = |why| Err(Unusable::AsItIs(of_size(why)));
     if texels == 0 {
-        return Err(String::from("has none"));
+        return refused(String::from("has none"));
     }
     if width.max(height) > LONGEST_EDGE {
-        return Err(format!("is too large: an edge may have {LONGEST_EDGE}"));
+        return refused(format!("is too large: an edge may have {LONGEST_EDGE}"));
     }
     if texels / MOST_TEXELS_A_BYTE > file_bytes {
-        return Err(format!("cannot be in a file of {file_bytes} bytes"));
+        return refused(format!("cannot be in a file of {file_bytes} bytes"));
     }
     // as decoded, then with four bytes a texel, and copied to where it stays
     let bytes = decoded.max(4 * texels) + 4 * texels;
     let need = Need::of(Part::new("decoding it", bytes, "a smaller picture"));
-    need.check(left).map_err(|error| format!("does not fit: {error}"))
+    need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
 }
 
 /// What nobody takes for the real picture.
@@ -135,14 +155,16 @@ mod tests {
         };
         assert_eq!(check(1024, 1024, mib, 9 * mib), Ok(()));
         assert_eq!(check(1024, 1024, 128, 9 * mib), Ok(()), "one colour");
+        let little = check(1024, 1024, mib, 6 * mib);
+        let words = "does not fit: about 8 MiB of memory are needed";
+        assert!(matches!(&little, Err(Unusable::NoRoom(why)) if why.contains(words)), "{little:?}");
         for (width, height, file_bytes, left, words) in [
-            (1024, 1024, mib, 8 * mib, "does not fit: about 8 MiB of memory are needed"),
             (25_000, 25_000, 1024, u64::MAX, "cannot be in a file of 1024 bytes"),
             (40_000, 1, mib, u64::MAX, "an edge may have 32768"),
             (0, 7, mib, u64::MAX, "has none"),
         ] {
             let why = check(width, height, file_bytes, left);
-            assert!(why.as_ref().is_err_and(|why| why.contains(words)), "{words}: {why:?}");
+            assert!(matches!(&why, Err(Unusable::AsItIs(why)) if why.contains(words)), "{words}: {why:?}");
         }
     }
 }

@@ -10,7 +10,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::camera::Aim;
-use super::{CameraTrack, Light, LightKind, Mesh};
+use super::{CameraTrack, Light, LightKind};
 use crate::motion::{CameraPose, TransformTrack};
 
 /// A shot is moved if its middle is farther from the origin than this many times its own size.
@@ -44,9 +44,13 @@ impl Extent {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
-    /// With a model in it, wherever its track's keys put it.
-    pub fn with_model(self, mesh: &Mesh, track: &TransformTrack) -> Self {
-        let (low, high) = mesh.bounds();
+    /// How far from the origin it reaches along any axis.
+    pub fn reach(&self) -> f64 {
+        self.low.abs().max(self.high.abs()).max_element()
+    }
+
+    /// With a model in it, wherever its track's keys put it. `bounds`: of its mesh, object space.
+    pub fn with_model(self, (low, high): (DVec3, DVec3), track: &TransformTrack) -> Self {
         let corner = |i: u8| {
             DVec3::new(
                 [low.x, high.x][usize::from(i & 1)],
@@ -77,9 +81,20 @@ impl RenderSpace {
         let is_far = center.abs().max_element() > FAR * size;
         let origin = if is_far { center } else { DVec3::ZERO };
         let largest = (center - origin).abs().max_element() + size;
-        let is_usual = USUAL.contains(&largest) || !largest.is_normal();
-        let scale = if is_usual { 1.0 } else { (-largest.log2().round()).exp2() };
+        let scale = if USUAL.contains(&largest) || !largest.is_normal() {
+            1.0
+        } else if largest > *USUAL.end() {
+            // no more than it must: what is near and small comes closer to the limit of tiny shots
+            (USUAL.end().log2() - largest.log2().ceil()).exp2()
+        } else {
+            (-largest.log2().round()).exp2()
+        };
         Self { origin, scale }
+    }
+
+    /// Lengths below this, in the units of the files, are too short for shadows; told where the shot was scaled down.
+    pub fn least_length(&self) -> Option<f64> {
+        (self.scale < 1.0).then(|| USUAL.start() / self.scale)
     }
 
     /// Whether the shot stays as it is.
@@ -172,12 +187,22 @@ mod tests {
             let largest = [low, high].map(|at| space.point(at.into()).abs().max_element());
             assert!(!space.is_of_files());
             assert!(
-                largest.iter().all(|at| *at < 100.0) && largest.iter().any(|at| *at > 0.25),
+                largest.iter().all(|at| *at < 2e12) && largest.iter().any(|at| *at > 0.25),
                 "{largest:?}"
             );
             let there = space.point(DVec3::from(high)).as_vec3();
             assert!(space.point_of_files(there).abs_diff_eq(high.into(), high[0] * 1e-6));
         }
+    }
+
+    #[test]
+    fn what_is_far_away_shrinks_the_rest_no_more_than_it_must() {
+        let space = fit([-5.0; 3], [4.5e12, 5.0, 5.0]);
+        assert_eq!(space.point(DVec3::ONE), DVec3::splat(0.125));
+        assert_eq!(
+            (space.least_length(), fit([-5.0; 3], [1e12, 5.0, 5.0]).least_length()),
+            (Some(0.5), None)
+        );
     }
 
     #[test]

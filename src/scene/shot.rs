@@ -1,7 +1,7 @@
 //! Loads shots: a shot file (`.toml`) with all that it names, or a bare OBJ as a turntable.
 
-use std::collections::HashSet;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -40,7 +40,12 @@ pub struct Shot {
     pub output: Option<String>,
     /// What a reader of the picture should know.
     pub warnings: Vec<Warning>,
+    /// The file itself, and all that were read for it.
+    pub files: Vec<PathBuf>,
 }
+
+/// How far from the origin models may reach, in the units of the files.
+const FARTHEST: f64 = 1e18;
 
 impl Shot {
     /// How many rays all its frames take with `settings` if each sample is traced once: from the eye and to
@@ -58,11 +63,7 @@ impl Shot {
 
     /// How many triangles are built for it: those of a mesh that moves at several places once.
     pub fn triangles(&self) -> u64 {
-        let mut moving = HashSet::new();
-        let models = self.scene.models.iter();
-        let built =
-            models.filter(|model| model.track.is_constant() || moving.insert(Arc::as_ptr(&model.mesh)));
-        built.map(|model| model.mesh.triangles.len() as u64).sum()
+        self.scene.built().map(|mesh| mesh.triangles.len() as u64).sum()
     }
 }
 
@@ -110,8 +111,7 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let mut assembly = Assembly::new(strict, overrides);
     let models: Vec<Model> =
         file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
-    let extent =
-        models.iter().fold(Extent::NONE, |extent, model| extent.with_model(&model.mesh, &model.track));
+    let extent = extent(text, &file.model, &models)?;
     let space = RenderSpace::fit_for(extent.with_camera(&camera));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
     let models = models.collect::<Result<_, _>>()?;
@@ -126,7 +126,8 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
             text.fault(color.span(), message)
         });
     }
-    let (materials, textures, findings) = assembly.finish();
+    let (materials, textures, findings, mut files) = assembly.finish();
+    files.push(text.path.to_path_buf());
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
@@ -137,6 +138,7 @@ fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
         rate,
         output: output(text, file.output.path)?,
         warnings: findings.warnings,
+        files,
     })
 }
 
@@ -296,8 +298,20 @@ fn settled(
     space: &RenderSpace,
 ) -> Result<Model, SceneError> {
     let model = Model { track: space.track(model.track), ..model };
-    model.settled().ok_or_else(|| {
-        let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-        text.fault(table.obj.span(), message)
-    })
+    model.settled().ok_or_else(|| text.fault(table.obj.span(), "the model is too far from all others"))
+}
+
+/// Around all models, in the space of the files.
+fn extent(text: TomlText<'_>, tables: &[ModelTable], models: &[Model]) -> Result<Extent, SceneError> {
+    let mut bounds = HashMap::new();
+    let mut all = Extent::NONE;
+    for (table, model) in tables.iter().zip(models) {
+        let bounds = *bounds.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| model.mesh.bounds());
+        if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
+            let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
+            return Err(text.fault(table.obj.span(), message));
+        }
+        all = all.with_model(bounds, &model.track);
+    }
+    Ok(all)
 }

@@ -34,11 +34,11 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         let remedy = "a shot file with `everywhere = true` in [ambient] makes it use their Kd";
         SceneError::new(path, format!("{nothing}; {remedy}"))
     });
-    let (materials, textures, findings) = assembly.finish();
+    let (materials, textures, findings, files) = assembly.finish();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let camera = around(&mesh);
     let track = TransformTrack::identity();
-    let space = RenderSpace::fit_for(Extent::NONE.with_model(&mesh, &track).with_camera(&camera));
+    let space = RenderSpace::fit_for(Extent::NONE.with_model(mesh.bounds(), &track).with_camera(&camera));
     let camera = space.camera(camera);
     let model = Model { name: name.clone(), path: path.to_path_buf(), mesh, track: space.track(track) };
     let too_far = || SceneError::new(path, "the model reaches too far from the origin: move it there");
@@ -81,6 +81,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         rate: (24, 1),
         output: None,
         warnings: findings.warnings,
+        files,
     })
 }
 

@@ -84,7 +84,8 @@ impl Corners {
         self.first + (self.second - self.first) * u + (self.third - self.first) * v
     }
 
-    /// Barycentric weights of the second and third corner at `points` of the triangles, in double floats.
+    /// Barycentric weights of the second and third corner at `points` of the triangles, in double floats. Rounding puts
+    /// points beside triangles that are very thin: the weights are those of a point inside.
     ///
     /// What is kept of a surface is looked up at the weights of the point that is kept, and not at those of the
     /// hit: a point is rounded, and far from the origin, or on a fine texture, something else lies there. So the
@@ -101,10 +102,13 @@ impl Corners {
             };
             let (ab, ac, ap) = (from_a(&b), from_a(&c), from_a(&p));
             let normal = ab.cross(ac);
-            // not zero: triangles without an area are dropped when they are loaded
-            let area = 1.0 / normal.dot(normal);
-            second.set_lane(lane, (ap.cross(ac).dot(normal) * area) as f32);
-            third.set_lane(lane, (ab.cross(ap).dot(normal) * area) as f32);
+            let square = normal.dot(normal);
+            let scale = if square > 0.0 { 1.0 / square } else { 0.0 };
+            let u = (ap.cross(ac).dot(normal) * scale).max(0.0);
+            let v = (ab.cross(ap).dot(normal) * scale).max(0.0);
+            let most = (u + v).max(1.0);
+            second.set_lane(lane, (u / most) as f32);
+            third.set_lane(lane, (v / most) as f32);
         }
         [second, third]
     }
@@ -297,6 +301,21 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::new(412.0, 0.0, 0.0), DVec3::new(412.0, 0.03, 0.0)];
         let beside = DVec3::new(200.0, -0.001, 0.0);
         assert!(nearest_point(corners, beside).distance(beside) < 0.001_000_1);
+    }
+
+    #[test]
+    fn weights_stay_within_triangles_that_are_thinner_than_rounding() {
+        for third in [Vec3::new(9.0, 8.0 + 1e-6, 7.0), Vec3::new(9.0, 8.0, 7.0)] {
+            let mut corners = Corners::NONE;
+            let [first, second] = [Vec3::new(8.0, 8.0, 7.0), Vec3::new(9.0, 8.0, 7.0)];
+            (corners.first, corners.second, corners.third) =
+                (Lanes3::splat(first), Lanes3::splat(second), Lanes3::splat(third));
+            for aside in [-1e-6, 0.0, 1e-6] {
+                let [u, v] = corners.weights_at(Lanes3::splat(Vec3::new(8.5, 8.0 + aside, 7.0)));
+                let [u, v] = [u.lane(0), v.lane(0)];
+                assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.000_001, "{third} {aside}: {u} {v}");
+            }
+        }
     }
 
     #[test]

@@ -48,8 +48,8 @@ mod mask {
 /// that share an edge and show what is behind them, and the audit rightly complains.
 const ROBUST: bool = true;
 
-/// Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else. Large enough that no product
-/// with it is subnormal, which would be slow.
+/// Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else. Large enough that products
+/// with it are not subnormal in scenes of usual size, which would be slow.
 const LEAST_T: f32 = 1e-20;
 
 /// Where a geometry's triangles are in the program's own lists.
