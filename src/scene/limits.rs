@@ -101,6 +101,8 @@ mod tests {
         };
         assert!(told("[0, 0, 9]", "0.05").contains("narrow"));
         assert!(told("[5, 2, 5.00006]", "40").contains("so near"));
+        let wide = shot(&USUAL.replace("v 9 0 0", "v 4.5e12 0 0"), "[0, 0, 9]", "40");
+        assert!(of_camera(&wide.scene, &wide.settings).join("\n").contains("smaller than 5.0e-1"));
     }
 
     #[test]
