@@ -83,9 +83,12 @@ fn info_opens_no_fifo() {
 fn what_killed_runs_left_goes_with_the_next_run_of_the_frame() {
     let place = Place::new();
     place.render(&format!("-o a.####.exr {ONE} --png")).done();
-    for name in
-        [".a.0001.exr.4711-0.part", ".a.0001.png.4711.part", ".a.0001.exr.Xy12zQ.part", ".a.0009.exr.1.part"]
-    {
+    for name in [
+        ".a.0001.exr.4711-0.part",
+        ".a.0001.png.4711.part",
+        ".a.0001.exr.Xy12zQ34abCd.part",
+        ".a.0009.exr.1.part",
+    ] {
         fs::write(place.path(name), "half").unwrap();
     }
     place.render(&format!("-o a.####.exr {ONE} --png --resume")).done();

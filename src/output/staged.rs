@@ -17,6 +17,9 @@ use tempfile::NamedTempFile;
 /// Ends the names of files that are not whole yet.
 const UNFINISHED: &str = ".part";
 
+/// Letters and digits in the name of a file that is not whole yet: no word has as many by chance.
+const RANDOM_LETTERS: usize = 12;
+
 /// Files that are created, at most, until one is not removed by another run before it is locked.
 const MOST_TEMPORARIES: usize = 100;
 
@@ -123,6 +126,7 @@ fn create(path: &Path) -> io::Result<NamedTempFile> {
     tempfile::Builder::new()
         .prefix(&prefix)
         .suffix(UNFINISHED)
+        .rand_bytes(RANDOM_LETTERS)
         .permissions(Permissions::from_mode(NEW_FILE_MODE))
         .tempfile_in(folder_of(path))
 }
@@ -148,12 +152,12 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     }
 }
 
-/// The name that the file `name` would have had when whole: `a.exr` of `.a.exr.X.part`, where X is six letters
+/// The name that the file `name` would have had when whole: `a.exr` of `.a.exr.X.part`, where X is twelve letters
 /// and digits now, and was `PID` or `PID-COUNT`.
 fn finished_name(name: &str) -> Option<&str> {
     let (finished, tag) = name.strip_prefix('.')?.strip_suffix(UNFINISHED)?.rsplit_once('.')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let is_random = tag.len() == 6 && tag.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    let is_random = tag.len() == RANDOM_LETTERS && tag.bytes().all(|byte| byte.is_ascii_alphanumeric());
     let is_old =
         tag.split_once('-').map_or(is_number(tag), |(pid, count)| is_number(pid) && is_number(count));
     (is_random || is_old).then_some(finished)
@@ -261,12 +265,13 @@ mod tests {
         let path = folder.path().join("a.0001.exr");
         let live = stage(&path).unwrap();
         let live_name = live.path().file_name().unwrap().to_str().unwrap().to_owned();
-        let leftovers = [".a.0001.exr.4711.part", ".a.0001.exr.4711-3.part", ".a.0001.exr.Xy12zQ.part"];
+        let leftovers = [".a.0001.exr.4711.part", ".a.0001.exr.4711-3.part", ".a.0001.exr.Xy12zQ34abCd.part"];
         let foreign = [
             ".a.0001.exr.part",
             ".a.0002.exr.4711.part",
             "a.0001.exr.4711.part",
             ".a.0001.exr.old.part",
+            ".a.0001.exr.backup.part",
             ".a.0001.exr.my-copy.part",
         ];
         for name in leftovers.iter().chain(&foreign) {
