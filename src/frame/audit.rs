@@ -9,10 +9,11 @@
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
 //! still they are not made anew; that this is right is for tests/reuse.rs to say.
 //!
-//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
-//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding surface
-//! at the same place, or slips past a silhouette; the shadow ray grazes an edge. Kept colours, normals and positions may differ from fresh ones by what
-//! rounding them for the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
+//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a displacement by
+//! [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding
+//! surface at the same place, or slips past a silhouette; the shadow ray grazes an edge. Kept colours, normals and
+//! positions may differ from fresh ones by what rounding them for the store does ([`COLOR_TOLERANCE`],
+//! [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 use glam::Vec3;
 
@@ -126,9 +127,9 @@ fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatc
     hits
 }
 
-/// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame was seen
-/// on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is rounded
-/// by more than a cell.
+/// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame
+/// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
+/// rounded by more than a cell.
 fn sight(stage: &Stage, number: usize, tile: &Tile, cell: usize) -> Vec3 {
     let offset = stage.offset(tile.point(cell), tile.model[cell]);
     if !is_traced(tile.status[cell]) {
@@ -175,7 +176,9 @@ fn around(way: Vec3) -> [Vec3; 8] {
 fn check_sight(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
     Verdict::of(meets(stage, sample, sight, met)).or_on_edge(|| {
         let (eye, offset) = (stage.view.camera.eye, offset(stage, sample));
-        let reach = reach(stage, sample) * (sight.length() / offset.length().max(f32::MIN_POSITIVE)).min(1e9);
+        // as long beside `sight` as it is beside the offset, up to all but sideways: the offset may be rounded to zero
+        let (far, long) = (offset.length().max(f32::MIN_POSITIVE), sight.length());
+        let reach = (reach(stage, sample) * long / far).min(1e3 * long);
         let aside = DISPLACEMENTS.iter().flat_map(|share| around(sight).map(|aside| aside * reach * *share));
         let beside: Vec<Vec3> = aside.map(|aside| sight + aside).collect();
         let met = trace_all(stage, beside.iter().map(|sight| (eye, *sight)));

@@ -5,11 +5,23 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-use super::Mesh;
 use super::obj::are_within_reach;
+use super::{Mesh, Model};
+use crate::motion::TransformTrack;
+
+impl Model {
+    /// The same model; if it never moves, its mesh is put into world space. `None` where that is too far away.
+    pub(crate) fn settled(self) -> Option<Self> {
+        if !self.track.is_constant() || self.track == TransformTrack::identity() {
+            return Some(self);
+        }
+        let still = baked(&self.mesh, self.track.map_at(0.0))?;
+        Some(Self { mesh: still.into(), track: TransformTrack::identity(), ..self })
+    }
+}
 
 /// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
-pub(crate) fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
+fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
     let positions: Vec<[f32; 3]> = mesh
         .positions
         .as_slice()

@@ -44,7 +44,6 @@ pub use shot::{Shot, load};
 pub use texture::Texture;
 
 use crate::motion::TransformTrack;
-use bake::baked;
 
 /// All that a shot shows. Ids are indices into these lists.
 #[derive(Debug, Clone)]
@@ -88,17 +87,6 @@ impl Scene {
         let built =
             models.filter(move |model| model.track.is_constant() || moving.insert(Arc::as_ptr(&model.mesh)));
         built.map(|model| &*model.mesh)
-    }
-}
-
-impl Model {
-    /// The same model; if it never moves, its mesh is put into world space. `None` where that is too far away.
-    pub(crate) fn settled(self) -> Option<Self> {
-        if !self.track.is_constant() || self.track == TransformTrack::identity() {
-            return Some(self);
-        }
-        let still = baked(&self.mesh, self.track.map_at(0.0))?;
-        Some(Self { mesh: still.into(), track: TransformTrack::identity(), ..self })
     }
 }
 
