@@ -9,7 +9,7 @@ use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::frame::grid::Grid;
 use afterimage::frame::view::View;
-use afterimage::lanes::{LANES, Lanes, Lanes3};
+use afterimage::lanes::{F32x8, LANES, Vec3x8};
 use afterimage::motion::Pose;
 use afterimage::output::{FrameMeta, write_exr};
 use afterimage::samples::CELLS;
@@ -65,13 +65,13 @@ fn shot(folder: &Path) -> (Scene, Settings) {
 /// Primary rays, in the renderer's order.
 fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
     let view = View::new(&Grid::new(settings).into(), Pose::of(scene, 1).camera);
-    let (eye, far) = (Lanes3::splat(view.camera.eye), Lanes::splat(f32::INFINITY));
+    let (eye, far) = (Vec3x8::splat(view.camera.eye), F32x8::splat(f32::INFINITY));
     let mut rays = RayBatch::default();
     for tile in 0..view.grid.tiles() {
-        let corner = view.grid.tile_corner(tile).map(|at| Lanes::splat(at as f32 + 0.5));
+        let corner = view.grid.tile_corner(tile).map(|at| F32x8::splat(at as f32 + 0.5));
         for first in (0..CELLS).step_by(LANES) {
-            let x = corner[0] + Lanes::load(&view.grid.place_x, first);
-            let y = corner[1] + Lanes::load(&view.grid.place_y, first);
+            let x = corner[0] + F32x8::load(&view.grid.place_x, first);
+            let y = corner[1] + F32x8::load(&view.grid.place_y, first);
             rays.push_lanes(eye, view.directions(x, y), far, u8::MAX);
         }
     }

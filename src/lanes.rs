@@ -14,7 +14,7 @@ pub const LANES: usize = 8;
 
 /// Eight floats.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lanes(f32x8);
+pub struct F32x8(f32x8);
 
 /// Eight answers.
 #[derive(Debug, Clone, Copy)]
@@ -23,13 +23,13 @@ pub struct Mask(f32x8);
 /// Eight vectors, or eight colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs, reason = "coordinates")]
-pub struct Lanes3 {
-    pub x: Lanes,
-    pub y: Lanes,
-    pub z: Lanes,
+pub struct Vec3x8 {
+    pub x: F32x8,
+    pub y: F32x8,
+    pub z: F32x8,
 }
 
-impl Lanes {
+impl F32x8 {
     /// Eight zeros.
     pub const ZERO: Self = Self::all(0.0);
 
@@ -228,24 +228,24 @@ pub fn unsigned(bits: i32x8) -> u32x8 {
 
 macro_rules! lane_by_lane {
     ($($op:ident $name:ident $sign:tt),+) => {$(
-        impl $op for Lanes {
+        impl $op for F32x8 {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 Self(self.0 $sign other.0)
             }
         }
-        impl $op for Lanes3 {
+        impl $op for Vec3x8 {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 Self { x: self.x $sign other.x, y: self.y $sign other.y, z: self.z $sign other.z }
             }
         }
-        impl $op<Lanes> for Lanes3 {
+        impl $op<F32x8> for Vec3x8 {
             type Output = Self;
             #[inline(always)]
-            fn $name(self, other: Lanes) -> Self {
+            fn $name(self, other: F32x8) -> Self {
                 Self { x: self.x $sign other, y: self.y $sign other, z: self.z $sign other }
             }
         }
@@ -253,7 +253,7 @@ macro_rules! lane_by_lane {
 }
 lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
-impl Neg for Lanes {
+impl Neg for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -294,7 +294,7 @@ impl Mask {
 
     #[inline(always)]
     fn of_bits(bits: u32x8) -> Self {
-        Self(Lanes::from_bits(bits).0)
+        Self(F32x8::from_bits(bits).0)
     }
 
     /// Answer number `lane`.
@@ -323,14 +323,14 @@ impl Mask {
 
     /// `yes` where the answer is yes, `no` elsewhere.
     #[inline(always)]
-    pub fn select(self, yes: Lanes, no: Lanes) -> Lanes {
-        Lanes(self.0.blend(yes.0, no.0))
+    pub fn select(self, yes: F32x8, no: F32x8) -> F32x8 {
+        F32x8(self.0.blend(yes.0, no.0))
     }
 
     /// `yes` where the answer is yes, `no` elsewhere.
     #[inline(always)]
-    pub fn select3(self, yes: Lanes3, no: Lanes3) -> Lanes3 {
-        Lanes3 { x: self.select(yes.x, no.x), y: self.select(yes.y, no.y), z: self.select(yes.z, no.z) }
+    pub fn select3(self, yes: Vec3x8, no: Vec3x8) -> Vec3x8 {
+        Vec3x8 { x: self.select(yes.x, no.x), y: self.select(yes.y, no.y), z: self.select(yes.z, no.z) }
     }
 }
 
@@ -366,20 +366,20 @@ impl Not for Mask {
     }
 }
 
-impl Lanes3 {
+impl Vec3x8 {
     /// Eight zeros.
-    pub const ZERO: Self = Self { x: Lanes::ZERO, y: Lanes::ZERO, z: Lanes::ZERO };
+    pub const ZERO: Self = Self { x: F32x8::ZERO, y: F32x8::ZERO, z: F32x8::ZERO };
 
     /// Eight times the same.
     #[inline(always)]
     pub fn splat(value: Vec3) -> Self {
-        Self { x: Lanes::splat(value.x), y: Lanes::splat(value.y), z: Lanes::splat(value.z) }
+        Self { x: F32x8::splat(value.x), y: F32x8::splat(value.y), z: F32x8::splat(value.z) }
     }
 
     /// Eight vectors of columns of coordinates, from `first` on.
     #[inline(always)]
     pub fn load([x, y, z]: [&[f32]; 3], first: usize) -> Self {
-        Self { x: Lanes::load(x, first), y: Lanes::load(y, first), z: Lanes::load(z, first) }
+        Self { x: F32x8::load(x, first), y: F32x8::load(y, first), z: F32x8::load(z, first) }
     }
 
     /// Writes the eight vectors to columns of coordinates, from `first` on.
@@ -405,7 +405,7 @@ impl Lanes3 {
 
     /// Scalar products.
     #[inline(always)]
-    pub fn dot(self, other: Self) -> Lanes {
+    pub fn dot(self, other: Self) -> F32x8 {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
@@ -434,19 +434,19 @@ impl Lanes3 {
     /// To unit length. Not a number where there is no length.
     #[inline(always)]
     pub fn normalize(self) -> Self {
-        self * (Lanes::splat(1.0) / self.dot(self).sqrt())
+        self * (F32x8::splat(1.0) / self.dot(self).sqrt())
     }
 
     /// Where any coordinate is not zero.
     #[inline(always)]
     pub fn is_some(self) -> Mask {
         // so that what is not a number is a yes on every processor
-        let differs = |a: Lanes| !Mask(a.0.cmp_eq(f32x8::ZERO));
+        let differs = |a: F32x8| !Mask(a.0.cmp_eq(f32x8::ZERO));
         differs(self.x) | differs(self.y) | differs(self.z)
     }
 }
 
-impl Neg for Lanes3 {
+impl Neg for Vec3x8 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -463,7 +463,7 @@ mod tests {
         let bases = (0..=2000).map(|i| i as f32 / 2000.0).chain([0.999_999, 1e-30, 1.0 - f32::EPSILON]);
         for base in bases {
             for exponent in [0.5, 1.0, 2.0, 10.0, 96.078_43, 1000.0] {
-                let got = f64::from(Lanes::splat(base).power(Lanes::splat(exponent)).lane(3));
+                let got = f64::from(F32x8::splat(base).power(F32x8::splat(exponent)).lane(3));
                 let wanted = f64::from(base).powf(f64::from(exponent));
                 assert!(
                     (got - wanted).abs() <= 1e-6 + 2e-6 * wanted,
@@ -475,10 +475,10 @@ mod tests {
 
     #[test]
     fn masks_choose_lane_by_lane() {
-        let count = Lanes::of([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
-        let few = count.lt(Lanes::splat(3.0));
+        let count = F32x8::of([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
+        let few = count.lt(F32x8::splat(3.0));
         assert_eq!((few.bits(), (!few).bits()), (0b0000_0111, 0b1111_1000));
-        assert_eq!(*few.select(count, Lanes::ZERO).values(), [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(*few.select(count, F32x8::ZERO).values(), [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(Mask::of(|lane| lane == 7).bits(), 0b1000_0000);
         assert!((few | !few).bits() == Mask::ALL.bits() && !(few & !few).any());
     }
@@ -486,7 +486,7 @@ mod tests {
     #[test]
     fn vectors_are_those_of_each_lane() {
         let (a, b) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.5, 4.0, -1.0));
-        let (x, y) = (Lanes3::splat(a), Lanes3::splat(b));
+        let (x, y) = (Vec3x8::splat(a), Vec3x8::splat(b));
         assert_eq!(x.cross(y).lane(5), a.cross(b));
         assert_eq!(x.dot(y).lane(2), a.dot(b));
         assert!((x.normalize().lane(0) - a.normalize()).length() < 1e-6);

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use afterimage::frame::grid::{Grid, holds};
 use afterimage::frame::view::View;
-use afterimage::lanes::{LANES as HALF, Lanes, Lanes3, Mask};
+use afterimage::lanes::{F32x8, LANES as HALF, Mask, Vec3x8};
 use afterimage::motion::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
@@ -149,7 +149,7 @@ impl Parts {
             corners.set(lane, &scene.models[number as usize].mesh, first + hit.prim_id[at]);
             *model = Some(number as usize);
         }
-        let weights = [Lanes::load(&hit.u, from), Lanes::load(&hit.v, from)];
+        let weights = [F32x8::load(&hit.u, from), F32x8::load(&hit.v, from)];
         let (mut point, mut normal, mut facet) =
             (corners.point(weights), corners.normal(weights), corners.facet());
         for (lane, model) in models.iter().enumerate() {
@@ -161,8 +161,8 @@ impl Parts {
             normal.set_lane(lane, place.normal(normal.lane(lane)));
             facet.set_lane(lane, place.facet(facet.lane(lane)));
         }
-        let direction = Lanes3::load([&ray.dir_x, &ray.dir_y, &ray.dir_z], from);
-        let behind = facet.dot(direction).gt(Lanes::ZERO);
+        let direction = Vec3x8::load([&ray.dir_x, &ray.dir_y, &ray.dir_z], from);
+        let behind = facet.dot(direction).gt(F32x8::ZERO);
         Eight {
             point,
             normal: behind.select3(-normal, normal),
@@ -197,9 +197,9 @@ fn attach(
 
 /// Eight surfaces, world space, on the side of the eye.
 struct Eight {
-    point: Lanes3,
-    normal: Lanes3,
-    facet: Lanes3,
+    point: Vec3x8,
+    normal: Vec3x8,
+    facet: Vec3x8,
     /// A bit each.
     is_surface: u8,
 }
@@ -279,12 +279,12 @@ fn primary_rays(view: &View) -> Vec<Vec<(Valid16, RayHit16)>> {
 
 fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     let grid = &view.grid;
-    let corner = grid.tile_corner(number).map(|at| Lanes::splat(at as f32 + 0.5));
+    let corner = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
     let extent = grid.extent(number);
-    let (eye, far) = (Lanes3::splat(view.camera.eye), Lanes::splat(f32::INFINITY));
+    let (eye, far) = (Vec3x8::splat(view.camera.eye), F32x8::splat(f32::INFINITY));
     for first in (0..CELLS).step_by(HALF) {
-        let x = corner[0] + Lanes::load(&grid.place_x, first);
-        let y = corner[1] + Lanes::load(&grid.place_y, first);
+        let x = corner[0] + F32x8::load(&grid.place_x, first);
+        let y = corner[1] + F32x8::load(&grid.place_y, first);
         let wanted = Mask::of(|lane| holds(extent, first + lane)).bits();
         rays.push_lanes(eye, view.directions(x, y), far, wanted);
     }
@@ -299,12 +299,12 @@ fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
         if !light.shape.is_area() {
             let arrival = arrival(light, 0, &aim, eight.point);
             let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
-            rays.push_lanes(origins, arrival.to_light, Lanes::splat(arrival.far), wanted);
+            rays.push_lanes(origins, arrival.to_light, F32x8::splat(arrival.far), wanted);
             continue;
         }
         for lane in (0..HALF).filter(|lane| eight.is_surface >> lane & 1 != 0) {
             let arrivals = arrivals(light, &aim, lane, eight.point.lane(lane));
-            let [normal, facet] = [&eight.normal, &eight.facet].map(|all| Lanes3::splat(all.lane(lane)));
+            let [normal, facet] = [&eight.normal, &eight.facet].map(|all| Vec3x8::splat(all.lane(lane)));
             let wanted = u16::from_le_bytes([0, 1].map(|half| faces(normal, facet, &arrivals[half]).bits()));
             if wanted != 0 {
                 let ways = [arrivals[0].to_light, arrivals[1].to_light];

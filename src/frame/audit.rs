@@ -25,7 +25,7 @@ use super::shadow::ShadowQueue;
 use super::stage::{Stage, set_bits, surface_bits};
 use super::trace_missed::is_traced;
 use super::verify::SEGMENT_END;
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
 use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
@@ -136,7 +136,7 @@ fn sight(stage: &Stage, number: usize, tile: &Tile, cell: usize) -> Vec3 {
         return offset;
     }
     let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
-    let centre = [0, 1].map(|axis| Lanes::splat((corner[axis] + place[axis]) as f32 + 0.5));
+    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis]) as f32 + 0.5));
     stage.view.directions(centre[0], centre[1]).lane(0)
 }
 
@@ -235,7 +235,7 @@ fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Ver
     let facet = stage.transform(sample.model).normal(sample.facet.unfold());
     let number = mesh.material_of[sample.triangle as usize];
     let material = &stage.scene.materials[usize::from(number)];
-    let weights = lanes.weights_at(Lanes3::splat(sample.point));
+    let weights = lanes.weights_at(Vec3x8::splat(sample.point));
     let normal = lanes.normal(weights).lane(0);
     let at = weights.map(|weight| weight.lane(0));
     let fresh = reflectance(stage.scene, material, || uv_at(mesh, sample.triangle, at));
@@ -297,13 +297,13 @@ fn check_shadows(stage: &Stage, tile: &Tile, source: Source, raise: &mut impl Fn
         }
     });
     for cell in doubtful {
-        let (lit, places) = (is_lit(cell), Lanes3::splat(tile.point(cell)));
+        let (lit, places) = (is_lit(cell), Vec3x8::splat(tile.point(cell)));
         let (placed, lane) = (Placed::of(stage, tile, cell / LANES * LANES), cell % LANES);
         let reach = reach(stage, &tile.sample(cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
         let mut beside =
-            Placed { point: Lanes3::ZERO, normal: Lanes3::splat(normal), facet: Lanes3::splat(facet) };
+            Placed { point: Vec3x8::ZERO, normal: Vec3x8::splat(normal), facet: Vec3x8::splat(facet) };
         for (lane, aside) in around(facet).into_iter().enumerate() {
             beside.point.set_lane(lane, point + aside * reach);
         }
@@ -321,7 +321,7 @@ fn ask(
     stage: &Stage,
     source: Source,
     placed: &Placed,
-    places: Lanes3,
+    places: Vec3x8,
     wanted: u8,
     owner: u32,
     queue: &mut ShadowQueue,

@@ -9,7 +9,7 @@ use super::enhance::Radiance;
 use super::plan::ShadowCheck;
 use super::shadow::{ShadowQueue, facing};
 use super::stage::{CellRays, Stage, Workbench, set_bits};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::motion::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{Aim, arrival, arrivals, way};
@@ -169,7 +169,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
     for lane in (0..bounces.len()).filter(is_hit) {
         corners.set(lane, mesh(lane), hits.triangle[from + lane]);
     }
-    let weights = [Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)];
+    let weights = [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)];
     let (point, normal, facet) = (corners.point(weights), corners.normal(weights), corners.facet());
     for lane in (0..bounces.len()).filter(is_hit) {
         let (transform, triangle) = (stage.transform(hits.model[from + lane]), hits.triangle[from + lane]);
@@ -190,16 +190,16 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
     }
 }
 
-/// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
+/// Eight of the surfaces that were met, side by side. F32x8 without one repeat the first.
 #[derive(Debug)]
 struct MetLanes {
-    point: Lanes3,
-    normal: Lanes3,
-    facet: Lanes3,
-    reflectance: Lanes3,
-    view: Lanes3,
+    point: Vec3x8,
+    normal: Vec3x8,
+    facet: Vec3x8,
+    reflectance: Vec3x8,
+    view: Vec3x8,
     materials: [u16; LANES],
-    /// Lanes in use.
+    /// F32x8 in use.
     used: u8,
 }
 
@@ -207,7 +207,7 @@ impl MetLanes {
     fn of(met: &[Met]) -> Self {
         let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
         let each = |value: fn(&Met) -> Vec3| {
-            let mut all = Lanes3::ZERO;
+            let mut all = Vec3x8::ZERO;
             (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
             all
         };

@@ -6,7 +6,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::stage::set_bits;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, Move};
 
 /// A sample that falls from a cell of one tile into a cell of another, in a word: its depth, whose bits are in
@@ -43,7 +43,7 @@ pub struct LanesFall {
     /// Those that fall into a cell of the picture, a bit each.
     pub which: u8,
     /// Positive; infinite for the background.
-    pub depth: Lanes,
+    pub depth: F32x8,
     /// Numbers of the cells in the store; of lanes that fall into none they mean nothing.
     pub cells: [u32; LANES],
 }
@@ -250,7 +250,7 @@ mod tests {
         let (first, lane) = (sample as usize % CELLS / LANES * LANES, sample as usize % LANES);
         let cells = [CELLS as u32 + cell; LANES];
         let mut sorter = Sorter::default();
-        sorter.add(first, LanesFall { which: 1 << lane, depth: Lanes::splat(depth), cells });
+        sorter.add(first, LanesFall { which: 1 << lane, depth: F32x8::splat(depth), cells });
         assert_eq!(sorter.send(sample / CELLS as u32, falls), 2);
     }
 
@@ -293,7 +293,7 @@ mod tests {
         let tile_of = |cell: usize| if cell < 64 { cell / 8 % 3 } else { cell % 3 };
         for first in (0..128).step_by(LANES) {
             let cells = std::array::from_fn(|lane| (tile_of(first + lane) * CELLS + first + lane) as u32);
-            sorter.add(first, LanesFall { which: u8::MAX, depth: Lanes::splat(1.0), cells });
+            sorter.add(first, LanesFall { which: u8::MAX, depth: F32x8::splat(1.0), cells });
         }
         assert_eq!(sorter.send(8, &falls), 3);
         assert_eq!(sorter.send(9, &falls), 0, "all was sent");

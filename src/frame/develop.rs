@@ -13,7 +13,7 @@ use super::grid::Grid;
 use super::mitchell::{GROUPS, HALO, TileFilm};
 use super::window::{Window, cut};
 use crate::film::{Film, Plane};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{F32x8, LANES};
 use crate::layers::Layers;
 
 /// An undeveloped frame, to be written over `used` where that is of the same size. What a plane holds is
@@ -173,7 +173,7 @@ fn write_piece(
     for (number, _) in filtered.filter(|(_, (channel, was_zero))| is_filtered(channel) && !**was_zero) {
         window.prefetch(number, pixels);
     }
-    let mut groups = [[Lanes::ZERO; PIXELS]; GROUPS];
+    let mut groups = [[F32x8::ZERO; PIXELS]; GROUPS];
     let mut is_some = [false; sums::COUNT];
     for tile in tiles_that_reach(grid, pixels) {
         let film = bands.film(tile);

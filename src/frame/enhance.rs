@@ -4,7 +4,7 @@
 use super::bounce;
 use super::placed::Placed;
 use super::stage::{Stage, Workbench, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, load_color, load_colors};
 use crate::shade::light::{Aim, arrival, way};
 use crate::shade::optics::branch;
@@ -77,9 +77,9 @@ impl Radiance {
     }
 }
 
-fn cut(light: Lanes3) -> Lanes3 {
-    let cut = |light: Lanes| light.max(Lanes::ZERO).min(Lanes::splat(MOST_LIGHT));
-    Lanes3 { x: cut(light.x), y: cut(light.y), z: cut(light.z) }
+fn cut(light: Vec3x8) -> Vec3x8 {
+    let cut = |light: F32x8| light.max(F32x8::ZERO).min(F32x8::splat(MOST_LIGHT));
+    Vec3x8 { x: cut(light.x), y: cut(light.y), z: cut(light.z) }
 }
 
 /// Writes what each cell of `tile` shows into the bench's `radiance`. The tags must be up to date.
@@ -88,7 +88,7 @@ pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let surfaces = surface_bits(models);
-        let lit = Mask::less(models, EMPTY).select3(load_colors(&tile.lit, first), Lanes3::ZERO);
+        let lit = Mask::less(models, EMPTY).select3(load_colors(&tile.lit, first), Vec3x8::ZERO);
         let [r, g, b] = &mut bench.radiance.diffuse;
         cut(lit).store([r, g, b], first);
         if surfaces != u8::MAX {
@@ -125,7 +125,7 @@ fn enhance_lanes(
     bench: &mut Workbench,
 ) {
     let placed = bench.placed.get(stage, tile, first);
-    let incoming = (placed.point - Lanes3::splat(stage.view.camera.eye)).normalize();
+    let incoming = (placed.point - Vec3x8::splat(stage.view.camera.eye)).normalize();
     if gloss.is_any {
         let light = highlights(stage, tile, first, gloss, &placed, incoming);
         bench.radiance.open_specular();
@@ -155,11 +155,11 @@ fn highlights(
     first: usize,
     gloss: &Gloss,
     placed: &Placed,
-    incoming: Lanes3,
-) -> Lanes3 {
+    incoming: Vec3x8,
+) -> Vec3x8 {
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::less(models, EMPTY);
-    let mut sum = Lanes3::ZERO;
+    let mut sum = Vec3x8::ZERO;
     for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
         let to_centre = way(light, placed.point).0;
         if !phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach()) {
@@ -171,7 +171,7 @@ fn highlights(
             if lit.any() {
                 let arrival = arrival(light, point, &aim, placed.point);
                 let highlight = phong::specular(gloss, placed.normal, -incoming, &arrival);
-                sum = sum + lit.select3(highlight, Lanes3::ZERO);
+                sum = sum + lit.select3(highlight, Vec3x8::ZERO);
             }
         }
     }

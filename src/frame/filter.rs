@@ -15,7 +15,7 @@ use super::pixels::{Planes, choose_nearest, count, reduce, take_data};
 use super::stage::{Stage, Workbench};
 use super::trace_missed::is_traced;
 use super::window::Window;
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Tile, load_colors};
 use crate::settings::Filter;
@@ -201,12 +201,12 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
-        is_surface.select(Lanes::splat(1.0), Lanes::ZERO).store(&mut filtering.alpha, first);
+        is_surface.select(F32x8::splat(1.0), F32x8::ZERO).store(&mut filtering.alpha, first);
         if stage.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
             let reflectance = load_colors(&tile.reflectance, first);
             let kept = stage.palette.albedo(&tile.material[first..first + LANES], reflectance);
-            is_surface.select3(kept, Lanes3::ZERO).store([r, g, b], first);
+            is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
         }
     }
 }
@@ -214,20 +214,20 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
 /// Where in the tile the samples are seen. A sample's own cell holds it; rounding may say the next one.
 fn locate(stage: &Stage, number: usize, tile: &Tile, is_centred: bool, filtering: &mut Filtering) {
     let grid = &stage.view.grid;
-    let [left, top] = grid.tile_corner(number).map(|at| Lanes::splat(at as f32));
+    let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
     for first in (0..CELLS).step_by(LANES) {
         let status = &tile.status[first..first + LANES];
         if is_centred || status.iter().all(|status| is_traced(*status)) {
             // through the centres of their cells
-            let centre = |column: &[f32]| Lanes::load(column, first) + Lanes::splat(0.5);
+            let centre = |column: &[f32]| F32x8::load(column, first) + F32x8::splat(0.5);
             centre(&grid.place_x).store(&mut filtering.x, first);
             centre(&grid.place_y).store(&mut filtering.y, first);
             continue;
         }
         let seen = stage.view.project(stage.offsets(tile, first));
-        let inside = |at: Lanes, cell: Lanes| at.max(cell).min(cell + Lanes::splat(1.0));
-        inside(seen.x - left, Lanes::load(&grid.place_x, first)).store(&mut filtering.x, first);
-        inside(seen.y - top, Lanes::load(&grid.place_y, first)).store(&mut filtering.y, first);
+        let inside = |at: F32x8, cell: F32x8| at.max(cell).min(cell + F32x8::splat(1.0));
+        inside(seen.x - left, F32x8::load(&grid.place_x, first)).store(&mut filtering.x, first);
+        inside(seen.y - top, F32x8::load(&grid.place_y, first)).store(&mut filtering.y, first);
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use wide::i32x8;
 
-use crate::lanes::{LANES, Lanes, Mask};
+use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
 
@@ -94,16 +94,16 @@ impl Grid {
 
     /// Which of eight points of cell space are in the picture. No for what is not a number.
     #[inline(always)]
-    pub fn inside(&self, x: Lanes, y: Lanes) -> Mask {
-        let within = |at: Lanes, cells: u32| Lanes::ZERO.le(at) & at.lt(Lanes::splat(cells as f32));
+    pub fn inside(&self, x: F32x8, y: F32x8) -> Mask {
+        let within = |at: F32x8, cells: u32| F32x8::ZERO.le(at) & at.lt(F32x8::splat(cells as f32));
         within(x, self.cells_x) & within(y, self.cells_y)
     }
 
     /// Indices of the cells that hold eight points of cell space, in the store's order; of a cell at the rim for
     /// what is not [inside](Self::inside).
     #[inline(always)]
-    pub fn cells_at(&self, x: Lanes, y: Lanes) -> [u32; LANES] {
-        let place = |at: Lanes, cells: u32| {
+    pub fn cells_at(&self, x: F32x8, y: F32x8) -> [u32; LANES] {
+        let place = |at: F32x8, cells: u32| {
             at.to_whole().max(i32x8::ZERO).min(i32x8::splat(cells as i32 - 1)).to_array()
         };
         let (columns, rows) = (place(x, self.cells_x), place(y, self.cells_y));
@@ -238,12 +238,12 @@ pub(super) mod tests {
     #[test]
     fn there_is_nothing_beyond_the_rim() {
         let grid = Grid::new(&settings(64, 64, 1));
-        let inside = |x: f32, y: f32| grid.inside(Lanes::splat(x), Lanes::splat(y)).bits() == u8::MAX;
+        let inside = |x: f32, y: f32| grid.inside(F32x8::splat(x), F32x8::splat(y)).bits() == u8::MAX;
         assert!(!inside(f32::NAN, 3.0));
         assert!(!inside(64.0, 3.0));
         assert!(!inside(3.0, -0.001));
         assert!(inside(63.9, 63.9) && inside(0.0, -0.0));
-        let cell_at = |x: f32, y: f32| grid.cells_at(Lanes::splat(x), Lanes::splat(y))[3];
+        let cell_at = |x: f32, y: f32| grid.cells_at(F32x8::splat(x), F32x8::splat(y))[3];
         assert_eq!(cell_at(63.9, -0.0), grid.index_of(63, 0));
         assert_eq!(cell_at(f32::NAN, 1e9), grid.index_of(0, 63), "at the rim");
     }

@@ -6,7 +6,7 @@ use super::plan::{LightChange, ShadowCheck};
 use super::rest::Around;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits, surface_bits};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
@@ -112,7 +112,7 @@ fn ask_light(
         let placed = bench.placed.get(stage, tile, first);
         if asked[0] != 0 {
             let (to_light, far) = way(pose, placed.point);
-            asked[0] &= stage.movers.may_meet(placed.point, to_light, Lanes::splat(far));
+            asked[0] &= stage.movers.may_meet(placed.point, to_light, F32x8::splat(far));
             if asked == [0; CHECKS.len()] {
                 continue;
             }
@@ -192,8 +192,8 @@ fn ask_area_light(
             let arrivals = arrivals(pose, &aim, lane, point);
             let faces = facing(placed.normal.lane(lane), placed.facet.lane(lane), &arrivals);
             if asked[0] != 0 {
-                let ([low, high], point) = (asked[0].to_le_bytes(), Lanes3::splat(point));
-                let far = Lanes::splat(arrivals[0].far);
+                let ([low, high], point) = (asked[0].to_le_bytes(), Vec3x8::splat(point));
+                let far = F32x8::splat(arrivals[0].far);
                 let meets = |half: usize| stage.movers.may_meet(point, arrivals[half].to_light, far);
                 asked[0] = u16::from_le_bytes([meets(0) & low, meets(1) & high]);
             }
@@ -262,7 +262,7 @@ impl Lighting {
 
 /// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
 #[inline]
-pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Lanes3 {
+pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, materials) =
         (load_colors(&tile.reflectance, first), &tile.material[first..first + LANES]);
     let albedo = stage.palette.albedo(materials, reflectance);
@@ -274,7 +274,7 @@ pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> L
             if lit.any() {
                 let arrival = arrival(light, point, &aim, placed.point);
                 let diffuse = phong::diffuse(albedo, placed.normal, &arrival);
-                sum = sum + lit.select3(diffuse, Lanes3::ZERO);
+                sum = sum + lit.select3(diffuse, Vec3x8::ZERO);
             }
         }
     }

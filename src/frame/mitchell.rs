@@ -9,7 +9,7 @@ use wide::i32x8;
 
 use super::channels::sums;
 use super::grid::Grid;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, EMPTY, Tile};
 
 /// How far, in pixels, a sample reaches beyond its own pixel.
@@ -23,7 +23,7 @@ pub const GROUPS: usize = sums::COUNT.div_ceil(LANES);
 pub struct TileFilm {
     /// For each group the tile's pixels and the halo around them, in rows. What is in a group without any plane
     /// means nothing.
-    groups: [Vec<Lanes>; GROUPS],
+    groups: [Vec<F32x8>; GROUPS],
     /// Which planes are not zero throughout.
     is_some: [bool; sums::COUNT],
 }
@@ -51,7 +51,7 @@ impl TileFilm {
         grid: &Grid,
         number: usize,
         pixels: &[Range<usize>; 2],
-        mut add: impl FnMut(usize, [usize; 2], &[Lanes]),
+        mut add: impl FnMut(usize, [usize; 2], &[F32x8]),
     ) {
         let (edge, halo) = (edge(grid), HALO as usize);
         let corner = grid.pixel_corner(number).map(|at| at as usize);
@@ -83,13 +83,13 @@ pub fn spread(
 ) {
     static NOTHING: Column<f32> = [0.0; CELLS];
     static ONE: Column<f32> = [1.0; CELLS];
-    let (edge, scale) = (edge(grid), Lanes::splat((grid.samples as f32).recip()));
+    let (edge, scale) = (edge(grid), F32x8::splat((grid.samples as f32).recip()));
     film.is_some = columns.map(|column| column.is_some());
     film.is_some[sums::WEIGHT] = true;
     let has_group: [bool; GROUPS] = std::array::from_fn(|group| film.has_group(group));
     for (sums, _) in film.groups.iter_mut().zip(has_group).filter(|(_, has_any)| *has_any) {
         sums.clear();
-        sums.resize(edge * edge, Lanes::ZERO);
+        sums.resize(edge * edge, F32x8::ZERO);
     }
     let column = |plane: usize| match plane {
         sums::WEIGHT => &ONE,
@@ -99,13 +99,13 @@ pub fn spread(
         std::array::from_fn(|group| std::array::from_fn(|lane| column(group * LANES + lane)));
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let at = [x, y].map(|at| Lanes::load(at, first) * scale);
+        let at = [x, y].map(|at| F32x8::load(at, first) * scale);
         let reach = Reach::of(at, edge);
         for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
             for group in (0..GROUPS).filter(|group| has_group[*group]) {
-                let value = Lanes::of(columns[group].map(|column| column[first + lane]));
+                let value = F32x8::of(columns[group].map(|column| column[first + lane]));
                 // most samples have neither highlight nor mirror
-                if group == 0 || value != Lanes::ZERO {
+                if group == 0 || value != F32x8::ZERO {
                     reach.add(lane, value, edge, &mut film.groups[group]);
                 }
             }
@@ -118,17 +118,17 @@ struct Reach {
     /// The first one: its number in rows of `edge` pixels, halo included.
     start: [i32; LANES],
     /// In rows.
-    weights: [[Lanes; 4]; 4],
+    weights: [[F32x8; 4]; 4],
 }
 
 impl Reach {
     /// Of samples `at` places from the tile's corner, in pixels.
     #[inline(always)]
-    fn of(at: [Lanes; 2], edge: usize) -> Self {
+    fn of(at: [F32x8; 2], edge: usize) -> Self {
         // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
-        let [x, y] = at.map(|at| at + Lanes::splat(0.5));
-        let whole = [x, y].map(Lanes::to_whole);
-        let first = whole.map(Lanes::from_whole);
+        let [x, y] = at.map(|at| at + F32x8::splat(0.5));
+        let whole = [x, y].map(F32x8::to_whole);
+        let first = whole.map(F32x8::from_whole);
         let (across, down) = (mitchell(x - first[0]), mitchell(y - first[1]));
         Self {
             start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
@@ -138,12 +138,12 @@ impl Reach {
 
     /// Adds `value`, that of sample `lane`, to its pixels.
     #[inline(always)]
-    fn add(&self, lane: usize, value: Lanes, edge: usize, pixels: &mut [Lanes]) {
+    fn add(&self, lane: usize, value: F32x8, edge: usize, pixels: &mut [F32x8]) {
         let pixels = &mut pixels[self.start[lane] as usize..][..3 * edge + 4];
         for (row, weights) in self.weights.iter().enumerate() {
             let four = &mut pixels[row * edge..row * edge + 4];
             for (pixel, weight) in four.iter_mut().zip(weights) {
-                *pixel = *pixel + value * Lanes::splat(weight.lane(lane));
+                *pixel = *pixel + value * F32x8::splat(weight.lane(lane));
             }
         }
     }
@@ -153,16 +153,16 @@ impl Reach {
 /// with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988,
 /// equation 8).
 #[inline(always)]
-fn mitchell(beyond: Lanes) -> [Lanes; 4] {
+fn mitchell(beyond: F32x8) -> [F32x8; 4] {
     const B: f32 = 1.0 / 3.0;
     const C: f32 = 1.0 / 3.0;
     const NEAR: [f32; 4] = [12.0 - 9.0 * B - 6.0 * C, -18.0 + 12.0 * B + 6.0 * C, 0.0, 6.0 - 2.0 * B];
     const FAR: [f32; 4] = [-B - 6.0 * C, 6.0 * B + 30.0 * C, -12.0 * B - 48.0 * C, 8.0 * B + 24.0 * C];
-    let cubic = |terms: [f32; 4], x: Lanes| {
-        let sum = terms.into_iter().fold(Lanes::ZERO, |sum, term| sum * x + Lanes::splat(term));
-        sum / Lanes::splat(6.0)
+    let cubic = |terms: [f32; 4], x: F32x8| {
+        let sum = terms.into_iter().fold(F32x8::ZERO, |sum, term| sum * x + F32x8::splat(term));
+        sum / F32x8::splat(6.0)
     };
-    let [one, two] = [1.0, 2.0].map(Lanes::splat);
+    let [one, two] = [1.0, 2.0].map(F32x8::splat);
     [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
 }
 
@@ -173,11 +173,11 @@ mod tests {
     #[test]
     fn the_weights_add_up_to_one_wherever_the_sample_is() {
         for step in 0..=20 {
-            let weights = mitchell(Lanes::splat(step as f32 / 20.0));
+            let weights = mitchell(F32x8::splat(step as f32 / 20.0));
             let sum: f32 = weights.iter().map(|weight| weight.lane(5)).sum();
             assert!((sum - 1.0).abs() < 1e-6, "{step}: {sum}");
         }
-        let on_a_centre = mitchell(Lanes::ZERO);
+        let on_a_centre = mitchell(F32x8::ZERO);
         let wanted = [1.0 / 18.0, 8.0 / 9.0, 1.0 / 18.0, 0.0];
         assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a.lane(2) - b).abs() < 1e-6), "{on_a_centre:?}");
     }
@@ -196,10 +196,10 @@ mod tests {
         let mut film = TileFilm::default();
         spread(&grid, &tile, [&x, &y], &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
-        let (across, down) = (mitchell(Lanes::splat(0.25)), mitchell(Lanes::splat(0.75)));
+        let (across, down) = (mitchell(F32x8::splat(0.25)), mitchell(F32x8::splat(0.75)));
         let mut reached = 0;
         film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {
-            for (x, sums) in (left..).zip(run).filter(|(_, sums)| **sums != Lanes::ZERO) {
+            for (x, sums) in (left..).zip(run).filter(|(_, sums)| **sums != F32x8::ZERO) {
                 let weight = across[x - 4].lane(0) * down[y].lane(0);
                 let plane = [sums::WEIGHT, (sums::SPECULAR + 1) % LANES][group];
                 assert_eq!(sums.lane(plane), weight * [1.0, 3.0][group], "{x} {y}");

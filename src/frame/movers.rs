@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::plan::Plan;
 use super::stage::Stage;
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::motion::{Pose, Transform};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::{Mesh, Scene};
@@ -44,9 +44,9 @@ impl Bounds {
 
     /// Around the samples of `tile`: the surfaces, world space, and the directions to the background.
     pub fn of_samples(stage: &Stage, tile: &Tile) -> [Self; 2] {
-        let nothing = [Lanes3::splat(Vec3::INFINITY), Lanes3::splat(Vec3::NEG_INFINITY)];
+        let nothing = [Vec3x8::splat(Vec3::INFINITY), Vec3x8::splat(Vec3::NEG_INFINITY)];
         let (mut surfaces, mut sky) = (nothing, nothing);
-        let widen = |[low, high]: &mut [Lanes3; 2], wanted: Mask, offsets: Lanes3| {
+        let widen = |[low, high]: &mut [Vec3x8; 2], wanted: Mask, offsets: Vec3x8| {
             *low = low.min(wanted.select3(offsets, *low));
             *high = high.max(wanted.select3(offsets, *high));
         };
@@ -59,7 +59,7 @@ impl Bounds {
                 widen(&mut sky, is_sky, offsets);
             }
         }
-        let around = |[low, high]: [Lanes3; 2], eye: Vec3| {
+        let around = |[low, high]: [Vec3x8; 2], eye: Vec3| {
             (0..LANES).fold(Self::EMPTY, |all, lane| {
                 all.union(Self { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
             })
@@ -68,7 +68,7 @@ impl Bounds {
     }
 
     /// Around eight points.
-    pub fn of_lanes(points: Lanes3) -> Self {
+    pub fn of_lanes(points: Vec3x8) -> Self {
         (0..LANES).fold(Self::EMPTY, |all, lane| all.with(points.lane(lane)))
     }
 
@@ -101,11 +101,11 @@ impl Bounds {
     /// Where `origin + t * direction` is in the box for some t in `0..=far` (slabs; `inverse` is one over
     /// the direction, finite).
     #[inline(always)]
-    fn meets(&self, origin: Lanes3, inverse: Lanes3, far: Lanes) -> Mask {
-        let a = (Lanes3::splat(self.low) - origin) * inverse;
-        let b = (Lanes3::splat(self.high) - origin) * inverse;
+    fn meets(&self, origin: Vec3x8, inverse: Vec3x8, far: F32x8) -> Mask {
+        let a = (Vec3x8::splat(self.low) - origin) * inverse;
+        let b = (Vec3x8::splat(self.high) - origin) * inverse;
         let (near, away) = (a.min(b), a.max(b));
-        let enter = near.x.max(near.y).max(near.z).max(Lanes::ZERO);
+        let enter = near.x.max(near.y).max(near.z).max(F32x8::ZERO);
         let leave = away.x.min(away.y).min(away.z).min(far);
         enter.le(leave)
     }
@@ -172,14 +172,14 @@ impl Movers {
     /// Of eight segments, those on which any of the models may be: at `origin + t * direction` for a t in
     /// `0..=far`. A bit that is not set is certain.
     #[inline]
-    pub fn may_meet(&self, origin: Lanes3, direction: Lanes3, far: Lanes) -> u8 {
+    pub fn may_meet(&self, origin: Vec3x8, direction: Vec3x8, far: F32x8) -> u8 {
         // parallel to a slab: a huge slope says inside or outside as well as an infinite one, and 0 times
         // it is a number
-        let steep = |along: Lanes| {
-            let is_parallel = along.abs().lt(Lanes::splat(1e-30));
-            is_parallel.select(Lanes::splat(1e30), Lanes::splat(1.0) / along)
+        let steep = |along: F32x8| {
+            let is_parallel = along.abs().lt(F32x8::splat(1e-30));
+            is_parallel.select(F32x8::splat(1e30), F32x8::splat(1.0) / along)
         };
-        let inverse = Lanes3 { x: steep(direction.x), y: steep(direction.y), z: steep(direction.z) };
+        let inverse = Vec3x8 { x: steep(direction.x), y: steep(direction.y), z: steep(direction.z) };
         self.boxes.iter().fold(Mask::NONE, |any, bounds| any | bounds.meets(origin, inverse, far)).bits()
     }
 }
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     fn may_meet(movers: &Movers, origin: Vec3, direction: Vec3, far: f32) -> bool {
-        let bits = movers.may_meet(Lanes3::splat(origin), Lanes3::splat(direction), Lanes::splat(far));
+        let bits = movers.may_meet(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
         assert!(bits == 0 || bits == u8::MAX);
         bits != 0
     }

@@ -8,7 +8,7 @@ use super::grid::Grid;
 use super::placed::PlacedTile;
 use super::stage::{CellRays, Stage};
 use super::trace_missed::is_traced;
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
 use crate::scene::RenderSpace;
@@ -142,12 +142,12 @@ pub fn take_data(
     let is_surface = |first: usize| Mask::less(&models[first..first + LANES], EMPTY);
     if has_depth {
         let camera = &stage.view.camera;
-        let [eye, forward] = [camera.eye, camera.forward].map(Lanes3::splat);
+        let [eye, forward] = [camera.eye, camera.forward].map(Vec3x8::splat);
         let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
         for first in (0..CELLS).step_by(LANES) {
-            let depth = (Lanes3::load([x, y, w], first) - eye).dot(forward);
-            let depth = depth * Lanes::splat(stage.scene.space.length_of_files(1.0));
-            is_surface(first).select(depth, Lanes::splat(BACKGROUND_Z)).store(z, first);
+            let depth = (Vec3x8::load([x, y, w], first) - eye).dot(forward);
+            let depth = depth * F32x8::splat(stage.scene.space.length_of_files(1.0));
+            is_surface(first).select(depth, F32x8::splat(BACKGROUND_Z)).store(z, first);
         }
         data.is_some[data::Z] = true;
     }
@@ -156,7 +156,7 @@ pub fn take_data(
     for number in data::POSITION..data::NORMAL + 3 {
         let column = &mut data.columns[number];
         for first in (0..CELLS).step_by(LANES).take_while(|_| data.is_some[number]) {
-            is_surface(first).select(Lanes::load(column, first), Lanes::ZERO).store(column, first);
+            is_surface(first).select(F32x8::load(column, first), F32x8::ZERO).store(column, first);
         }
     }
     if stage.layers.has(Layers::ID) {

@@ -1,7 +1,7 @@
 //! Samples in world space.
 
 use super::stage::{Stage, set_bits};
-use crate::lanes::{LANES, Lanes3};
+use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
 
 /// Eight samples' surfaces in world space. Normals have unit length and point to the eye's side. What is in
@@ -9,11 +9,11 @@ use crate::samples::{CELLS, Column, Octahedral, Tile};
 #[derive(Debug, Clone, Copy)]
 pub struct Placed {
     /// Where they are in this frame.
-    pub point: Lanes3,
+    pub point: Vec3x8,
     /// For shading.
-    pub normal: Lanes3,
+    pub normal: Vec3x8,
     /// Of the triangles.
-    pub facet: Lanes3,
+    pub facet: Vec3x8,
 }
 
 impl Placed {
@@ -92,11 +92,11 @@ impl Default for PlacedTile {
 }
 
 #[inline(always)]
-fn load([x, y, z]: &[Column<f32>; 3], first: usize) -> Lanes3 {
-    Lanes3::load([x, y, z], first)
+fn load([x, y, z]: &[Column<f32>; 3], first: usize) -> Vec3x8 {
+    Vec3x8::load([x, y, z], first)
 }
 
 #[inline(always)]
-fn store(values: Lanes3, [x, y, z]: &mut [Column<f32>; 3], first: usize) {
+fn store(values: Vec3x8, [x, y, z]: &mut [Column<f32>; 3], first: usize) {
     values.store([x, y, z], first);
 }

@@ -11,7 +11,7 @@ use super::foresee::LEAST_REUSED;
 use super::grid::holds;
 use super::plan::CameraChange;
 use super::stage::{Stage, set_bits, surface_bits};
-use crate::lanes::{LANES, Lanes, Mask};
+use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::{
     BACKGROUND, CELLS, Column, EMPTY, LeavingStore, Octahedral, SampleStore, Status, TILE, Tile,
 };
@@ -39,10 +39,10 @@ pub fn project_lanes(stage: &Stage, tile: &Tile, first: usize) -> LanesFall {
     let grid = &stage.view.grid;
     let [is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
     // no for what is not a number as well
-    let is_before = seen.depth.gt(Lanes::splat(f32::MIN_POSITIVE));
+    let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
     LanesFall {
         which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
-        depth: is_background.select(Lanes::splat(f32::INFINITY), seen.depth),
+        depth: is_background.select(F32x8::splat(f32::INFINITY), seen.depth),
         cells: grid.cells_at(seen.x, seen.y),
     }
 }
@@ -128,7 +128,7 @@ pub fn seen_from_behind(stage: &Stage, tile: &Tile, first: usize) -> u8 {
     for lane in set_bits(stage.displaced_bits(models)) {
         facets.set_lane(lane, stage.transform(models[lane]).facet(facets.lane(lane)));
     }
-    let before = facets.dot(stage.offsets(tile, first)).lt(Lanes::ZERO);
+    let before = facets.dot(stage.offsets(tile, first)).lt(F32x8::ZERO);
     may_have_turned & !before.bits()
 }
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::plan::ShadowCheck;
 use super::stage::{Stage, set_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, are_same};
+use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::motion::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::shade::light::Arrival;
@@ -67,7 +67,7 @@ impl ShadowQueue {
     /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
     /// numbers count up from `owner`.
     #[inline(always)]
-    pub fn push(&mut self, point: Lanes3, facet: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
+    pub fn push(&mut self, point: Vec3x8, facet: Vec3x8, arrival: &Arrival, wanted: u8, owner: u32) {
         if wanted != 0 {
             self.push_from(off_surfaces(point, facet), arrival, wanted, owner);
         }
@@ -75,8 +75,8 @@ impl ShadowQueue {
 
     /// The same from `origins` that are off their surfaces already.
     #[inline(always)]
-    pub fn push_from(&mut self, origins: Lanes3, arrival: &Arrival, wanted: u8, owner: u32) {
-        self.rays.push_lanes(origins, arrival.to_light, Lanes::splat(arrival.far), wanted);
+    pub fn push_from(&mut self, origins: Vec3x8, arrival: &Arrival, wanted: u8, owner: u32) {
+        self.rays.push_lanes(origins, arrival.to_light, F32x8::splat(arrival.far), wanted);
         if wanted == u8::MAX {
             self.owners.extend(owner..owner + LANES as u32);
         } else {
@@ -243,7 +243,7 @@ impl Checks {
 /// Which of an area light's points a surface faces, a bit each.
 #[inline(always)]
 pub fn facing(normal: Vec3, facet: Vec3, arrivals: &[Arrival; 2]) -> u16 {
-    let [normal, facet] = [normal, facet].map(Lanes3::splat);
+    let [normal, facet] = [normal, facet].map(Vec3x8::splat);
     u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, facet, &arrivals[half]).bits()))
 }
 

@@ -7,7 +7,7 @@ use super::movers::{Movers, Sweep};
 use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
-use crate::lanes::{LANES, Lanes3, Mask};
+use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::motion::{Pose, Transform};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TagSlot, Tile};
@@ -74,14 +74,14 @@ impl<'a> Stage<'a> {
 
     /// The same for eight cells of `tile`, from `first` on.
     #[inline(always)]
-    pub fn offsets(&self, tile: &Tile, first: usize) -> Lanes3 {
+    pub fn offsets(&self, tile: &Tile, first: usize) -> Vec3x8 {
         let models = &tile.model[first..first + LANES];
         let mut points = tile.points(first);
         for lane in set_bits(self.displaced_bits(models)) {
             points.set_lane(lane, self.transform(models[lane]).point(points.lane(lane)));
         }
         let background = Mask::equal(models, BACKGROUND);
-        background.select3(points, points - Lanes3::splat(self.view.camera.eye))
+        background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
     }
 
     /// Of eight samples' models, those whose object space is not world space, a bit each.

@@ -1,7 +1,7 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
 use super::stage::{Stage, Workbench, set_bits, status_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, Mask, are_same};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
@@ -42,8 +42,8 @@ pub fn is_traced(status: Status) -> bool {
 /// A ray through the centre of each cell in the bench's `owners`.
 fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
     let grid = &stage.view.grid;
-    let centre = grid.tile_corner(number).map(|at| Lanes::splat(at as f32 + 0.5));
-    let (eye, far) = (Lanes3::splat(stage.view.camera.eye), Lanes::splat(f32::INFINITY));
+    let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
+    let (eye, far) = (Vec3x8::splat(stage.view.camera.eye), F32x8::splat(f32::INFINITY));
     for owners in bench.owners.chunks(LANES) {
         let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
         let directions = stage.view.directions(x + centre[0], y + centre[1]);
@@ -53,11 +53,11 @@ fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
 
 /// What `column` has for up to eight cells.
 #[inline(always)]
-fn values_of(column: &Column<f32>, cells: &[u32]) -> Lanes {
+fn values_of(column: &Column<f32>, cells: &[u32]) -> F32x8 {
     if are_neighbours(cells) {
-        return Lanes::load(column, cells[0] as usize);
+        return F32x8::load(column, cells[0] as usize);
     }
-    let mut values = Lanes::ZERO;
+    let mut values = F32x8::ZERO;
     (0..).zip(cells).for_each(|(lane, cell)| values.set_lane(lane, column[*cell as usize]));
     values
 }
@@ -71,10 +71,10 @@ fn are_neighbours(cells: &[u32]) -> bool {
 /// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
 /// side of the eye.
 fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
-    let direction = Lanes3::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
+    let direction = Vec3x8::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
     let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
     let corners = corners_of(stage, models, triangles);
-    let mut point = corners.point([Lanes::load(&hits.u, from), Lanes::load(&hits.v, from)]);
+    let mut point = corners.point([F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)]);
     put_on_ray(stage, direction, [models, triangles], &mut point);
     let weights = corners.weights_at(point);
     let (normal, facet) = (corners.normal(weights), corners.facet());
@@ -134,9 +134,9 @@ fn reflectance_of(
     stage: &Stage,
     models: &[u32],
     triangles: &[u32],
-    weights: [Lanes; 2],
-) -> ([u16; LANES], Lanes3) {
-    let (mut numbers, mut colors) = ([0; LANES], Lanes3::ZERO);
+    weights: [F32x8; 2],
+) -> ([u16; LANES], Vec3x8) {
+    let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
     for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
         let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
         numbers[lane] = mesh.material_of[triangle as usize];
@@ -158,15 +158,15 @@ fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
 #[inline(always)]
-fn put_on_ray(stage: &Stage, direction: Lanes3, [models, triangles]: [&[u32]; 2], point: &mut Lanes3) {
+fn put_on_ray(stage: &Stage, direction: Vec3x8, [models, triangles]: [&[u32]; 2], point: &mut Vec3x8) {
     let eye = stage.view.camera.eye;
     let mut world = *point;
     for lane in set_bits(stage.displaced_bits(models)) {
         world.set_lane(lane, stage.transform(models[lane]).point(point.lane(lane)));
     }
-    let offset = world - Lanes3::splat(eye);
+    let offset = world - Vec3x8::splat(eye);
     let aside = offset.cross(direction);
-    let most = Lanes::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
+    let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
         let (transform, mesh) = (stage.transform(models[lane]), mesh_of(stage, models[lane]));
@@ -179,10 +179,10 @@ fn put_on_ray(stage: &Stage, direction: Lanes3, [models, triangles]: [&[u32]; 2]
 
 /// Where rays along `direction` see the backs of triangles with these normals (object space).
 #[inline(always)]
-fn seen_from_behind(stage: &Stage, facet: Lanes3, direction: Lanes3, models: &[u32]) -> Mask {
+fn seen_from_behind(stage: &Stage, facet: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
     let mut world = facet;
     for lane in set_bits(stage.displaced_bits(models)) {
         world.set_lane(lane, stage.transform(models[lane]).facet(facet.lane(lane)));
     }
-    world.dot(direction).gt(Lanes::ZERO)
+    world.dot(direction).gt(F32x8::ZERO)
 }

@@ -6,7 +6,7 @@
 use super::plan::SightCheck;
 use super::rest::Around;
 use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits};
-use crate::lanes::{LANES, Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, Status, Tile};
 use crate::trace::{Among, Blockers, Coherence, Purpose, RayBatch};
 
@@ -84,7 +84,7 @@ fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usiz
         return asked;
     }
     let (offsets, far) = (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
-    asked & stage.movers.may_meet(Lanes3::splat(stage.view.camera.eye), offsets, far)
+    asked & stage.movers.may_meet(Vec3x8::splat(stage.view.camera.eye), offsets, far)
 }
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
@@ -123,12 +123,12 @@ pub fn segments(stage: &Stage, tile: &Tile, first: usize, wanted: u8, rays: &mut
     let models = &tile.model[first..first + LANES];
     // nothing is the background's own: its number is that of no hit
     let own = [models, &tile.triangle[first..first + LANES]];
-    let (eye, far) = (Lanes3::splat(stage.view.camera.eye), segment_ends(models));
+    let (eye, far) = (Vec3x8::splat(stage.view.camera.eye), segment_ends(models));
     rays.push_lanes_to_samples(eye, stage.offsets(tile, first), far, own, wanted);
 }
 
 /// Where the segments to eight samples end.
-fn segment_ends(models: &[u32]) -> Lanes {
+fn segment_ends(models: &[u32]) -> F32x8 {
     let background = Mask::equal(models, BACKGROUND);
-    background.select(Lanes::splat(f32::INFINITY), Lanes::splat(SEGMENT_END))
+    background.select(F32x8::splat(f32::INFINITY), F32x8::splat(SEGMENT_END))
 }

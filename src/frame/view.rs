@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::grid::Grid;
 use super::movers::Bounds;
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::motion::CameraPose;
 use crate::samples::TILE;
 
@@ -27,12 +27,12 @@ pub struct View {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projected {
     /// Cells from the left.
-    pub x: Lanes,
+    pub x: F32x8,
     /// Cells from the top.
-    pub y: Lanes,
+    pub y: F32x8,
     /// Along the view axis, world units. Only where this is positive does the point lie before the eye and
     /// `x` and `y` mean anything.
-    pub depth: Lanes,
+    pub depth: F32x8,
 }
 
 impl View {
@@ -47,11 +47,11 @@ impl View {
     /// From the eye through points of cell space. Their part along the view axis is 1: lengths along the
     /// rays are distances along the axis.
     #[inline(always)]
-    pub fn directions(&self, x: Lanes, y: Lanes) -> Lanes3 {
-        let across = x / Lanes::splat(self.scale[0]) - Lanes::splat(self.half[0]);
-        let down = y / Lanes::splat(self.scale[1]) - Lanes::splat(self.half[1]);
+    pub fn directions(&self, x: F32x8, y: F32x8) -> Vec3x8 {
+        let across = x / F32x8::splat(self.scale[0]) - F32x8::splat(self.half[0]);
+        let down = y / F32x8::splat(self.scale[1]) - F32x8::splat(self.half[1]);
         let camera = &self.camera;
-        Lanes3::splat(camera.forward) + Lanes3::splat(camera.right) * across - Lanes3::splat(camera.up) * down
+        Vec3x8::splat(camera.forward) + Vec3x8::splat(camera.right) * across - Vec3x8::splat(camera.up) * down
     }
 
     /// Around the [directions](Self::directions) through the cells of tile number `number`, and a cell beyond: rounding
@@ -60,7 +60,7 @@ impl View {
         let sides =
             self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as u32) as f32 + 1.0]);
         let side = |axis: usize, shift: usize| {
-            let mut all = Lanes::ZERO;
+            let mut all = F32x8::ZERO;
             (0..LANES).for_each(|lane| all.set_lane(lane, sides[axis][lane >> shift & 1]));
             all
         };
@@ -69,20 +69,20 @@ impl View {
 
     /// Where offsets (from the eye, world space) are seen.
     #[inline(always)]
-    pub fn project(&self, offset: Lanes3) -> Projected {
-        let depth = offset.dot(Lanes3::splat(self.camera.forward));
-        let across = offset.dot(Lanes3::splat(self.camera.right)) / depth;
-        let down = -(offset.dot(Lanes3::splat(self.camera.up)) / depth);
+    pub fn project(&self, offset: Vec3x8) -> Projected {
+        let depth = offset.dot(Vec3x8::splat(self.camera.forward));
+        let across = offset.dot(Vec3x8::splat(self.camera.right)) / depth;
+        let down = -(offset.dot(Vec3x8::splat(self.camera.up)) / depth);
         Projected {
-            x: (across + Lanes::splat(self.half[0])) * Lanes::splat(self.scale[0]),
-            y: (down + Lanes::splat(self.half[1])) * Lanes::splat(self.scale[1]),
+            x: (across + F32x8::splat(self.half[0])) * F32x8::splat(self.scale[0]),
+            y: (down + F32x8::splat(self.half[1])) * F32x8::splat(self.scale[1]),
             depth,
         }
     }
 
     /// Where one offset is seen: x, y and depth. `None` behind the eye.
     pub fn project_one(&self, offset: Vec3) -> Option<Vec3> {
-        let Projected { x, y, depth } = self.project(Lanes3::splat(offset));
+        let Projected { x, y, depth } = self.project(Vec3x8::splat(offset));
         // false for NaN as well
         (depth.lane(0) > f32::MIN_POSITIVE).then(|| Vec3::new(x.lane(0), y.lane(0), depth.lane(0)))
     }
@@ -108,10 +108,10 @@ pub(super) mod tests {
         let view = view(50, 37, 3);
         for y in 0..view.grid.cells_y {
             for x in 0..view.grid.cells_x {
-                let centre = [x, y].map(|at| Lanes::splat(at as f32 + 0.5));
+                let centre = [x, y].map(|at| F32x8::splat(at as f32 + 0.5));
                 let direction = view.directions(centre[0], centre[1]).lane(4);
                 let seen = view.project_one(direction * 7.3).expect("before the eye");
-                let cells = view.grid.cells_at(Lanes::splat(seen.x), Lanes::splat(seen.y));
+                let cells = view.grid.cells_at(F32x8::splat(seen.x), F32x8::splat(seen.y));
                 assert_eq!(cells[0], view.grid.index_of(x, y));
                 assert!((seen.z - 7.3).abs() < 1e-5);
             }
@@ -132,7 +132,7 @@ pub(super) mod tests {
                 for (x, y) in (0..grid.cells_y).flat_map(|y| (0..grid.cells_x).map(move |x| (x, y))) {
                     let is_own = (left..left + edge).contains(&x) && (top..top + edge).contains(&y);
                     for (across, down) in [(-1.0, 0.5), (0.5, -1.0), (2.0, 1.5), (1.5, 2.0)] {
-                        let at = [x as f32 + across, y as f32 + down].map(Lanes::splat);
+                        let at = [x as f32 + across, y as f32 + down].map(F32x8::splat);
                         let direction = Bounds::at(view.directions(at[0], at[1]).lane(0));
                         let is_in = around.union(direction) == around;
                         assert!(is_in || !is_own, "{samples}: {x} {y} of {tile}");

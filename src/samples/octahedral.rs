@@ -3,7 +3,7 @@
 use glam::Vec3;
 use wide::u32x8;
 
-use crate::lanes::{LANES, Lanes, Lanes3, signed};
+use crate::lanes::{F32x8, LANES, Vec3x8, signed};
 
 /// A unit vector, folded onto an octahedron and flattened to a square of 65535 x 65535 steps: wrong by
 /// less than 7e-5 radians (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
@@ -17,21 +17,21 @@ const STEPS: f32 = 32767.0;
 impl Octahedral {
     /// Folds `unit`. A vector of zero length becomes +Z.
     pub fn fold(unit: Vec3) -> Self {
-        Self::fold_lanes(Lanes3::splat(unit))[0]
+        Self::fold_lanes(Vec3x8::splat(unit))[0]
     }
 
     /// Folds eight vectors.
     #[inline(always)]
-    pub fn fold_lanes(unit: Lanes3) -> [Self; LANES] {
-        let one = Lanes::splat(1.0);
+    pub fn fold_lanes(unit: Vec3x8) -> [Self; LANES] {
+        let one = F32x8::splat(1.0);
         let length = unit.x.abs() + unit.y.abs() + unit.z.abs();
-        let scale = length.gt(Lanes::ZERO).select(one / length, Lanes::ZERO);
+        let scale = length.gt(F32x8::ZERO).select(one / length, F32x8::ZERO);
         let (x, y) = (unit.x * scale, unit.y * scale);
-        let below = unit.z.lt(Lanes::ZERO);
+        let below = unit.z.lt(F32x8::ZERO);
         let (across, down) = ((one - y.abs()).with_sign_of(x), (one - x.abs()).with_sign_of(y));
         // added to this, a small number is rounded and stands in the low bits
         const ROUND: f32 = 12_582_912.0;
-        let steps = |value: Lanes| (value * Lanes::splat(STEPS) + Lanes::splat(ROUND)).to_bits();
+        let steps = |value: F32x8| (value * F32x8::splat(STEPS) + F32x8::splat(ROUND)).to_bits();
         let (x, y) = (steps(below.select(across, x)), steps(below.select(down, y)));
         ((x & u32x8::splat(0xffff)) | (y << 16_u32)).to_array().map(Self)
     }
@@ -43,15 +43,15 @@ impl Octahedral {
 
     /// Eight vectors, of unit length, from `first` on.
     #[inline(always)]
-    pub fn unfold_lanes(column: &[Self], first: usize) -> Lanes3 {
+    pub fn unfold_lanes(column: &[Self], first: usize) -> Vec3x8 {
         let eight = &column[first..first + LANES];
         let bits = u32x8::new(std::array::from_fn(|lane| eight[lane].0));
-        let [x, y] = [bits << 16_u32, bits].map(|bits| Lanes::from_whole(signed(bits) >> 16));
-        let step = Lanes::splat(1.0 / STEPS);
+        let [x, y] = [bits << 16_u32, bits].map(|bits| F32x8::from_whole(signed(bits) >> 16));
+        let step = F32x8::splat(1.0 / STEPS);
         let (x, y) = (x * step, y * step);
-        let z = Lanes::splat(1.0) - x.abs() - y.abs();
-        let fold = (-z).max(Lanes::ZERO);
-        Lanes3 { x: x - fold.with_sign_of(x), y: y - fold.with_sign_of(y), z }.normalize()
+        let z = F32x8::splat(1.0) - x.abs() - y.abs();
+        let fold = (-z).max(F32x8::ZERO);
+        Vec3x8 { x: x - fold.with_sign_of(x), y: y - fold.with_sign_of(y), z }.normalize()
     }
 }
 

@@ -5,7 +5,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 use super::{Octahedral, Status, TagLayout, Tags};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -124,8 +124,8 @@ impl Tile {
 
     /// Eight samples' places, from `first` on.
     #[inline(always)]
-    pub fn points(&self, first: usize) -> Lanes3 {
-        Lanes3::load([&self.x, &self.y, &self.z], first)
+    pub fn points(&self, first: usize) -> Vec3x8 {
+        Vec3x8::load([&self.x, &self.y, &self.z], first)
     }
 
     /// What the store keeps of the surface.
@@ -211,22 +211,22 @@ const MOST: f32 = 65504.0;
 
 /// Rounds eight colours to what the store keeps, from cell `first` on.
 #[inline(always)]
-pub fn store_colors(colors: Lanes3, [r, g, b]: &mut ColorColumns, first: usize) {
+pub fn store_colors(colors: Vec3x8, [r, g, b]: &mut ColorColumns, first: usize) {
     for (values, column) in [(colors.x, r), (colors.y, g), (colors.z, b)] {
-        let cut = values.min(Lanes::splat(MOST)).max(Lanes::splat(-MOST));
+        let cut = values.min(F32x8::splat(MOST)).max(F32x8::splat(-MOST));
         column[first..first + LANES].convert_from_f32_slice(cut.values());
     }
 }
 
 /// Eight colours that the store keeps, from cell `first` on.
 #[inline(always)]
-pub fn load_colors([r, g, b]: &ColorColumns, first: usize) -> Lanes3 {
+pub fn load_colors([r, g, b]: &ColorColumns, first: usize) -> Vec3x8 {
     let load = |column: &Column<f16>| {
-        let mut eight = Lanes::ZERO;
+        let mut eight = F32x8::ZERO;
         column[first..first + LANES].convert_to_f32_slice(eight.values_mut());
         eight
     };
-    Lanes3 { x: load(r), y: load(g), z: load(b) }
+    Vec3x8 { x: load(r), y: load(g), z: load(b) }
 }
 
 /// Rounds a colour to what the store keeps.

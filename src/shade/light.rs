@@ -4,20 +4,20 @@
 use glam::Vec3;
 use wide::u32x8;
 
-use crate::lanes::{LANES, Lanes, Lanes3, signed};
+use crate::lanes::{F32x8, LANES, Vec3x8, signed};
 use crate::motion::{LightPose, pose::LightShape};
 
 /// Light as it arrives at eight points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrival {
     /// From the points to the light, any length: the light is at `t = far` along it.
-    pub to_light: Lanes3,
+    pub to_light: Vec3x8,
     /// Unit length.
-    pub direction: Lanes3,
+    pub direction: Vec3x8,
     /// End of the shadow rays in lengths of `to_light`.
     pub far: f32,
     /// On a surface that faces the light; linear RGB. Zero outside the cone of a spot.
-    pub irradiance: Lanes3,
+    pub irradiance: Vec3x8,
 }
 
 /// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
@@ -32,23 +32,23 @@ impl Aim {
     /// The patterns of samples at `places`, in whatever space they are kept in. Of no use for `light` unless
     /// it is an area.
     #[inline(always)]
-    pub fn at(light: &LightPose, places: Lanes3) -> Self {
+    pub fn at(light: &LightPose, places: Vec3x8) -> Self {
         if !light.shape.is_area() {
             return Self::NONE;
         }
-        let [x, y, z] = [places.x, places.y, places.z].map(Lanes::to_bits);
+        let [x, y, z] = [places.x, places.y, places.z].map(F32x8::to_bits);
         Self(scrambled(scrambled(scrambled(x) ^ y) ^ z))
     }
 
     /// Places in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
-    fn aside(&self, point: usize) -> [Lanes; 2] {
+    fn aside(&self, point: usize) -> [F32x8; 2] {
         places(self.0, u32x8::splat(point as u32))
     }
 
     /// The same for one of the samples in eight fields, from number `first` on.
     #[inline(always)]
-    fn asides(&self, sample: usize, first: usize) -> [Lanes; 2] {
+    fn asides(&self, sample: usize, first: usize) -> [F32x8; 2] {
         let points = u32x8::splat(first as u32) + u32x8::new(std::array::from_fn(|lane| lane as u32));
         places(u32x8::splat(self.0.as_array_ref()[sample]), points)
     }
@@ -56,14 +56,14 @@ impl Aim {
 
 /// Jittered places in fields of the grid.
 #[inline(always)]
-fn places(seeds: u32x8, points: u32x8) -> [Lanes; 2] {
+fn places(seeds: u32x8, points: u32x8) -> [F32x8; 2] {
     const GRID: u32 = LightShape::GRID as u32;
     const _: () = assert!(GRID.is_power_of_two());
     const STEP: f32 = 1.0 / GRID as f32;
     let bits = scrambled(seeds + points * u32x8::splat(0x9e37_79b9));
     let place = |field: u32x8, within: u32x8| {
-        let [field, within] = [field, within].map(|whole| Lanes::from_whole(signed(whole)));
-        within * Lanes::splat(STEP / 65536.0) + (field * Lanes::splat(STEP) - Lanes::splat(0.5))
+        let [field, within] = [field, within].map(|whole| F32x8::from_whole(signed(whole)));
+        within * F32x8::splat(STEP / 65536.0) + (field * F32x8::splat(STEP) - F32x8::splat(0.5))
     };
     [
         place(points & u32x8::splat(GRID - 1), bits >> 16_u32),
@@ -82,12 +82,12 @@ fn scrambled(bits: u32x8) -> u32x8 {
 
 /// The ways from `points` to a light, any length, and where along them it is; to the centre of an area.
 #[inline(always)]
-pub fn way(light: &LightPose, points: Lanes3) -> (Lanes3, f32) {
+pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
     match light.shape {
-        LightShape::Directional { to_light } => (Lanes3::splat(to_light), f32::INFINITY),
+        LightShape::Directional { to_light } => (Vec3x8::splat(to_light), f32::INFINITY),
         LightShape::Point { position }
         | LightShape::Spot { position, .. }
-        | LightShape::Rectangle { center: position, .. } => (Lanes3::splat(position) - points, 1.0),
+        | LightShape::Rectangle { center: position, .. } => (Vec3x8::splat(position) - points, 1.0),
     }
 }
 
@@ -98,17 +98,17 @@ pub fn way(light: &LightPose, points: Lanes3) -> (Lanes3, f32) {
 /// smoothstep of the cosine, and a rectangle shines with the cosine to its axis (Lambert's law). Each of its
 /// points stands for one field of a grid and sends its share of the light.
 #[inline(always)]
-pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Lanes3) -> Arrival {
+pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Vec3x8) -> Arrival {
     match light.shape {
         LightShape::Directional { to_light } => {
-            let to_light = Lanes3::splat(to_light);
-            let irradiance = Lanes3::splat(light.strength);
+            let to_light = Vec3x8::splat(to_light);
+            let irradiance = Vec3x8::splat(light.strength);
             Arrival { to_light, direction: to_light, far: f32::INFINITY, irradiance }
         }
         LightShape::Point { position } => from_position(light.strength, position, points),
         LightShape::Spot { position, axis, cos_outer, cos_inner } => {
             let mut arrival = from_position(light.strength, position, points);
-            let cos = -arrival.direction.dot(Lanes3::splat(axis));
+            let cos = -arrival.direction.dot(Vec3x8::splat(axis));
             arrival.irradiance = arrival.irradiance * fade(cos, cos_outer, cos_inner);
             arrival
         }
@@ -119,47 +119,47 @@ pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Lanes3) -> Ar
 /// What all points of an area light send to one of eight samples: [`arrival`], with points for lanes.
 #[inline(always)]
 pub fn arrivals(light: &LightPose, aim: &Aim, sample: usize, point: Vec3) -> [Arrival; 2] {
-    [0, LANES].map(|first| from_rectangle(light, aim.asides(sample, first), Lanes3::splat(point)))
+    [0, LANES].map(|first| from_rectangle(light, aim.asides(sample, first), Vec3x8::splat(point)))
 }
 
 /// From places in a rectangle, as shares of its edges. Another shape sends nothing.
 #[inline(always)]
-fn from_rectangle(light: &LightPose, [along, above]: [Lanes; 2], points: Lanes3) -> Arrival {
+fn from_rectangle(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> Arrival {
     let LightShape::Rectangle { center, across, up, axis } = light.shape else {
-        return from_place(Vec3::ZERO, Lanes3::ZERO, points);
+        return from_place(Vec3::ZERO, Vec3x8::ZERO, points);
     };
-    let source = Lanes3::splat(center) + Lanes3::splat(across) * along + Lanes3::splat(up) * above;
+    let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
     let mut arrival = from_place(light.strength / light.shape.points() as f32, source, points);
-    let cos = (-arrival.direction.dot(Lanes3::splat(axis))).max(Lanes::ZERO);
+    let cos = (-arrival.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
     arrival.irradiance = arrival.irradiance * cos;
     arrival
 }
 
 #[inline(always)]
-fn from_position(intensity: Vec3, position: Vec3, points: Lanes3) -> Arrival {
-    from_place(intensity, Lanes3::splat(position), points)
+fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> Arrival {
+    from_place(intensity, Vec3x8::splat(position), points)
 }
 
 #[inline(always)]
-fn from_place(intensity: Vec3, places: Lanes3, points: Lanes3) -> Arrival {
+fn from_place(intensity: Vec3, places: Vec3x8, points: Vec3x8) -> Arrival {
     let to_light = places - points;
     // a sample in the light itself gets a lot, not infinity
-    let squared = to_light.dot(to_light).max(Lanes::splat(f32::MIN_POSITIVE.sqrt()));
+    let squared = to_light.dot(to_light).max(F32x8::splat(f32::MIN_POSITIVE.sqrt()));
     Arrival {
         to_light,
-        direction: to_light * (Lanes::splat(1.0) / squared.sqrt()),
+        direction: to_light * (F32x8::splat(1.0) / squared.sqrt()),
         far: 1.0,
-        irradiance: Lanes3::splat(intensity) / squared,
+        irradiance: Vec3x8::splat(intensity) / squared,
     }
 }
 
 /// 0 at `outer` and beyond, 1 from `inner` on.
 #[inline(always)]
-fn fade(cos: Lanes, outer: f32, inner: f32) -> Lanes {
-    let (outer, inner, one) = (Lanes::splat(outer), Lanes::splat(inner), Lanes::splat(1.0));
+fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
+    let (outer, inner, one) = (F32x8::splat(outer), F32x8::splat(inner), F32x8::splat(1.0));
     let t = (cos - outer) / (inner - outer);
-    let between = t * t * (Lanes::splat(3.0) - (t + t));
-    cos.le(outer).select(Lanes::ZERO, cos.lt(inner).select(between, one))
+    let between = t * t * (F32x8::splat(3.0) - (t + t));
+    cos.le(outer).select(F32x8::ZERO, cos.lt(inner).select(between, one))
 }
 
 #[cfg(test)]
@@ -170,7 +170,7 @@ mod tests {
     fn a_point_light_falls_with_the_square() {
         let shape = LightShape::Point { position: Vec3::new(0.0, 2.0, 0.0) };
         let light = LightPose { shape, strength: Vec3::splat(8.0) };
-        let arrival = arrival(&light, 0, &Aim::at(&light, Lanes3::ZERO), Lanes3::ZERO);
+        let arrival = arrival(&light, 0, &Aim::at(&light, Vec3x8::ZERO), Vec3x8::ZERO);
         assert_eq!(arrival.irradiance.lane(0), Vec3::splat(2.0));
         assert_eq!(arrival.to_light.lane(1) * arrival.far, Vec3::new(0.0, 2.0, 0.0));
         assert!((arrival.direction.lane(2) - Vec3::Y).length() < 1e-6);
@@ -181,13 +181,13 @@ mod tests {
         let shape = LightShape::Spot { position: Vec3::Y, axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
         let light = LightPose { shape, strength: Vec3::ONE };
         let at = |point: Vec3| {
-            let points = Lanes3::splat(point);
+            let points = Vec3x8::splat(point);
             arrival(&light, 0, &Aim::at(&light, points), points).irradiance.lane(0)
         };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
-        assert_eq!(fade(Lanes::splat(0.7), 0.5, 0.9).lane(0), 0.5);
-        assert_eq!(fade(Lanes::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
+        assert_eq!(fade(F32x8::splat(0.7), 0.5, 0.9).lane(0), 0.5);
+        assert_eq!(fade(F32x8::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
     }
 
     fn panel(center: Vec3, size: f32) -> LightPose {
@@ -199,7 +199,7 @@ mod tests {
     fn a_small_rectangle_is_a_point_that_shines_with_the_cosine() {
         let light = panel(Vec3::new(0.0, 2.0, 0.0), 1e-3);
         let at = |point: Vec3| {
-            let points = Lanes3::splat(point);
+            let points = Vec3x8::splat(point);
             let aim = Aim::at(&light, points);
             let each = (0..light.shape.points()).map(|number| arrival(&light, number, &aim, points));
             each.map(|arrival| arrival.irradiance.lane(0).x).sum::<f32>()
@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn the_points_fill_the_rectangle_and_are_the_samples_own() {
         let light = panel(Vec3::new(0.0, 2.0, 0.0), 4.0);
-        let mut places = Lanes3::ZERO;
+        let mut places = Vec3x8::ZERO;
         (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
         let aim = Aim::at(&light, places);
         for number in 0..16 {

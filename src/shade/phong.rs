@@ -4,7 +4,7 @@ use std::f32::consts::LOG2_E;
 
 use glam::Vec3;
 
-use crate::lanes::{Lanes, Lanes3, Mask};
+use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::{Material, Scene};
 
 use super::light::Arrival;
@@ -39,9 +39,9 @@ pub struct Palette {
 #[derive(Debug, Clone, Copy)]
 pub struct Gloss {
     /// Ks.
-    pub specular: Lanes3,
+    pub specular: Vec3x8,
     /// Ns.
-    pub shininess: Lanes,
+    pub shininess: F32x8,
     /// Whether any of the eight has a highlight.
     pub is_any: bool,
     /// Where rays go on.
@@ -61,11 +61,11 @@ impl Palette {
 
     /// Diffuse reflectance, of the reflectance that is kept.
     #[inline(always)]
-    pub fn albedo(&self, materials: &[u16], reflectance: Lanes3) -> Lanes3 {
+    pub fn albedo(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
         if self.all_diffuse {
             return reflectance;
         }
-        let mut share = Lanes3::ZERO;
+        let mut share = Vec3x8::ZERO;
         for (lane, material) in materials.iter().enumerate() {
             share.set_lane(lane, self.paints[usize::from(*material)].diffuse);
         }
@@ -74,11 +74,11 @@ impl Palette {
 
     /// Light that leaves whatever the eye's place: emission and ambient light.
     #[inline(always)]
-    pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Lanes3) -> Lanes3 {
+    pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
         let (base, ambient) = match self.one_for_all(materials) {
-            Some(paint) => (Lanes3::splat(paint.base), Lanes3::splat(paint.ambient)),
+            Some(paint) => (Vec3x8::splat(paint.base), Vec3x8::splat(paint.ambient)),
             None => {
-                let (mut base, mut ambient) = (Lanes3::ZERO, Lanes3::ZERO);
+                let (mut base, mut ambient) = (Vec3x8::ZERO, Vec3x8::ZERO);
                 for (lane, material) in materials.iter().enumerate() {
                     let paint = &self.paints[usize::from(*material)];
                     base.set_lane(lane, paint.base);
@@ -95,13 +95,13 @@ impl Palette {
     pub fn gloss(&self, materials: &[u16]) -> Gloss {
         if let Some(paint) = self.one_for_all(materials) {
             return Gloss {
-                specular: Lanes3::splat(paint.specular),
-                shininess: Lanes::splat(paint.shininess),
+                specular: Vec3x8::splat(paint.specular),
+                shininess: F32x8::splat(paint.shininess),
                 is_any: paint.specular != Vec3::ZERO,
                 goes_on: if paint.goes_on { Mask::ALL } else { Mask::NONE },
             };
         }
-        let (mut specular, mut shininess) = (Lanes3::ZERO, Lanes::ZERO);
+        let (mut specular, mut shininess) = (Vec3x8::ZERO, F32x8::ZERO);
         let paint = |lane: usize| &self.paints[usize::from(materials[lane])];
         for lane in 0..materials.len() {
             specular.set_lane(lane, paint(lane).specular);
@@ -144,15 +144,15 @@ fn paint(material: &Material, light: Vec3) -> Paint {
 /// Where light can reach the front of surfaces with these normals. A shading normal that leans beyond the
 /// facet's horizon does not make it reach.
 #[inline(always)]
-pub fn faces(normal: Lanes3, facet: Lanes3, arrival: &Arrival) -> Mask {
-    let before = |normal: Lanes3| normal.dot(arrival.direction).gt(Lanes::ZERO);
+pub fn faces(normal: Vec3x8, facet: Vec3x8, arrival: &Arrival) -> Mask {
+    let before = |normal: Vec3x8| normal.dot(arrival.direction).gt(F32x8::ZERO);
     before(normal) & before(facet) & arrival.irradiance.is_some()
 }
 
 /// Diffuse light by Lambert's cosine law.
 #[inline(always)]
-pub fn diffuse(albedo: Lanes3, normal: Lanes3, arrival: &Arrival) -> Lanes3 {
-    albedo * arrival.irradiance * normal.dot(arrival.direction).max(Lanes::ZERO)
+pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, arrival: &Arrival) -> Vec3x8 {
+    albedo * arrival.irradiance * normal.dot(arrival.direction).max(F32x8::ZERO)
 }
 
 /// A highlight that is surely weaker than 2 to this power of its light is left out: half floats end at 2^-24, so
@@ -162,18 +162,18 @@ const LEAST_LOG: f32 = -40.0;
 /// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
 /// (unit length) points to the eye.
 #[inline(always)]
-pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) -> Lanes3 {
+pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, arrival: &Arrival) -> Vec3x8 {
     let cos = normal.dot(arrival.direction);
     let mirrored = normal * (cos + cos) - arrival.direction;
     // in this order what is not a number stays so, and shows nothing
-    let toward = Lanes::ONE.min(mirrored.dot(view));
+    let toward = F32x8::ONE.min(mirrored.dot(view));
     // a logarithm's tangent at 1 is nowhere below it: most of a highlight is known to be none without a power
-    let most = (toward - Lanes::ONE) * Lanes::splat(LOG2_E) * gloss.shininess;
-    let shows = toward.gt(Lanes::ZERO) & most.gt(Lanes::splat(LEAST_LOG));
+    let most = (toward - F32x8::ONE) * F32x8::splat(LOG2_E) * gloss.shininess;
+    let shows = toward.gt(F32x8::ZERO) & most.gt(F32x8::splat(LEAST_LOG));
     if !shows.any() {
-        return Lanes3::ZERO;
+        return Vec3x8::ZERO;
     }
-    let strength = shows.select(toward.power(gloss.shininess), Lanes::ZERO);
+    let strength = shows.select(toward.power(gloss.shininess), F32x8::ZERO);
     gloss.specular * arrival.irradiance * strength
 }
 
@@ -183,17 +183,17 @@ pub fn specular(gloss: &Gloss, normal: Lanes3, view: Lanes3, arrival: &Arrival) 
 /// R . V is L . M, where M is the view mirrored at the normal; and with a centre in the direction C and a point
 /// beside it, L . M is at most (C . M + reach) / (|C| - reach).
 #[inline(always)]
-pub fn may_shine(gloss: &Gloss, normal: Lanes3, view: Lanes3, to_centre: Lanes3, reach: f32) -> bool {
+pub fn may_shine(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, to_centre: Vec3x8, reach: f32) -> bool {
     // for what is rounded here and otherwise there
     const SLACK: f32 = 1e-4;
     let cos = normal.dot(view);
     let mirrored = normal * (cos + cos) - view;
     let distance = to_centre.dot(to_centre).sqrt();
-    let reach = Lanes::splat(reach) + distance * Lanes::splat(SLACK);
+    let reach = F32x8::splat(reach) + distance * F32x8::splat(SLACK);
     let (along, nearest) = (to_centre.dot(mirrored) + reach, distance - reach);
-    let most = (along / nearest - Lanes::ONE) * Lanes::splat(LOG2_E) * gloss.shininess;
-    let is_within = nearest.le(Lanes::ZERO);
-    (is_within | along.gt(Lanes::ZERO) & most.gt(Lanes::splat(LEAST_LOG))).any()
+    let most = (along / nearest - F32x8::ONE) * F32x8::splat(LOG2_E) * gloss.shininess;
+    let is_within = nearest.le(F32x8::ZERO);
+    (is_within | along.gt(F32x8::ZERO) & most.gt(F32x8::splat(LEAST_LOG))).any()
 }
 
 #[cfg(test)]
@@ -201,8 +201,8 @@ mod tests {
     use super::*;
 
     fn from(direction: Vec3) -> Arrival {
-        let direction = Lanes3::splat(direction);
-        let irradiance = Lanes3::splat(Vec3::splat(2.0));
+        let direction = Vec3x8::splat(direction);
+        let irradiance = Vec3x8::splat(Vec3::splat(2.0));
         Arrival { to_light: direction, direction, far: f32::INFINITY, irradiance }
     }
 
@@ -210,7 +210,7 @@ mod tests {
     fn diffuse_follows_the_cosine() {
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
         let lit = |albedo: f32, normal| {
-            diffuse(Lanes3::splat(Vec3::splat(albedo)), Lanes3::splat(normal), &slanted)
+            diffuse(Vec3x8::splat(Vec3::splat(albedo)), Vec3x8::splat(normal), &slanted)
         };
         assert!((lit(0.5, Vec3::Y).lane(0) - Vec3::splat(0.8)).length() < 1e-6);
         assert_eq!(lit(1.0, Vec3::NEG_Y).lane(0), Vec3::ZERO);
@@ -219,13 +219,13 @@ mod tests {
     #[test]
     fn the_highlight_peaks_in_the_mirror_direction() {
         let gloss = Gloss {
-            specular: Lanes3::splat(Vec3::splat(0.25)),
-            shininess: Lanes::splat(10.0),
+            specular: Vec3x8::splat(Vec3::splat(0.25)),
+            shininess: F32x8::splat(10.0),
             is_any: true,
             goes_on: Mask::NONE,
         };
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
-        let seen = |view| specular(&gloss, Lanes3::splat(Vec3::Y), Lanes3::splat(view), &slanted).lane(7);
+        let seen = |view| specular(&gloss, Vec3x8::splat(Vec3::Y), Vec3x8::splat(view), &slanted).lane(7);
         let peak = seen(Vec3::new(-0.6, 0.8, 0.0));
         assert!((peak - Vec3::splat(0.5)).length() < 1e-5, "{peak}");
         assert_eq!(seen(Vec3::new(1.0, 0.0, 0.0)), Vec3::ZERO);
@@ -237,15 +237,15 @@ mod tests {
         let above = from(Vec3::Y);
         for shininess in [0.5, 3.0, 40.0, 96.0, 1000.0] {
             let gloss = Gloss {
-                specular: Lanes3::splat(Vec3::ONE),
-                shininess: Lanes::splat(shininess),
+                specular: Vec3x8::splat(Vec3::ONE),
+                shininess: F32x8::splat(shininess),
                 is_any: true,
                 goes_on: Mask::NONE,
             };
             for step in 0..=1000 {
                 let cos = step as f32 / 1000.0;
                 let view = Vec3::new((1.0 - cos * cos).sqrt(), cos, 0.0);
-                let got = specular(&gloss, Lanes3::splat(Vec3::Y), Lanes3::splat(view), &above).lane(2).x;
+                let got = specular(&gloss, Vec3x8::splat(Vec3::Y), Vec3x8::splat(view), &above).lane(2).x;
                 let wanted = 2.0 * f64::from(cos).powf(f64::from(shininess));
                 assert!((f64::from(got) - wanted).abs() < 1e-5 * wanted + 1e-11, "{cos}^{shininess}: {got}");
             }
@@ -268,14 +268,14 @@ mod tests {
             let place = centre + aside * reach;
             let arrival = from(place.normalize());
             let gloss = Gloss {
-                specular: Lanes3::splat(Vec3::ONE),
-                shininess: Lanes::splat([1.0, 10.0, 60.0, 1000.0][round % 4]),
+                specular: Vec3x8::splat(Vec3::ONE),
+                shininess: F32x8::splat([1.0, 10.0, 60.0, 1000.0][round % 4]),
                 is_any: true,
                 goes_on: Mask::NONE,
             };
-            let [normal, view] = [normal, view].map(Lanes3::splat);
-            let shines = specular(&gloss, normal, view, &arrival) != Lanes3::ZERO;
-            let may = may_shine(&gloss, normal, view, Lanes3::splat(centre), reach);
+            let [normal, view] = [normal, view].map(Vec3x8::splat);
+            let shines = specular(&gloss, normal, view, &arrival) != Vec3x8::ZERO;
+            let may = may_shine(&gloss, normal, view, Vec3x8::splat(centre), reach);
             assert!(may || !shines, "round {round}");
             kept_out += u32::from(!may);
         }
@@ -302,7 +302,7 @@ mod tests {
                 ..Material::fallback()
             };
             let palette = Palette::new(vec![paint(&material, Vec3::splat(0.1)); 2]);
-            let kept = Lanes3::splat(material.painted() * texel);
+            let kept = Vec3x8::splat(material.painted() * texel);
             let seen = [palette.albedo(&[1; 8], kept), palette.emitted_and_ambient(&[1; 8], kept)];
             for (seen, wanted) in seen.map(|light| light.lane(3)).into_iter().zip([albedo, ambient]) {
                 assert!(
@@ -319,7 +319,7 @@ mod tests {
         let shiny = Material { specular: Vec3::ONE, ambient: Vec3::ONE, ..Material::fallback() };
         let palette = Palette::new([dark, shiny].map(|material| paint(&material, Vec3::ONE)).to_vec());
         let materials = [0, 1, 0, 0, 1, 1, 0, 0];
-        let light = palette.emitted_and_ambient(&materials, Lanes3::ZERO);
+        let light = palette.emitted_and_ambient(&materials, Vec3x8::ZERO);
         let gloss = palette.gloss(&materials);
         for (lane, material) in materials.iter().enumerate() {
             assert_eq!(light.lane(lane), Vec3::splat(f32::from(*material)));

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::lanes::{LANES, Lanes, Lanes3, Mask, unsigned};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::motion::Transform;
 use crate::scene::{Material, Mesh, Scene};
 
@@ -28,21 +28,21 @@ pub struct Surface {
 /// Eight triangles, object space, as the mesh has them.
 #[derive(Debug, Clone, Copy)]
 pub struct Corners {
-    first: Lanes3,
-    second: Lanes3,
-    third: Lanes3,
+    first: Vec3x8,
+    second: Vec3x8,
+    third: Vec3x8,
     /// At the three corners, for those whose mesh has some.
-    normals: [Lanes3; 3],
+    normals: [Vec3x8; 3],
     is_smooth: Mask,
 }
 
 impl Corners {
-    /// Lanes that hold no triangle yet: something finite, all the same.
+    /// F32x8 that hold no triangle yet: something finite, all the same.
     pub const NONE: Self = Self {
-        first: Lanes3::ZERO,
-        second: Lanes3 { x: Lanes::ONE, y: Lanes::ZERO, z: Lanes::ZERO },
-        third: Lanes3 { x: Lanes::ZERO, y: Lanes::ONE, z: Lanes::ZERO },
-        normals: [Lanes3::ZERO; 3],
+        first: Vec3x8::ZERO,
+        second: Vec3x8 { x: F32x8::ONE, y: F32x8::ZERO, z: F32x8::ZERO },
+        third: Vec3x8 { x: F32x8::ZERO, y: F32x8::ONE, z: F32x8::ZERO },
+        normals: [Vec3x8::ZERO; 3],
         is_smooth: Mask::NONE,
     };
 
@@ -68,7 +68,7 @@ impl Corners {
     pub fn all(mesh: &Mesh, triangle: u32) -> Self {
         let mut one = Self::NONE;
         one.set(0, mesh, triangle);
-        let all = |corner: Lanes3| Lanes3::splat(corner.lane(0));
+        let all = |corner: Vec3x8| Vec3x8::splat(corner.lane(0));
         Self {
             first: all(one.first),
             second: all(one.second),
@@ -80,7 +80,7 @@ impl Corners {
 
     /// The points with these barycentric weights of the second and third corner.
     #[inline(always)]
-    pub fn point(&self, [u, v]: [Lanes; 2]) -> Lanes3 {
+    pub fn point(&self, [u, v]: [F32x8; 2]) -> Vec3x8 {
         self.first + (self.second - self.first) * u + (self.third - self.first) * v
     }
 
@@ -91,9 +91,9 @@ impl Corners {
     /// hit: a point is rounded, and far from the origin, or on a fine texture, something else lies there. So the
     /// surface at a kept point can be found again, to the bit.
     #[inline(always)]
-    pub fn weights_at(&self, points: Lanes3) -> [Lanes; 2] {
-        let (mut second, mut third) = (Lanes::ZERO, Lanes::ZERO);
-        let coordinates = |of: &Lanes3| [*of.x.values(), *of.y.values(), *of.z.values()];
+    pub fn weights_at(&self, points: Vec3x8) -> [F32x8; 2] {
+        let (mut second, mut third) = (F32x8::ZERO, F32x8::ZERO);
+        let coordinates = |of: &Vec3x8| [*of.x.values(), *of.y.values(), *of.z.values()];
         let [a, b, c, p] = [&self.first, &self.second, &self.third, &points].map(coordinates);
         for lane in 0..LANES {
             let from_a = |of: &[[f32; LANES]; 3]| {
@@ -115,11 +115,11 @@ impl Corners {
 
     /// Normals of the triangles by the right-hand rule over the corners, of unit length.
     #[inline(always)]
-    pub fn facet(&self) -> Lanes3 {
+    pub fn facet(&self) -> Vec3x8 {
         let across = (self.second - self.first).cross(self.third - self.first);
         let squared = across.dot(across);
-        let mut facet = across * (Lanes::splat(1.0) / squared.sqrt());
-        let too_short = !squared.gt(Lanes::splat(LEAST_SQUARE));
+        let mut facet = across * (F32x8::splat(1.0) / squared.sqrt());
+        let too_short = !squared.gt(F32x8::splat(LEAST_SQUARE));
         for lane in (0..LANES).filter(|lane| too_short.lane(*lane)) {
             facet.set_lane(lane, self.exact_facet(lane));
         }
@@ -135,16 +135,16 @@ impl Corners {
 
     /// Normals for shading, of unit length: interpolated where the mesh has normals, the facets' elsewhere.
     #[inline(always)]
-    pub fn normal(&self, [u, v]: [Lanes; 2]) -> Lanes3 {
+    pub fn normal(&self, [u, v]: [F32x8; 2]) -> Vec3x8 {
         let facet = self.facet();
         if !self.is_smooth.any() {
             return facet;
         }
-        let w = Lanes::splat(1.0) - u - v;
+        let w = F32x8::splat(1.0) - u - v;
         let sum = self.normals[0] * w + self.normals[1] * u + self.normals[2] * v;
         let squared = sum.dot(sum);
-        let usable = self.is_smooth & squared.gt(Lanes::splat(LEAST_SQUARE));
-        usable.select3(sum * (Lanes::splat(1.0) / squared.sqrt()), facet)
+        let usable = self.is_smooth & squared.gt(F32x8::splat(LEAST_SQUARE));
+        usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), facet)
     }
 }
 
@@ -243,7 +243,7 @@ impl Surface {
 
 /// `point`, moved along `normal` just so far that a ray from there does not meet the surface again.
 pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
-    off_surfaces(Lanes3::splat(point), Lanes3::splat(normal)).lane(0)
+    off_surfaces(Vec3x8::splat(point), Vec3x8::splat(normal)).lane(0)
 }
 
 /// The same for eight points.
@@ -252,17 +252,17 @@ pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
 /// a fixed distance serves (Wächter and Binder, "A Fast and Robust Method for Avoiding
 /// Self-Intersection", Ray Tracing Gems, chapter 6).
 #[inline(always)]
-pub fn off_surfaces(points: Lanes3, normals: Lanes3) -> Lanes3 {
+pub fn off_surfaces(points: Vec3x8, normals: Vec3x8) -> Vec3x8 {
     const STEPS: f32 = 256.0;
     const NEAR_ZERO: f32 = 1.0 / 32.0;
     const FIXED: f32 = 1.0 / 65536.0;
-    let moved = |point: Lanes, normal: Lanes| {
-        let near = point.abs().lt(Lanes::splat(NEAR_ZERO));
-        let steps = (normal * Lanes::splat(STEPS)).with_sign_changed_by(point);
-        let far = Lanes::from_bits(point.to_bits() + unsigned(steps.to_whole()));
-        near.select(point + normal * Lanes::splat(FIXED), far)
+    let moved = |point: F32x8, normal: F32x8| {
+        let near = point.abs().lt(F32x8::splat(NEAR_ZERO));
+        let steps = (normal * F32x8::splat(STEPS)).with_sign_changed_by(point);
+        let far = F32x8::from_bits(point.to_bits() + unsigned(steps.to_whole()));
+        near.select(point + normal * F32x8::splat(FIXED), far)
     };
-    Lanes3 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }
+    Vec3x8 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }
 }
 
 #[cfg(test)]
@@ -309,9 +309,9 @@ mod tests {
             let mut corners = Corners::NONE;
             let [first, second] = [Vec3::new(8.0, 8.0, 7.0), Vec3::new(9.0, 8.0, 7.0)];
             (corners.first, corners.second, corners.third) =
-                (Lanes3::splat(first), Lanes3::splat(second), Lanes3::splat(third));
+                (Vec3x8::splat(first), Vec3x8::splat(second), Vec3x8::splat(third));
             for aside in [-1e-6, 0.0, 1e-6] {
-                let [u, v] = corners.weights_at(Lanes3::splat(Vec3::new(8.5, 8.0 + aside, 7.0)));
+                let [u, v] = corners.weights_at(Vec3x8::splat(Vec3::new(8.5, 8.0 + aside, 7.0)));
                 let [u, v] = [u.lane(0), v.lane(0)];
                 assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.000_001, "{third} {aside}: {u} {v}");
             }
@@ -323,11 +323,11 @@ mod tests {
         for scale in [1e-9_f32, 1.0, 1e9] {
             let mut corners = Corners::NONE;
             (corners.first, corners.second, corners.third) = (
-                Lanes3::splat(Vec3::new(1.0, 2.0, 3.0) * scale),
-                Lanes3::splat(Vec3::new(4.0, 2.5, 3.0) * scale),
-                Lanes3::splat(Vec3::new(1.5, 5.0, 2.0) * scale),
+                Vec3x8::splat(Vec3::new(1.0, 2.0, 3.0) * scale),
+                Vec3x8::splat(Vec3::new(4.0, 2.5, 3.0) * scale),
+                Vec3x8::splat(Vec3::new(1.5, 5.0, 2.0) * scale),
             );
-            let wanted = [Lanes::splat(0.25), Lanes::splat(0.5)];
+            let wanted = [F32x8::splat(0.25), F32x8::splat(0.5)];
             let weights = corners.weights_at(corners.point(wanted));
             for (weight, wanted) in weights.iter().zip(wanted) {
                 assert!((weight.lane(3) - wanted.lane(3)).abs() < 1e-6, "{scale}: {weight:?}");

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::lanes::{LANES as HALF, Lanes, Lanes3};
+use crate::lanes::{F32x8, LANES as HALF, Vec3x8};
 
 /// Rays in a packet: the width that Embree's widest kernels take.
 pub const LANES: usize = 16;
@@ -90,8 +90,8 @@ impl RayBatch {
     /// are in use whose bit is set in `lanes`. They end in no sample, and must not be asked for
     /// [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
-    pub fn push_packet(&mut self, origin: Vec3, directions: [Lanes3; 2], far: f32, lanes: u16) {
-        let far = Lanes::splat(far);
+    pub fn push_packet(&mut self, origin: Vec3, directions: [Vec3x8; 2], far: f32, lanes: u16) {
+        let far = F32x8::splat(far);
         self.next_whole(origin, directions.map(|direction| (direction, far)), lanes);
     }
 
@@ -100,7 +100,7 @@ impl RayBatch {
     pub fn push_packet_to_samples(
         &mut self,
         origin: Vec3,
-        ways: [(Lanes3, Lanes); 2],
+        ways: [(Vec3x8, F32x8); 2],
         [models, triangles]: [&[u32]; 2],
         lanes: u16,
     ) {
@@ -110,7 +110,7 @@ impl RayBatch {
     }
 
     #[inline(always)]
-    fn next_whole(&mut self, origin: Vec3, ways: [(Lanes3, Lanes); 2], lanes: u16) -> &mut RayPacket {
+    fn next_whole(&mut self, origin: Vec3, ways: [(Vec3x8, F32x8); 2], lanes: u16) -> &mut RayPacket {
         debug_assert_eq!(self.len, self.whole.len() * LANES, "whole packets come first");
         let at = self.whole.len();
         if at == self.packets.len() {
@@ -173,7 +173,7 @@ impl RayBatch {
     /// Adds those of eight rays from t = 0 on whose bit is set in `wanted`. They end in no sample, and must not
     /// be asked for [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
-    pub fn push_lanes(&mut self, origin: Lanes3, direction: Lanes3, far: Lanes, wanted: u8) {
+    pub fn push_lanes(&mut self, origin: Vec3x8, direction: Vec3x8, far: F32x8, wanted: u8) {
         self.make_room();
         let (at, lane) = (self.len / LANES, self.len % LANES);
         if wanted == u8::MAX && lane + HALF <= LANES {
@@ -186,7 +186,7 @@ impl RayBatch {
                 origin.store(&mut packet.origin[axis], lane);
                 direction.store(&mut packet.direction[axis], lane);
             }
-            Lanes::ZERO.store(&mut packet.near, lane);
+            F32x8::ZERO.store(&mut packet.near, lane);
             far.store(&mut packet.far, lane);
             self.len += HALF;
             return;
@@ -200,9 +200,9 @@ impl RayBatch {
     #[inline(always)]
     pub fn push_lanes_to_samples(
         &mut self,
-        origin: Lanes3,
-        direction: Lanes3,
-        far: Lanes,
+        origin: Vec3x8,
+        direction: Vec3x8,
+        far: F32x8,
         [models, triangles]: [&[u32]; 2],
         wanted: u8,
     ) {
@@ -329,8 +329,8 @@ mod tests {
         assert_eq!(lanes, [u16::MAX, u16::MAX, 0b111]);
         rays.clear();
         assert_eq!(rays.packets().count(), 0);
-        rays.push_packet(Vec3::ONE, [Lanes3::splat(Vec3::X); 2], 1.0, 0b101);
-        rays.push_packet(Vec3::ONE, [Lanes3::splat(Vec3::Y); 2], 1.0, 1 << 15);
+        rays.push_packet(Vec3::ONE, [Vec3x8::splat(Vec3::X); 2], 1.0, 0b101);
+        rays.push_packet(Vec3::ONE, [Vec3x8::splat(Vec3::Y); 2], 1.0, 1 << 15);
         assert_eq!(rays.packets().map(|(_, lanes)| lanes).collect::<Vec<_>>(), [0b101, 1 << 15]);
         assert_eq!((rays.packet_count(), rays.count()), (2, 3));
         for i in 0..17 {

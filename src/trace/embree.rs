@@ -25,7 +25,7 @@ use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer, has_many_clear,
 };
-use crate::lanes::{Lanes, are_same};
+use crate::lanes::{F32x8, are_same};
 use crate::motion::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
@@ -337,8 +337,8 @@ impl Tracer for EmbreeTracer<'_> {
                 }
             }
             // Embree sets the end of a ray that is blocked to minus infinity
-            let is_set = |end: Lanes| end.le(Lanes::splat(f32::NEG_INFINITY)).bits();
-            let set = [0, LANES / 2].map(|first| is_set(Lanes::load(&ray.tfar, first)));
+            let is_set = |end: F32x8| end.le(F32x8::splat(f32::NEG_INFINITY)).bits();
+            let set = [0, LANES / 2].map(|first| is_set(F32x8::load(&ray.tfar, first)));
             *blocked |= open & u16::from_le_bytes(set);
         }
     }

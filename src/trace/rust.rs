@@ -42,7 +42,7 @@ use super::{
 use crate::motion::{Pose, Transform};
 use crate::scene::{Mesh, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
-use lanes::{Lanes, Work, dispatch};
+use lanes::{F32x8, Work, dispatch};
 use rays::{Pace, Rays};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
 use tree::{Box3, Tree};
@@ -213,7 +213,7 @@ struct FindClosest<'a> {
 
 impl Work for FindClosest<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run<L: F32x8>(self, lanes: L) {
         let mut stack = Vec::new();
         for ((packet, used), best) in self.rays.packets().zip(self.hits) {
             best.t = packet.far;
@@ -231,7 +231,7 @@ impl Work for FindClosest<'_> {
 /// Shortens the rays `used` to what they meet first in `triangles`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-fn closest_of<L: Lanes>(
+fn closest_of<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -268,7 +268,7 @@ struct FindBlocked<'a> {
 
 impl Work for FindBlocked<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run<L: F32x8>(self, lanes: L) {
         let mut stack = Vec::new();
         for ((packet, used), blocked) in self.rays.packets().zip(self.blocked) {
             let open = used & !*blocked;
@@ -299,7 +299,7 @@ impl Work for FindBlocked<'_> {
 /// Ends those of the rays `used` that `triangles` block.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-fn block<L: Lanes>(
+fn block<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -346,7 +346,7 @@ fn open_lanes(far: &[f32; LANES]) -> u16 {
 impl OpenTrees<'_> {
     /// Shortens the rays `used` to what they meet first among the instances.
     #[inline(always)]
-    fn closest_instance<L: Lanes>(
+    fn closest_instance<L: F32x8>(
         &self,
         lanes: L,
         rays: &Rays,
@@ -380,7 +380,7 @@ impl OpenTrees<'_> {
         clippy::too_many_arguments,
         reason = "each is a thing by itself, and what they make is only called"
     )]
-    fn block_by_instances<L: Lanes>(
+    fn block_by_instances<L: F32x8>(
         &self,
         lanes: L,
         moved_alone: bool,
@@ -413,7 +413,7 @@ impl OpenTrees<'_> {
     }
 }
 
-struct ClosestInstance<'a, L: Lanes> {
+struct ClosestInstance<'a, L: F32x8> {
     lanes: L,
     trees: &'a OpenTrees<'a>,
     rays: &'a Rays,
@@ -423,7 +423,7 @@ struct ClosestInstance<'a, L: Lanes> {
     best: &'a mut HitPacket,
 }
 
-impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
+impl<L: F32x8, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, .. } = *self;
@@ -434,7 +434,7 @@ impl<L: Lanes, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
     }
 }
 
-struct BlockByInstances<'a, L: Lanes> {
+struct BlockByInstances<'a, L: F32x8> {
     lanes: L,
     trees: &'a OpenTrees<'a>,
     moved_alone: bool,
@@ -446,7 +446,7 @@ struct BlockByInstances<'a, L: Lanes> {
     far: &'a mut [f32; LANES],
 }
 
-impl<L: Lanes, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
+impl<L: F32x8, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, exempt, .. } = *self;

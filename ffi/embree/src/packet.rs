@@ -6,7 +6,7 @@ use std::mem::offset_of;
 /// The id that means "no hit" as `geom_id`, and "not in an instance" as `inst_id`.
 pub const INVALID: u32 = sys::RTC_INVALID_GEOMETRY_ID;
 
-/// Lanes in a packet.
+/// F32x8 in a packet.
 pub const LANES: usize = 16;
 
 /// Which of the 16 rays of a packet take part.

@@ -9,7 +9,7 @@
 //! Boxes may be met for nothing, but never missed: origins give way by what shearing the rays for triangles
 //! may displace them ([`SLACK`]), and distances by what rounding does to them ([`ROUNDING`]).
 
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{F32x8, WIDTH};
 use super::tree::{Box3, Child, Node, Planes, Tree};
 use super::triangles::axes_for;
 
@@ -40,7 +40,7 @@ fn reciprocal(component: f32) -> f32 {
 }
 
 /// What finds its way through a tree.
-pub trait Probe<L: Lanes> {
+pub trait Probe<L: F32x8> {
     /// Which of eight boxes it may meet, bit by bit, and from where on.
     fn meet(&self, planes: &Planes) -> (u32, L::F);
     /// Where it ends, with room for rounding.
@@ -69,7 +69,7 @@ fn reach(low: [f32; 3], high: [f32; 3], bounds: &Box3) -> f32 {
 
 /// Planes across one axis, as a single ray or the steep rays of a beam meet them.
 #[derive(Clone, Copy)]
-struct Slab<L: Lanes> {
+struct Slab<L: F32x8> {
     /// Which planes come first and last.
     planes: [usize; 2],
     /// Where the rays start, for the first and for the last plane.
@@ -78,7 +78,7 @@ struct Slab<L: Lanes> {
     rate: [L::F; 2],
 }
 
-impl<L: Lanes> Slab<L> {
+impl<L: F32x8> Slab<L> {
     /// For rays that start between `low` and `high`, and whose rates all have the same sign.
     #[inline(always)]
     fn new(lanes: L, axis: usize, [low, high]: [f32; 2], rate: [f32; 2]) -> Self {
@@ -103,7 +103,7 @@ impl<L: Lanes> Slab<L> {
 }
 
 /// A single ray; distances are its t.
-pub struct Ray<L: Lanes> {
+pub struct Ray<L: F32x8> {
     lanes: L,
     slabs: [Slab<L>; 3],
     near: L::F,
@@ -111,7 +111,7 @@ pub struct Ray<L: Lanes> {
     end: f32,
 }
 
-impl<L: Lanes> Ray<L> {
+impl<L: F32x8> Ray<L> {
     /// For a tree within `bounds`.
     #[inline(always)]
     pub fn new(
@@ -133,7 +133,7 @@ impl<L: Lanes> Ray<L> {
     }
 }
 
-impl<L: Lanes> Probe<L> for Ray<L> {
+impl<L: F32x8> Probe<L> for Ray<L> {
     #[inline(always)]
     fn meet(&self, planes: &Planes) -> (u32, L::F) {
         let lanes = self.lanes;
@@ -184,7 +184,7 @@ pub struct Common {
 
 /// Planes across an axis, as rays of little or changing slope meet them.
 #[derive(Clone, Copy)]
-struct Side<L: Lanes> {
+struct Side<L: F32x8> {
     axis: usize,
     low: L::F,
     high: L::F,
@@ -192,7 +192,7 @@ struct Side<L: Lanes> {
 }
 
 /// Rays that go together; distances are measured along one axis.
-pub struct Beam<L: Lanes> {
+pub struct Beam<L: F32x8> {
     lanes: L,
     along: Slab<L>,
     /// Across, where it goes with slabs (the one or the other is used).
@@ -206,7 +206,7 @@ pub struct Beam<L: Lanes> {
     end: f32,
 }
 
-impl<L: Lanes> Beam<L> {
+impl<L: F32x8> Beam<L> {
     /// For a tree within `bounds`.
     #[inline(always)]
     pub fn new(lanes: L, common: &Common, bounds: &Box3) -> Self {
@@ -249,7 +249,7 @@ impl<L: Lanes> Beam<L> {
     }
 }
 
-impl<L: Lanes> Probe<L> for Beam<L> {
+impl<L: F32x8> Probe<L> for Beam<L> {
     #[inline(always)]
     fn meet(&self, planes: &Planes) -> (u32, L::F) {
         let lanes = self.lanes;
@@ -302,7 +302,7 @@ impl<L: Lanes> Probe<L> for Beam<L> {
 /// Goes through `tree` and leads `visitor` to each leaf that `probe` may meet. `NEAREST_FIRST` where it is likely
 /// to end there.
 #[inline(always)]
-pub fn walk<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
+pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     probe: &mut P,
     tree: &Tree,
     stack: &mut Vec<Open>,
@@ -336,7 +336,7 @@ pub fn walk<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
 
 /// The child to go on with; the others that `probe` may meet are put on the stack.
 #[inline(always)]
-fn enter<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
+fn enter<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     probe: &P,
     node: &Node,
     stack: &mut Vec<Open>,
@@ -371,7 +371,7 @@ fn enter<const NEAREST_FIRST: bool, L: Lanes, P: Probe<L>>(
 }
 
 /// What happens at leaves. (Not a closure, because that need not be inlined: see [`lanes`](super::lanes).)
-pub trait Visitor<L: Lanes, P: Probe<L>> {
+pub trait Visitor<L: F32x8, P: Probe<L>> {
     /// At leaf number `leaf`; may end the probe earlier. Must be `#[inline(always)]`.
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>);
 }

@@ -15,7 +15,7 @@ use core::arch::x86_64::__m256;
 pub const WIDTH: usize = 8;
 
 /// Operations on eight floats, lane by lane.
-pub trait Lanes: Copy {
+pub trait F32x8: Copy {
     /// Eight floats.
     type F: Copy;
     /// Eight answers.
@@ -74,7 +74,7 @@ pub trait Lanes: Copy {
 /// Work that is to be compiled for the processor at hand.
 pub trait Work {
     /// Must be `#[inline(always)]`.
-    fn run<L: Lanes>(self, lanes: L);
+    fn run<L: F32x8>(self, lanes: L);
 }
 
 /// Runs `work` with the widest lanes that this processor has.
@@ -100,7 +100,7 @@ impl<W: Work> pulp::NullaryFnOnce for OnAvx2<W> {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Lanes for pulp::x86::V3 {
+impl F32x8 for pulp::x86::V3 {
     type F = __m256;
     type M = __m256;
 
@@ -184,7 +184,7 @@ fn ask(a: [f32; WIDTH], b: [f32; WIDTH], f: impl Fn(f32, f32) -> bool) -> [bool;
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-impl Lanes for Plain {
+impl F32x8 for Plain {
     type F = [f32; WIDTH];
     type M = [bool; WIDTH];
 
@@ -266,7 +266,7 @@ mod tests {
 
     impl Work for Check {
         #[inline(always)]
-        fn run<L: Lanes>(self, lanes: L) {
+        fn run<L: F32x8>(self, lanes: L) {
             let (a, b) = (lanes.load(&A), lanes.load(&B));
             let (less, at_most) = (lanes.less(a, b), lanes.at_most(a, b));
             assert_eq!((lanes.bits(less), lanes.bits(at_most)), (0b1000_0001, 0b1100_0101));

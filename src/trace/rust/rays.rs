@@ -8,7 +8,7 @@
 use glam::Affine3A;
 
 use super::beam::{Common, Ray};
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{F32x8, WIDTH};
 use super::tree::Box3;
 use super::triangles::{Axes, Shear, axes_for, longest_axis};
 use crate::trace::LANES;
@@ -79,7 +79,7 @@ impl Rays {
 
     /// Ray number `lane`, up to `far`, for a tree within `bounds`; and how triangles are sheared for it.
     #[inline(always)]
-    pub fn one<L: Lanes>(&self, lanes: L, lane: usize, far: f32, bounds: &Box3) -> (Ray<L>, Axes, Shear<L>) {
+    pub fn one<L: F32x8>(&self, lanes: L, lane: usize, far: f32, bounds: &Box3) -> (Ray<L>, Axes, Shear<L>) {
         let origin = [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]];
         let direction = self.direction_of(lane);
         let axes = axes_for(longest_axis(direction));
@@ -99,7 +99,7 @@ impl Rays {
     /// What the rays `used`, of one kind and at least one, have in common, up to `far`; and how each ray's t
     /// becomes a distance along their axis.
     #[inline(always)]
-    pub fn common<L: Lanes>(&self, lanes: L, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
+    pub fn common<L: F32x8>(&self, lanes: L, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
         let kind = self.kind(first_of(used));
         let (along, backwards) = (kind / 2, kind % 2 == 1);
         let sign = if backwards { -1.0 } else { 1.0 };
@@ -126,7 +126,7 @@ impl Rays {
     /// How triangles are sheared for the rays `used`, of one kind and at least one; no triangle is met by the
     /// others.
     #[inline(always)]
-    pub fn shears<L: Lanes>(&self, lanes: L, used: u16) -> (Axes, [Shear<L>; HALVES]) {
+    pub fn shears<L: F32x8>(&self, lanes: L, used: u16) -> (Axes, [Shear<L>; HALVES]) {
         let axes = axes_for(longest_axis(self.direction_of(first_of(used))));
         let mut near = self.near;
         for (lane, near) in near.iter_mut().enumerate() {
@@ -136,7 +136,7 @@ impl Rays {
     }
 
     #[inline(always)]
-    fn shear<L: Lanes>(&self, lanes: L, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear<L> {
+    fn shear<L: F32x8>(&self, lanes: L, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear<L> {
         let (o, d) = (&self.origin, &self.direction);
         let along = lanes.load(&eight_of(&d[z], half));
         Shear {
@@ -186,7 +186,7 @@ fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
 
 /// The least and the greatest.
 #[inline(always)]
-fn ends<L: Lanes>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
+fn ends<L: F32x8>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
     let (a, b) = (lanes.load(&eight_of(values, 0)), lanes.load(&eight_of(values, 1)));
     let (low, high) = (lanes.store(lanes.min(a, b)), lanes.store(lanes.max(a, b)));
     let (mut least, mut most) = (low[0], high[0]);
@@ -240,7 +240,7 @@ impl Lines {
     /// Where the rays are, at one height along the axis: where they start or where they end, whichever has them
     /// closer together. `far` is where the ray `leader` ends.
     #[inline(always)]
-    fn closest_together<L: Lanes>(&self, lanes: L, far: f32, leader: usize) -> [[f32; LANES]; 3] {
+    fn closest_together<L: F32x8>(&self, lanes: L, far: f32, leader: usize) -> [[f32; LANES]; 3] {
         let start = self.origin[self.along][leader];
         let end = start + self.sign * far * self.a_unit[leader];
         let starts = self.places_at(start);
@@ -267,7 +267,7 @@ impl Lines {
 
     /// How far places at one height are apart.
     #[inline(always)]
-    fn spread<L: Lanes>(&self, lanes: L, places: &[[f32; LANES]; 3]) -> f32 {
+    fn spread<L: F32x8>(&self, lanes: L, places: &[[f32; LANES]; 3]) -> f32 {
         let mut sum = 0.0;
         for places in places {
             let (least, most) = ends(lanes, places);

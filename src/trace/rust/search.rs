@@ -1,7 +1,7 @@
 //! The two questions, each for the rays of a beam together and for a single ray: what happens at the leaves.
 
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{F32x8, WIDTH};
 use super::rays::{HALVES, Pace, Rays, eight_of};
 use super::triangles::{Axes, Block, OF_INSTANCE, Shear, Triangles};
 use crate::trace::{HitPacket, LANES, NO_HIT};
@@ -31,7 +31,7 @@ fn take(bits: &mut u32) -> usize {
 
 /// The corners of one triangle in all lanes.
 #[inline(always)]
-fn corners_of<L: Lanes>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::F; 3]; 3] {
+fn corners_of<L: F32x8>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::F; 3]; 3] {
     [
         block.corner_of(lanes, 0, at, axes),
         block.corner_of(lanes, 1, at, axes),
@@ -41,14 +41,14 @@ fn corners_of<L: Lanes>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::
 
 /// The corners of eight triangles.
 #[inline(always)]
-fn all_corners<L: Lanes>(lanes: L, block: &Block, axes: Axes) -> [[L::F; 3]; 3] {
+fn all_corners<L: F32x8>(lanes: L, block: &Block, axes: Axes) -> [[L::F; 3]; 3] {
     [block.corner(lanes, 0, axes), block.corner(lanes, 1, axes), block.corner(lanes, 2, axes)]
 }
 
 /// Shortens the rays `used` of `best`, all of one kind, to what they meet first in `triangles`. What has no model
 /// there belongs to `instance`. Says whether it came to an end; otherwise the rays are to go on one by one.
 #[inline(always)]
-pub fn closest_of_beam<L: Lanes>(
+pub fn closest_of_beam<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -66,7 +66,7 @@ pub fn closest_of_beam<L: Lanes>(
     visitor.tested <= MOST_TRIANGLES
 }
 
-struct ClosestOfBeam<'a, L: Lanes> {
+struct ClosestOfBeam<'a, L: F32x8> {
     lanes: L,
     blocks: &'a [Block],
     instance: u32,
@@ -79,7 +79,7 @@ struct ClosestOfBeam<'a, L: Lanes> {
     best: &'a mut HitPacket,
 }
 
-impl<L: Lanes> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
+impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
@@ -111,7 +111,7 @@ impl<L: Lanes> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
 
 /// As [`closest_of_beam`], for ray number `lane` alone.
 #[inline(always)]
-pub fn closest_of_ray<L: Lanes>(
+pub fn closest_of_ray<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -125,7 +125,7 @@ pub fn closest_of_ray<L: Lanes>(
     walk::<true, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
 }
 
-struct ClosestOfRay<'a, L: Lanes> {
+struct ClosestOfRay<'a, L: F32x8> {
     lanes: L,
     blocks: &'a [Block],
     instance: u32,
@@ -135,7 +135,7 @@ struct ClosestOfRay<'a, L: Lanes> {
     best: &'a mut HitPacket,
 }
 
-impl<L: Lanes> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
+impl<L: F32x8> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, lane, block) = (self.lanes, self.lane, &self.blocks[leaf as usize]);
@@ -193,7 +193,7 @@ impl Exempt<'_> {
 /// has no model there belongs to `instance`. Says whether it came to an end, like [`closest_of_beam`].
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-pub fn block_beam<L: Lanes>(
+pub fn block_beam<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -212,7 +212,7 @@ pub fn block_beam<L: Lanes>(
     visitor.tested <= MOST_TRIANGLES
 }
 
-struct BlockBeam<'a, L: Lanes> {
+struct BlockBeam<'a, L: F32x8> {
     lanes: L,
     blocks: &'a [Block],
     instance: u32,
@@ -226,7 +226,7 @@ struct BlockBeam<'a, L: Lanes> {
     far: &'a mut [f32; LANES],
 }
 
-impl<L: Lanes> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
+impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
@@ -262,7 +262,7 @@ impl<L: Lanes> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
 /// As [`block_beam`], for ray number `lane` alone.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-pub fn block_ray<L: Lanes>(
+pub fn block_ray<L: F32x8>(
     lanes: L,
     triangles: &Triangles,
     instance: u32,
@@ -281,7 +281,7 @@ pub fn block_ray<L: Lanes>(
     }
 }
 
-struct BlockRay<'a, L: Lanes> {
+struct BlockRay<'a, L: F32x8> {
     lanes: L,
     blocks: &'a [Block],
     instance: u32,
@@ -293,7 +293,7 @@ struct BlockRay<'a, L: Lanes> {
     blocked: bool,
 }
 
-impl<L: Lanes> Visitor<L, Ray<L>> for BlockRay<'_, L> {
+impl<L: F32x8> Visitor<L, Ray<L>> for BlockRay<'_, L> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{F32x8, WIDTH};
 use super::tree::{Box3, Planes, Tree};
 use crate::scene::Mesh;
 
@@ -88,7 +88,7 @@ impl Block {
 
     /// The boxes around the triangles.
     #[inline(always)]
-    pub fn planes<L: Lanes>(&self, lanes: L) -> Planes {
+    pub fn planes<L: F32x8>(&self, lanes: L) -> Planes {
         let [a, b, c] = &self.corners;
         let mut planes = [[0.0; WIDTH]; 6];
         for axis in 0..3 {
@@ -101,14 +101,14 @@ impl Block {
 
     /// Corner number `corner` of each triangle, axes in the order of a ray.
     #[inline(always)]
-    pub fn corner<L: Lanes>(&self, lanes: L, corner: usize, [x, y, z]: Axes) -> [L::F; 3] {
+    pub fn corner<L: F32x8>(&self, lanes: L, corner: usize, [x, y, z]: Axes) -> [L::F; 3] {
         let corner = &self.corners[corner];
         [lanes.load(&corner[x]), lanes.load(&corner[y]), lanes.load(&corner[z])]
     }
 
     /// Corner number `corner` of one triangle in all lanes, axes in the order of a ray.
     #[inline(always)]
-    pub fn corner_of<L: Lanes>(&self, lanes: L, corner: usize, at: usize, [x, y, z]: Axes) -> [L::F; 3] {
+    pub fn corner_of<L: F32x8>(&self, lanes: L, corner: usize, at: usize, [x, y, z]: Axes) -> [L::F; 3] {
         let corner = &self.corners[corner];
         [lanes.splat(corner[x][at]), lanes.splat(corner[y][at]), lanes.splat(corner[z][at])]
     }
@@ -118,7 +118,7 @@ impl Block {
 ///
 /// Axes in the order that [`Axes`] gives.
 #[derive(Clone, Copy)]
-pub struct Shear<L: Lanes> {
+pub struct Shear<L: F32x8> {
     /// Of the rays.
     pub origin: [L::F; 3],
     /// x / z, y / z and 1 / z of the directions.
@@ -151,7 +151,7 @@ pub fn longest_axis(direction: [f32; 3]) -> usize {
 
 /// Where rays and triangles meet.
 #[derive(Clone, Copy)]
-pub struct Meeting<L: Lanes> {
+pub struct Meeting<L: F32x8> {
     /// Which lanes meet; elsewhere the rest means nothing.
     pub mask: L::M,
     /// Along the rays.
@@ -162,7 +162,7 @@ pub struct Meeting<L: Lanes> {
     pub v: L::F,
 }
 
-impl<L: Lanes> Shear<L> {
+impl<L: F32x8> Shear<L> {
     /// Tests for t from beyond `near` up to `far`. `corners` have their axes in the order of the rays.
     #[inline(always)]
     pub fn meet(&self, lanes: L, corners: [[L::F; 3]; 3], far: L::F) -> Option<Meeting<L>> {
@@ -245,7 +245,7 @@ impl<L: Lanes> Shear<L> {
 }
 
 #[inline(always)]
-fn squared_length<L: Lanes>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
+fn squared_length<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
     lanes.add_product(x, x, lanes.add_product(y, y, lanes.mul(z, z)))
 }
 
@@ -253,7 +253,7 @@ fn squared_length<L: Lanes>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
 type Vectors = [[f32; WIDTH]; 3];
 
 #[inline(always)]
-fn store_vector<L: Lanes>(lanes: L, [x, y, z]: [L::F; 3]) -> Vectors {
+fn store_vector<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> Vectors {
     [lanes.store(x), lanes.store(y), lanes.store(z)]
 }
 
@@ -299,6 +299,6 @@ fn settle_edges(within: u32, on_edge: u32, corners: &[[[f32; WIDTH]; 2]; 3]) -> 
 /// Rounded twice on purpose: rounding is monotone, so the sign is never wrong, and an edge has the same area,
 /// negated, in both of its triangles.
 #[inline(always)]
-fn area<L: Lanes>(lanes: L, p: [L::F; 2], q: [L::F; 2]) -> L::F {
+fn area<L: F32x8>(lanes: L, p: [L::F; 2], q: [L::F; 2]) -> L::F {
     lanes.sub(lanes.mul(p[0], q[1]), lanes.mul(p[1], q[0]))
 }
