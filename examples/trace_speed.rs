@@ -10,8 +10,8 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use afterimage::motion::Pose;
-use afterimage::motion::pose::LightShape;
+use afterimage::pose::LightShape;
+use afterimage::pose::Pose;
 use afterimage::scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;

@@ -7,9 +7,9 @@
 //! # A guided tour
 //! In the order in which data flows:
 //!
-//! 1. [`scene`] is what there is to see, as plain data: models, materials, textures, lights, and tracks of
-//!    all that moves. [`scene::load`] reads a shot file or an OBJ into a [`scene::Shot`].
-//! 2. [`motion`] goes from a frame's number to a [`motion::Pose`]: where camera, models and lights are. It
+//! 1. [`scene`] is what there is to see, as plain data: models, materials, textures, lights, and what
+//!    moves as tracks of [`animation`]. [`scene::load`] reads a shot file or an OBJ into a [`scene::Shot`].
+//! 2. [`pose`] goes from a frame's number to a [`pose::Pose`]: where camera, models and lights are. It
 //!    depends on nothing but the number, so two poses that are equal mean that nothing moved.
 //! 3. [`settings`] says what decides a picture beside the scene, [`layers`] which planes it has.
 //! 4. [`trace`] asks the two questions that the renderer has about rays (what comes first? is anything in
@@ -47,14 +47,16 @@
 #![forbid(unsafe_code)]
 
 pub mod aligned;
+pub mod animation;
 pub mod cli;
 pub mod film;
 pub mod frame;
+pub mod geometry;
 pub mod lanes;
 pub mod layers;
 pub mod memory;
-pub mod motion;
 pub mod output;
+pub mod pose;
 mod prefetch;
 pub mod report;
 pub mod samples;

@@ -5,7 +5,7 @@ mod toy;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use afterimage::motion::Track;
+use afterimage::animation::Track;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{LightKind, Material, Scene, Texture};
 use glam::{DVec3, Vec2, Vec3};

@@ -6,7 +6,8 @@ mod toy;
 
 use std::f32::consts::TAU;
 
-use afterimage::motion::{Pose, Track, TransformTrack};
+use afterimage::animation::{Track, TransformTrack};
+use afterimage::pose::Pose;
 use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::{Among, BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer};

@@ -2,10 +2,10 @@
 
 mod toy;
 
+use afterimage::animation::{Track, TransformTrack};
 use afterimage::film::Values;
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
-use afterimage::motion::{Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Light, LightKind, Material, Scene};

@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use afterimage::motion::{Pose, TransformTrack};
+use afterimage::animation::TransformTrack;
+use afterimage::pose::Pose;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind, Shot};
 use afterimage::settings::{Filter, Mode};

@@ -13,7 +13,7 @@ use std::time::Instant;
 use afterimage::frame::grid::{Grid, holds};
 use afterimage::frame::view::View;
 use afterimage::lanes::{F32x8, LANES as HALF, Mask, Vec3x8};
-use afterimage::motion::{LightPose, Pose};
+use afterimage::pose::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
@@ -77,7 +77,7 @@ impl Bare {
             }
             let mut own = EmbreeScene::new(&device, BuildQuality::High, true)?;
             bare.parts.movable.push(attach(&device, &mut own, number, &model.mesh)?);
-            let identity = afterimage::motion::Transform::IDENTITY.columns();
+            let identity = afterimage::animation::Transform::IDENTITY.columns();
             bare.movable.attach_instance(&own.freeze()?, identity, SIGHT)?;
             bare.instances.push(number);
         }

@@ -4,8 +4,8 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use afterimage::animation::TransformTrack;
 use afterimage::frame::Renderer;
-use afterimage::motion::TransformTrack;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Material, Mesh, Scene};
 use afterimage::settings::Settings;

@@ -3,8 +3,8 @@
 use std::error::Error;
 use std::path::Path;
 
+use afterimage::animation::TransformTrack;
 use afterimage::frame::Renderer;
-use afterimage::motion::TransformTrack;
 use afterimage::scene::{self, Scene};
 use afterimage::settings::Settings;
 use afterimage::trace::BackendKind;

@@ -274,7 +274,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::motion::{Interpolation, Track, TransformTrack};
+    use crate::animation::{Interpolation, Track, TransformTrack};
     use crate::scene::{Model, Scene};
     use crate::settings::Mode;
 

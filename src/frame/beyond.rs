@@ -3,9 +3,9 @@
 
 use glam::Vec3;
 
-use super::movers::{Bounds, Sweep};
 use super::rest::Around;
 use super::stage::Stage;
+use crate::geometry::{Bounds, SweptBox as Sweep};
 
 /// Rays that share a [`Ways`]: neighbours, so that their boxes are small, and enough that there are few.
 pub const TOGETHER: usize = 64;

@@ -10,7 +10,7 @@ use super::plan::ShadowCheck;
 use super::shadow::{ShadowQueue, facing};
 use super::stage::{CellRays, Stage, Workbench, set_bits};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::motion::LightPose;
+use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};

@@ -42,7 +42,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::film::Film;
-use crate::motion::{CameraPose, Pose};
+use crate::geometry::Bounds;
+use crate::pose::{CameraPose, Pose};
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
@@ -54,7 +55,7 @@ use crate::trace::{Backend, BackendKind, TraceError};
 use contest::Falls;
 use foresee::{Chain, Foreseen, foresee};
 use grid::Grid;
-use movers::{Bounds, Movers};
+use movers::Movers;
 pub use need::need;
 use plan::{CameraChange, Plan};
 use rest::Memo;

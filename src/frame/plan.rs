@@ -5,7 +5,7 @@
 //! against the half of the scene (still or movable) that it is in: the tag is one byte, and the answer is
 //! the same.
 
-use crate::motion::{CameraPose, LightPose, Pose};
+use crate::pose::{CameraPose, LightPose, Pose};
 use crate::samples::Tag;
 
 /// How the camera differs from that of the frame before.
@@ -139,9 +139,9 @@ fn light_change(before: &LightPose, now: &LightPose) -> LightChange {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::animation::{Transform, TransformTrack};
     use crate::frame::view::tests::camera;
-    use crate::motion::pose::LightShape;
-    use crate::motion::{Transform, TransformTrack};
+    use crate::pose::LightShape;
     use glam::Vec3;
 
     fn pose() -> Pose {
@@ -160,7 +160,7 @@ mod tests {
     fn moved_model() -> Pose {
         let mut pose = pose();
         let track = TransformTrack {
-            translate: crate::motion::Track::constant(glam::DVec3::X),
+            translate: crate::animation::Track::constant(glam::DVec3::X),
             ..TransformTrack::identity()
         };
         pose.models[1] = track.at(0.0);

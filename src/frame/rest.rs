@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use super::beyond::Beyond;
 use super::contest::Falls;
-use super::movers::{Bounds, ModelSet, Movers, Sweep};
+use super::movers::{ModelSet, Movers, bounds_of_samples};
 use super::plan::LightChange;
 use super::stage::Stage;
-use crate::motion::pose::{LightPose, LightShape};
+use crate::geometry::{Bounds, SweptBox as Sweep};
+use crate::pose::{LightPose, LightShape};
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
 /// What is remembered of a tile from frame to frame while the camera stands. Nothing is, by default.
@@ -131,7 +132,7 @@ pub struct Around {
 impl Around {
     /// Those of `tile`.
     pub fn samples(stage: &Stage, tile: &Tile) -> Self {
-        let [surfaces, sky] = Bounds::of_samples(stage, tile);
+        let [surfaces, sky] = bounds_of_samples(stage, tile);
         Self { surfaces, sky }
     }
 

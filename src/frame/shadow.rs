@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::plan::ShadowCheck;
 use super::stage::{Stage, set_bits};
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
-use crate::motion::pose::LightShape;
+use crate::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::shade::light::Arrival;
 use crate::shade::phong;

@@ -3,13 +3,15 @@
 use glam::Vec3;
 
 use super::foresee::Foreseen;
-use super::movers::{Movers, Sweep};
+use super::movers::Movers;
 use super::placed::PlacedTile;
 use super::plan::Plan;
 use super::view::View;
+use crate::animation::Transform;
+use crate::geometry::SweptBox as Sweep;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
-use crate::motion::{Pose, Transform};
+use crate::pose::Pose;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::shade::phong::Palette;

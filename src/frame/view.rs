@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::grid::Grid;
-use super::movers::Bounds;
+use crate::geometry::Bounds;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::motion::CameraPose;
+use crate::pose::CameraPose;
 use crate::samples::TILE;
 
 /// Cells and camera of one frame.

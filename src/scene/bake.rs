@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::obj::are_within_reach;
 use super::{Mesh, Model};
-use crate::motion::TransformTrack;
+use crate::animation::TransformTrack;
 
 impl Model {
     /// The same model; if it never moves, its mesh is put into world space. `None` where that is too far away.

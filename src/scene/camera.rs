@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::motion::Track;
+use crate::animation::Track;
 
 /// A pinhole camera whose place, direction and lens are keyed.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +15,13 @@ pub struct CameraTrack {
     pub fov: Track<f64>,
     /// Frames at which the shot cuts: nothing is reused across one.
     pub cuts: Vec<i32>,
+}
+
+impl CameraTrack {
+    /// Tangent of half the vertical field of view at `frame`.
+    pub fn tan_half_fov(&self, frame: f64) -> f32 {
+        (self.fov.at(frame).to_radians() * 0.5).tan() as f32
+    }
 }
 
 /// Two ways to key a direction.

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::motion::Track;
+use crate::animation::Track;
 
 /// One light of a shot.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +54,19 @@ pub enum LightKind {
 }
 
 impl LightKind {
+    /// Points of an area light along each edge.
+    pub const GRID: usize = 4;
+
+    /// How many shadow rays each sample sends to it: to the points that stand for it.
+    pub fn points(&self) -> usize {
+        Self::points_of(self.is_area())
+    }
+
+    /// The same of any light that is an area, or is none.
+    pub(crate) fn points_of(is_area: bool) -> usize {
+        if is_area { Self::GRID * Self::GRID } else { 1 }
+    }
+
     /// Whether it is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
         matches!(self, Self::Rectangle { .. })

@@ -5,7 +5,6 @@
 
 use super::camera::Aim;
 use super::{Mesh, Scene};
-use crate::motion::CameraPose;
 use crate::settings::Settings;
 
 /// Of a coordinate: how far rounding to a single float may move it.
@@ -34,14 +33,15 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
 pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     let camera = &scene.camera;
     let frames: Vec<f64> = camera.eye.frames().chain(camera.fov.frames()).collect();
-    let cell = |pose: &CameraPose| {
-        2.0 * f64::from(pose.tan_half_fov) / (f64::from(settings.height) * f64::from(settings.samples))
+    let cell = |frame: f64| {
+        let cells = f64::from(settings.height) * f64::from(settings.samples);
+        2.0 * f64::from(camera.tan_half_fov(frame)) / cells
     };
-    let narrow = frames.iter().find(|frame| cell(&CameraPose::of(camera, **frame)) < NARROWEST_CELL);
+    let narrow = frames.iter().find(|frame| cell(**frame) < NARROWEST_CELL);
     let near = frames.iter().find(|frame| {
         let (Aim::Target { target, .. }, eye) = (&camera.aim, camera.eye.at(**frame)) else { return false };
         let distance = (target.at(**frame) - eye).length();
-        eye.abs().max_element() * ROUNDING > distance * cell(&CameraPose::of(camera, **frame))
+        eye.abs().max_element() * ROUNDING > distance * cell(**frame)
     });
     let narrow = narrow.map(|frame| {
         format!(

@@ -6,6 +6,8 @@ use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
+use crate::geometry::Bounds;
+
 /// Triangles that one thread looks at in one go.
 const BLOCK: usize = 1 << 14;
 
@@ -41,5 +43,12 @@ impl Mesh {
         };
         let (low, high) = self.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, joined);
         (low.as_dvec3(), high.as_dvec3())
+    }
+}
+
+impl Bounds {
+    /// Around all vertices of `mesh`, object space, used by a triangle or not.
+    pub fn of(mesh: &Mesh) -> Self {
+        mesh.positions.as_slice().iter().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
     }
 }

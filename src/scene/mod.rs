@@ -43,7 +43,7 @@ pub use render_space::RenderSpace;
 pub use shot::{Shot, load};
 pub use texture::Texture;
 
-use crate::motion::TransformTrack;
+use crate::animation::TransformTrack;
 
 /// All that a shot shows. Ids are indices into these lists.
 #[derive(Debug, Clone)]

@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::camera::Aim;
 use super::{CameraTrack, Light, LightKind};
-use crate::motion::{CameraPose, TransformTrack};
+use crate::animation::TransformTrack;
 
 /// A shot is moved if its middle is farther from the origin than this many times its own size.
 const FAR: f64 = 8.0;
@@ -117,11 +117,6 @@ impl RenderSpace {
         (f64::from(length) / self.scale) as f32
     }
 
-    /// The camera where the files have it.
-    pub fn camera_of_files(&self, camera: &CameraPose) -> CameraPose {
-        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), ..*camera }
-    }
-
     /// Converts a model's motion.
     pub(crate) fn track(&self, track: TransformTrack) -> TransformTrack {
         TransformTrack {
@@ -166,7 +161,7 @@ impl RenderSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{LightPose, Track, pose::LightShape};
+    use crate::animation::Track;
 
     fn fit(low: [f64; 3], high: [f64; 3]) -> RenderSpace {
         RenderSpace::fit_for(Extent::NONE.with(low.into()).with(high.into()))
@@ -214,11 +209,11 @@ mod tests {
             color: Track::constant(Vec3::ONE),
             power: Track::constant(2e-14),
         };
-        let light = LightPose::of(&space.light(light), 1.0);
-        let LightShape::Point { position } = light.shape else { panic!("still a point light") };
-        let distance = f64::from(position.distance(space.point(DVec3::ZERO).as_vec3()));
+        let light = space.light(light);
+        let LightKind::Point { position } = light.kind else { panic!("still a point light") };
+        let distance = position.at(1.0).distance(space.point(DVec3::ZERO));
         let expected = 2e-14 / (3e-7f64 * 3e-7);
-        assert!((f64::from(light.strength.x) / (distance * distance) / expected - 1.0).abs() < 1e-5);
+        assert!((light.power.at(1.0) / (distance * distance) / expected - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -18,7 +18,6 @@ use super::shot_file::{
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks, turntable};
 use crate::layers::Layers;
-use crate::motion::LightPose;
 use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
@@ -56,7 +55,7 @@ impl Shot {
             return None;
         }
         let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
-        let points = |light: &Light| LightPose::of(light, 0.0).shape.points() as u64;
+        let points = |light: &Light| light.kind.points() as u64;
         let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
         Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
     }

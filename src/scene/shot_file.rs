@@ -7,7 +7,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::toml_text::{At, List};
-use crate::motion::Interpolation;
+use crate::animation::Interpolation;
 use crate::settings::{Filter, Mode};
 
 /// Linear RGB, or coordinates.

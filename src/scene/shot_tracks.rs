@@ -6,8 +6,8 @@ use super::camera::Aim;
 use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
 use super::toml_text::{At, List, TomlText};
 use super::{CameraTrack, Light, LightKind, SceneError};
-use crate::motion::track::Keyed;
-use crate::motion::{Interpolation, Track, TransformTrack};
+use crate::animation::track::Keyed;
+use crate::animation::{Interpolation, Track, TransformTrack};
 
 /// Vertical field of view where no key has said one, degrees.
 const DEFAULT_FOV: f64 = 40.0;

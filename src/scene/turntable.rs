@@ -10,8 +10,8 @@ use super::camera::Aim;
 use super::render_space::{Extent, RenderSpace};
 use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
+use crate::animation::{Interpolation, Track, TransformTrack};
 use crate::layers::Layers;
-use crate::motion::{Interpolation, Track, TransformTrack};
 use crate::settings::{Build, Filter, Mode, Settings};
 
 /// Frames of one turn.

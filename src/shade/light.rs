@@ -5,7 +5,7 @@ use glam::Vec3;
 use wide::u32x8;
 
 use crate::lanes::{F32x8, LANES, Vec3x8, signed};
-use crate::motion::{LightPose, pose::LightShape};
+use crate::pose::{LightPose, LightShape};
 
 /// Light as it arrives at eight points.
 #[derive(Debug, Clone, Copy, PartialEq)]

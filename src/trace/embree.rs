@@ -26,7 +26,7 @@ use super::{
     TraceError, Tracer, has_many_clear,
 };
 use crate::lanes::{F32x8, are_same};
-use crate::motion::Pose;
+use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
 
@@ -164,7 +164,7 @@ impl EmbreeBackend {
     }
 
     fn add_movable(&mut self, model: u32, mesh: &Mesh, frozen: &Frozen) -> Result<Place, TraceError> {
-        let identity = crate::motion::Transform::IDENTITY.columns();
+        let identity = crate::animation::Transform::IDENTITY.columns();
         let GeometryId(instance) = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
         debug_assert_eq!(instance as usize, self.movable_parts.len());
         self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));

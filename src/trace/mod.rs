@@ -15,7 +15,7 @@ pub mod timed;
 
 pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, RayPacket};
 
-use crate::motion::Pose;
+use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
 

@@ -39,7 +39,8 @@ use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer, has_many_clear,
 };
-use crate::motion::{Pose, Transform};
+use crate::animation::Transform;
+use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
 use lanes::{F32x8, Work, dispatch};

@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
+use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
-use afterimage::motion::{Interpolation, Track, TransformTrack};
 use afterimage::scene::camera::Aim;
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene,
@@ -15,7 +15,7 @@ use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 
 /// A track through `keys`.
-pub fn keys<T: afterimage::motion::Keyed>(keys: &[(f64, T)]) -> Track<T> {
+pub fn keys<T: afterimage::animation::Keyed>(keys: &[(f64, T)]) -> Track<T> {
     Track::through(keys.to_vec(), Interpolation::Linear).expect("keys are good")
 }
 

@@ -136,7 +136,7 @@ fn affine(map: DAffine3) -> Affine3A {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::Interpolation;
+    use crate::animation::Interpolation;
 
     fn still(rotate: DVec3) -> TransformTrack {
         TransformTrack { rotate: Track::constant(rotate), ..TransformTrack::identity() }

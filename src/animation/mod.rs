@@ -1,9 +1,7 @@
-//! From a frame's number to where everything is.
+//! Keyed values: tracks, and the transforms of models made of them.
 
-pub mod pose;
 pub mod track;
 pub mod transform;
 
-pub use pose::{CameraPose, LightPose, Pose};
 pub use track::{Interpolation, Keyed, Track};
 pub use transform::{Transform, TransformTrack};

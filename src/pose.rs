@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
-use super::Transform;
+use crate::animation::Transform;
 use crate::scene::camera::Aim;
-use crate::scene::{CameraTrack, Light, LightKind, Scene};
+use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
 
 /// Everything that moves, at one frame. Two poses compare exactly: what is equal did not move.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +60,7 @@ impl CameraPose {
             right: axes.x_axis.as_vec3(),
             up: axes.y_axis.as_vec3(),
             forward: -axes.z_axis.as_vec3(),
-            tan_half_fov: (track.fov.at(frame).to_radians() * 0.5).tan() as f32,
+            tan_half_fov: track.tan_half_fov(frame),
         }
     }
 
@@ -87,6 +87,13 @@ impl CameraPose {
             Vec4::new(0.0, 0.0, (near + far) / (near - far), -1.0),
             Vec4::new(0.0, 0.0, 2.0 * near * far / (near - far), 0.0),
         ) * self.world_to_camera()
+    }
+}
+
+impl RenderSpace {
+    /// The camera where the files have it.
+    pub fn camera_of_files(&self, camera: &CameraPose) -> CameraPose {
+        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), ..*camera }
     }
 }
 
@@ -154,11 +161,11 @@ pub enum LightShape {
 
 impl LightShape {
     /// Points of an area light along each edge.
-    pub const GRID: usize = 4;
+    pub const GRID: usize = LightKind::GRID;
 
     /// How many shadow rays each sample sends to it: to the points that stand for it.
     pub fn points(&self) -> usize {
-        if self.is_area() { Self::GRID * Self::GRID } else { 1 }
+        LightKind::points_of(self.is_area())
     }
 
     /// Whether it is more than a point.

@@ -1,0 +1,122 @@
+//! A box along the axes, and which segments meet it.
+
+use glam::Vec3;
+
+use crate::animation::Transform;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+
+/// A box along the axes, world or object space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Least coordinates.
+    pub low: Vec3,
+    /// Greatest coordinates.
+    pub high: Vec3,
+}
+
+impl Bounds {
+    /// Around nothing.
+    pub const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+
+    /// Around one point.
+    pub fn at(point: Vec3) -> Self {
+        Self { low: point, high: point }
+    }
+
+    /// Around a rectangle.
+    pub fn of_rectangle(center: Vec3, across: Vec3, up: Vec3) -> Self {
+        let reach = (across.abs() + up.abs()) * 0.5;
+        Self { low: center - reach, high: center + reach }
+    }
+
+    /// Around eight points.
+    pub fn of_lanes(points: Vec3x8) -> Self {
+        (0..LANES).fold(Self::EMPTY, |all, lane| all.with(points.lane(lane)))
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        !self.low.cmple(self.high).all()
+    }
+
+    /// Around this box and a point.
+    pub fn with(self, point: Vec3) -> Self {
+        Self { low: self.low.min(point), high: self.high.max(point) }
+    }
+
+    /// Around this box after `transform`, with room for what rounding does.
+    pub fn placed(&self, transform: &Transform) -> Self {
+        let corner = |i: usize| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
+            transform.point(Vec3::new(pick(0), pick(1), pick(2)))
+        };
+        let tight = (0..8).map(corner).fold(Self::EMPTY, Self::with);
+        let room = 1e-4 * (tight.high - tight.low) + 1e-5 * tight.low.abs().max(tight.high.abs());
+        Self { low: tight.low - room, high: tight.high + room }
+    }
+
+    /// Around both boxes.
+    pub fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Of eight segments, those that meet the box (slabs). A bit that is not set is certain.
+    #[inline(always)]
+    pub fn meets(&self, segments: &Segments) -> Mask {
+        let Segments { origin, inverse, far } = *segments;
+        let a = (Vec3x8::splat(self.low) - origin) * inverse;
+        let b = (Vec3x8::splat(self.high) - origin) * inverse;
+        let (near, away) = (a.min(b), a.max(b));
+        let enter = near.x.max(near.y).max(near.z).max(F32x8::ZERO);
+        let leave = away.x.min(away.y).min(away.z).min(far);
+        enter.le(leave)
+    }
+}
+
+/// Eight segments: `origin + t * direction` for t in `0..=far`.
+#[derive(Debug, Clone, Copy)]
+pub struct Segments {
+    origin: Vec3x8,
+    /// One over the direction, finite.
+    inverse: Vec3x8,
+    far: F32x8,
+}
+
+impl Segments {
+    /// From `origin` along `direction` (of any length) up to `far` times its length.
+    #[inline]
+    pub fn new(origin: Vec3x8, direction: Vec3x8, far: F32x8) -> Self {
+        // parallel to a slab: a huge slope says inside or outside as well as an infinite one, and 0 times
+        // it is a number
+        let steep = |along: F32x8| {
+            let is_parallel = along.abs().lt(F32x8::splat(1e-30));
+            is_parallel.select(F32x8::splat(1e30), F32x8::splat(1.0) / along)
+        };
+        let inverse = Vec3x8 { x: steep(direction.x), y: steep(direction.y), z: steep(direction.z) };
+        Self { origin, inverse, far }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// The answer for one segment, in each lane.
+    pub fn meets(bounds: &Bounds, origin: Vec3, direction: Vec3, far: f32) -> bool {
+        let segments = Segments::new(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
+        let bits = bounds.meets(&segments).bits();
+        assert!(bits == 0 || bits == u8::MAX);
+        bits != 0
+    }
+
+    #[test]
+    fn a_segment_through_the_box_may_meet_and_one_past_it_does_not() {
+        let unit = Bounds { low: Vec3::ZERO, high: Vec3::ONE };
+        assert!(meets(&unit, Vec3::new(-1.0, 0.5, 0.5), Vec3::X, f32::INFINITY));
+        assert!(!meets(&unit, Vec3::new(-1.0, 0.5, 0.5), Vec3::X, 0.5), "it ends before the box");
+        assert!(!meets(&unit, Vec3::new(-1.0, 1.5, 0.5), Vec3::X, f32::INFINITY));
+        assert!(!meets(&unit, Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY), "it leaves from behind");
+        assert!(meets(&unit, Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
+        assert!(meets(&unit, Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
+    }
+}

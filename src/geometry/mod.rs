@@ -1,0 +1,7 @@
+//! Axis-aligned boxes, at rest and swept: what is certainly not met needs no ray.
+
+mod bounds;
+mod swept_box;
+
+pub use bounds::{Bounds, Segments};
+pub use swept_box::SweptBox;
