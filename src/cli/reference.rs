@@ -4,7 +4,8 @@ use super::failure::Failure;
 use super::shot_args::{Job, check_samples};
 use crate::frame::{Finished, Renderer};
 use crate::layers::Layers;
-use crate::report::error::{BothErrors, ErrorTotals, PictureError, Reference};
+use crate::report::error::{BothErrors, PictureError};
+use crate::report::reference::{ErrorTotals, Reference};
 use crate::settings::{MOST_SAMPLES, Mode, Settings};
 use crate::trace::BackendKind;
 

@@ -11,7 +11,7 @@ use super::terminal::ProgressKind;
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
-use crate::scene::shot::{self, Shot};
+use crate::scene::{self, Shot};
 use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
 use crate::trace::BackendKind;
 
@@ -225,7 +225,7 @@ pub fn open(path: &Path, strict: bool) -> Result<Shot, Failure> {
     const LEAST_BYTES: u64 = 24 << 20;
     let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
     least.check(&memory::left()).map_err(Failure::of)?;
-    shot::load(path, strict).map_err(Failure::of)
+    scene::load(path, strict).map_err(Failure::of)
 }
 
 /// Runs `work` on so many threads, all cores where none are given.

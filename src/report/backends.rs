@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::comparison::{BothTotals, Saving};
+use super::both_ways::{BothTotals, Saving};
 use crate::film::Film;
 use crate::stats::Totals;
 

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::backends::AGREEMENT;
+use super::both_ways::THRESHOLD;
 use super::chart::{self, Series};
-use super::comparison::{Comparison, THRESHOLD};
+use super::comparison::Comparison;
 use super::picture::{STATUSES, hex};
 use crate::stats::{FrameStats, SampleCounts, Seconds, Totals, saved_percent};
 use crate::visible::visible;
@@ -384,8 +385,9 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::comparison::tests::{comparison, frame};
     use super::*;
+    use crate::report::both_ways::tests::frame;
+    use crate::report::comparison::tests::comparison;
 
     fn made() -> String {
         let pictures = Pictures {

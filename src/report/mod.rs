@@ -1,10 +1,12 @@
 //! Reports of runs: JSON and HTML files.
 
 pub mod backends;
+pub mod both_ways;
 pub mod chart;
 pub mod comparison;
 pub mod error;
 pub mod file;
 pub mod html;
 pub mod picture;
+pub mod reference;
 pub mod versions;

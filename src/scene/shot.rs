@@ -1,4 +1,4 @@
-//! Loads shots: a shot file (`.toml`) with all that it names, or a bare OBJ as a turntable.
+//! A shot, and how it is made of a shot file (`.toml`) with all that it names.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use super::shot_file::{
     BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
 };
 use super::toml_text::{At, List, TomlText};
-use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks, turntable};
+use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks};
 use crate::layers::Layers;
 use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
 
@@ -66,29 +66,11 @@ impl Shot {
     }
 }
 
-/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.
+/// What the shot file `text` says, with all that it names.
 ///
 /// # Errors
-/// With file, and where they are known line and column: what cannot be read or makes no sense. In a
-/// `strict` load also everything that would otherwise be a warning about a stand-in: a missing texture,
-/// a missing material.
-pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match extension.as_str() {
-        "toml" => {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| SceneError::new(path, format!("the shot file cannot be read: {error}")))?;
-            from_text(TomlText { path, text: &text }, strict)
-        }
-        "obj" => turntable::shot(path, strict),
-        _ => Err(SceneError::new(
-            path,
-            "not a file that can be rendered: give a shot (.toml) or a model (.obj)",
-        )),
-    }
-}
-
-fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
+/// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
+pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
     let (settings, frames, rate) = render(text, &file.render, &file.output)?;
     let missing = |what| SceneError::new(text.path, what);

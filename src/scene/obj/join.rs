@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::Named;
 use super::column::{Indices, MOST_ENTRIES, OutOfRange};
 use super::fault::Fault;
 use super::piece::{Faces, Name, Piece};
@@ -26,6 +25,15 @@ pub(super) struct Joined {
     pub libraries: Vec<Named>,
     /// Faces of fewer than three corners.
     pub too_small: usize,
+}
+
+/// A name in the text and the first line that has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// Trimmed; may hold spaces.
+    pub name: String,
+    /// From 1.
+    pub line: usize,
 }
 
 /// Faces of one piece; corners are in order.

@@ -33,6 +33,7 @@ use rayon::prelude::*;
 use super::SceneError;
 use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
+pub use join::Named;
 use join::{Joined, Misfit};
 use piece::{Piece, Reader};
 use share::Vertices;
@@ -59,15 +60,6 @@ pub struct ObjFile {
     pub materials: Vec<Named>,
     /// What `mtllib` lines say, in order.
     pub libraries: Vec<Named>,
-}
-
-/// A name in the text and the first line that has it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Named {
-    /// Trimmed; may hold spaces.
-    pub name: String,
-    /// From 1.
-    pub line: usize,
 }
 
 /// Reads the OBJ file at `path`.
