@@ -47,6 +47,7 @@ pub struct RenderArgs {
 
     /// Name of the files, #### or %04d for the frame's number [default: the shot's, or
     /// out/NAME/NAME.####.exr]
+    #[allow(rustdoc::broken_intra_doc_links, reason = "a default in brackets is no link")]
     #[arg(short, long, value_name = "DIR/name.####.exr")]
     output: Option<String>,
 
