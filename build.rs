@@ -1,5 +1,5 @@
 //! What the program must know of its build: where Embree is, its version, and the state of the sources. And what its
-//! tests must know: whether the scene collection is at hand.
+//! tests must know: whether the scene collection is at hand, and programs that read EXR files.
 
 use std::env;
 use std::path::Path;
@@ -10,6 +10,7 @@ fn main() {
     embree();
     source_state();
     scene_collection();
+    programs_of_tests();
 }
 
 /// `cfg(scene_collection)` where `AFTERIMAGE_SCENES` names a folder: without it, tests that need it are ignored.
@@ -18,6 +19,18 @@ fn scene_collection() {
     println!("cargo::rustc-check-cfg=cfg(scene_collection)");
     if env::var_os("AFTERIMAGE_SCENES").is_some_and(|folder| Path::new(&folder).is_dir()) {
         println!("cargo::rustc-cfg=scene_collection");
+    }
+}
+
+/// Tests start no program from outside the checkout but those that a variable names: without it they are ignored.
+fn programs_of_tests() {
+    let named = [("AFTERIMAGE_OPENEXR_TOOLS", "openexr_tools"), ("AFTERIMAGE_PYTHON", "python_with_openexr")];
+    for (variable, cfg) in named {
+        println!("cargo::rerun-if-env-changed={variable}");
+        println!("cargo::rustc-check-cfg=cfg({cfg})");
+        if env::var_os(variable).is_some_and(|named| !named.is_empty()) {
+            println!("cargo::rustc-cfg={cfg}");
+        }
     }
 }
 
