@@ -132,7 +132,7 @@ pub struct Film {
     /// In any order; no two of the same name.
     pub planes: Vec<Plane>,
     /// By which a renderer knows its last film again; 0 for films that no renderer made.
-    pub stamp: u64,
+    pub stamp: u32,
 }
 
 impl Film {

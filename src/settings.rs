@@ -22,6 +22,17 @@ pub enum Mode {
     Full,
 }
 
+/// Which of the samples that are kept a cell shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reuse {
+    /// The nearest to the cell's centre, wherever it lies; all others are kept, too, up to a cap.
+    #[default]
+    Target,
+    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped. For comparison.
+    Paper,
+}
+
 /// How samples become pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -73,6 +84,8 @@ pub struct Settings {
     pub depth: u32,
     /// Reuse or not.
     pub mode: Mode,
+    /// Which kept samples serve the cells of an inferred frame.
+    pub reuse: Reuse,
     /// A base frame every so many frames, counted from the shot's first; 0: the first alone.
     pub base_every: u32,
     /// What is made and written beside `R G B A`.
@@ -81,6 +94,25 @@ pub struct Settings {
     pub audit: bool,
     /// How the tracer is built.
     pub build: Build,
+}
+
+impl Default for Settings {
+    /// As a shot has them that says nothing.
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 2,
+            filter: Filter::default(),
+            depth: 4,
+            mode: Mode::default(),
+            reuse: Reuse::default(),
+            base_every: 48,
+            layers: Layers::ALL,
+            audit: false,
+            build: Build::default(),
+        }
+    }
 }
 
 impl Settings {

@@ -33,6 +33,8 @@ pub struct SampleCounts {
     pub overlapped: u64,
     pub missed: u64,
     pub obscured: u64,
+    /// Kept, and serving no cell in this frame: in no total.
+    pub spare: u64,
 }
 
 /// Rays that were cast, each under the kind that it served.
@@ -255,7 +257,7 @@ macro_rules! sum_fields {
     };
 }
 sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, write);
-sum_fields!(SampleCounts: base, good, overlapped, missed, obscured);
+sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
 sum_fields!(AuditCounts: checked, differing, on_edge);
@@ -331,7 +333,7 @@ mod tests {
         assert_eq!(keys("/frames/0"), sorted("frame mode seconds samples rays tracing audit"));
         assert_eq!(keys("/totals"), sorted("seconds samples rays tracing audit"));
         assert_eq!(keys("/frames/0/seconds"), sorted("total reproject verify trace enhance filter write"));
-        assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured"));
+        assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured spare"));
         assert_eq!(keys("/totals/rays"), sorted("primary verification shadow reflection refraction"));
         assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
         assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge"));

@@ -12,7 +12,7 @@ use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
-use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Reuse, Settings};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -44,6 +44,10 @@ pub struct ShotArgs {
     /// How many mirrors and panes of glass a ray from the eye may meet [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
+
+    /// Which kept samples a cell shows [default: the shot's]
+    #[arg(long, value_enum, value_name = "RULE")]
+    pub reuse: Option<ReuseArg>,
 
     /// A frame traced in full every K frames, counted from the shot's first; 0: the first alone
     /// [default: the shot's]
@@ -95,6 +99,24 @@ pub enum FilterArg {
     Box,
     /// Mitchell and Netravali's cubic
     Mitchell,
+}
+
+/// Rules by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ReuseArg {
+    /// The nearest to the cell's centre; the others are kept, up to a cap
+    Target,
+    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped
+    Paper,
+}
+
+impl From<ReuseArg> for Reuse {
+    fn from(rule: ReuseArg) -> Self {
+        match rule {
+            ReuseArg::Target => Self::Target,
+            ReuseArg::Paper => Self::Paper,
+        }
+    }
 }
 
 /// Ways to build by name.
@@ -189,8 +211,8 @@ impl ShotArgs {
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
-            build: settings.build,
-            mode: settings.mode,
+            reuse: self.reuse.map_or(settings.reuse, Reuse::from),
+            ..settings.clone()
         };
         check_samples(&settled, "--samples")?;
         Ok(settled)
@@ -297,6 +319,7 @@ mod tests {
             filter: Filter::Mitchell,
             depth: 5,
             mode: Mode::Auto,
+            reuse: Reuse::Paper,
             base_every: 7,
             layers: Layers::ALL,
             audit: false,
@@ -312,7 +335,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reuse target --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -321,6 +344,7 @@ mod tests {
             filter: Filter::Box,
             depth: 1,
             mode: Mode::Auto,
+            reuse: Reuse::Target,
             base_every: 0,
             layers: Layers::Z,
             audit: true,

@@ -17,16 +17,18 @@
 
 use glam::Vec3;
 
+use super::bits::{set_bits, surface_bits};
 use super::grid::place;
 use super::light::sum_light;
 use super::placed::Placed;
 use super::plan::ShadowCheck;
+use super::serve::REACH;
 use super::shadow::ShadowQueue;
-use super::stage::{Stage, set_bits, surface_bits};
+use super::stage::Stage;
 use super::trace_missed::is_traced;
 use super::verify::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tag, Tile, load_color, load_colors};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, Tag, Tile, full_color};
 use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
@@ -60,8 +62,8 @@ const EDGE_ON_COSINE: f32 = 1e-4;
 /// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes.
 const NORMAL_COSINE: f32 = 1.0 - 1e-5;
 
-/// In cells: how far outside its cell rounding may project a sample.
-const CELL_TOLERANCE: f32 = 0.02;
+/// In cells: how far rounding, to the steps in which bins keep places among others, may project a sample.
+const CELL_TOLERANCE: f32 = 0.03;
 
 /// How a check ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -83,6 +85,21 @@ impl Verdict {
     }
 }
 
+/// A sample of a tile.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    /// See [`Tile::x`].
+    point: Vec3,
+    model: u32,
+    record: Record,
+}
+
+impl Sample {
+    fn of(tile: &Tile, cell: usize) -> Self {
+        Self { point: tile.point(cell), model: tile.model[cell], record: tile.record[cell] }
+    }
+}
+
 /// Checks all samples of tile number `number`.
 pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
@@ -92,13 +109,13 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
     let sight = |cell: usize| sight(stage, number, tile, cell);
     let met = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, sight(cell))));
     for (ray, cell) in sampled().enumerate() {
-        let (sample, sight) = (tile.sample(cell), sight(cell));
+        let (sample, sight) = (Sample::of(tile, cell), sight(cell));
         raise(cell, check_sight(stage, &sample, sight, met.get(ray)));
         if !(is_traced(tile.status[cell]) && is_on(stage, &sample, sight)) {
             raise(cell, check_position(stage, number, cell, &sample));
         }
         if sample.model != BACKGROUND {
-            raise(cell, check_surface(stage, &sample, sight, load_color(&tile.reflectance, cell)));
+            raise(cell, check_surface(stage, &sample, sight, full_color(sample.record.reflectance)));
         }
     }
     for first in (0..CELLS).step_by(LANES) {
@@ -155,7 +172,7 @@ fn rounding(stage: &Stage, sample: &Sample) -> f32 {
     if sample.model != BACKGROUND {
         let (mesh, transform) =
             (&stage.scene.models[sample.model as usize].mesh, stage.transform(sample.model));
-        for corner in corners_of(mesh, sample.triangle) {
+        for corner in corners_of(mesh, sample.record.triangle) {
             largest = largest.max((transform.point(corner.as_vec3()) - eye).abs());
         }
     }
@@ -192,7 +209,7 @@ fn meets(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool 
     match met {
         None => sample.model == BACKGROUND,
         Some(hit) => {
-            (hit.model, hit.triangle) == (sample.model, sample.triangle)
+            (hit.model, hit.triangle) == (sample.model, sample.record.triangle)
                 && coincides(stage, sample, sight, met)
         }
     }
@@ -202,18 +219,17 @@ fn meets(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool 
 /// another surface in the same place, either of which may be met first.
 fn coincides(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
-    let facet = stage.transform(sample.model).normal(sample.facet.unfold());
+    let facet = stage.transform(sample.model).normal(sample.record.facet.unfold());
     let tolerance = reach(stage, sample) + rounding(stage, sample);
     (met.t * sight - offset(stage, sample)).dot(facet).abs() <= tolerance
 }
 
-/// Whether the sample lies in its cell.
+/// Whether the sample is as near to the centre of its cell as one must be that serves it.
 fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample) -> Verdict {
     let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
     let Some(seen) = stage.view.project_one(offset(stage, sample)) else { return Verdict::Differs };
-    let from = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32;
-    let inside = |along: f32| (-CELL_TOLERANCE..=1.0 + CELL_TOLERANCE).contains(&along);
-    Verdict::of(inside(from(0, seen.x)) && inside(from(1, seen.y)))
+    let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32 - 0.5;
+    Verdict::of(aside(0, seen.x).hypot(aside(1, seen.y)) <= REACH + CELL_TOLERANCE)
 }
 
 /// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
@@ -226,24 +242,24 @@ fn is_on(stage: &Stage, sample: &Sample, sight: Vec3) -> bool {
 fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &stage.scene.models[sample.model as usize].mesh;
     let mut lanes = Corners::NONE;
-    lanes.set(0, mesh, sample.triangle);
-    let corners = corners_of(mesh, sample.triangle);
+    lanes.set(0, mesh, sample.record.triangle);
+    let corners = corners_of(mesh, sample.record.triangle);
     let point = sample.point.as_dvec3();
     let reach = f64::from(TOLERANCE) * f64::from(offset(stage, sample).length().max(sample.point.length()));
 
-    let side = if sample.from_behind { -1.0 } else { 1.0 };
-    let facet = stage.transform(sample.model).normal(sample.facet.unfold());
-    let number = mesh.material_of[sample.triangle as usize];
+    let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
+    let facet = stage.transform(sample.model).normal(sample.record.facet.unfold());
+    let number = mesh.material_of[sample.record.triangle as usize];
     let material = &stage.scene.materials[usize::from(number)];
     let weights = lanes.weights_at(Vec3x8::splat(sample.point));
     let normal = lanes.normal(weights).lane(0);
     let at = weights.map(|weight| weight.lane(0));
-    let fresh = reflectance(stage.scene, material, || uv_at(mesh, sample.triangle, at));
+    let fresh = reflectance(stage.scene, material, || uv_at(mesh, sample.record.triangle, at));
     Verdict::of(
-        sample.material == number
+        sample.record.material == number
             && nearest_point(corners, point).distance(point) <= reach
-            && sample.normal.unfold().dot(normal * side) >= NORMAL_COSINE
-            && sample.facet.unfold().dot(lanes.facet().lane(0) * side) >= NORMAL_COSINE
+            && sample.record.normal.unfold().dot(normal * side) >= NORMAL_COSINE
+            && sample.record.facet.unfold().dot(lanes.facet().lane(0) * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
             && facet.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
     )
@@ -258,7 +274,7 @@ fn check_light(
     surfaces: u8,
     raise: &mut impl FnMut(usize, Verdict),
 ) {
-    let (kept, fresh) = (load_colors(&tile.lit, first), sum_light(stage, tile, first, placed));
+    let (kept, fresh) = (tile.kept_light(first), sum_light(stage, tile, first, placed));
     for lane in set_bits(surfaces) {
         let (kept, fresh) = (kept.lane(lane), fresh.lane(lane));
         let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
@@ -299,7 +315,7 @@ fn check_shadows(stage: &Stage, tile: &Tile, source: Source, raise: &mut impl Fn
     for cell in doubtful {
         let (lit, places) = (is_lit(cell), Vec3x8::splat(tile.point(cell)));
         let (placed, lane) = (Placed::of(stage, tile, cell / LANES * LANES), cell % LANES);
-        let reach = reach(stage, &tile.sample(cell));
+        let reach = reach(stage, &Sample::of(tile, cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
         let mut beside =

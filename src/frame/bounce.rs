@@ -5,10 +5,11 @@
 use glam::Vec3;
 
 use super::beyond::{Beyond, TOGETHER, Ways};
+use super::bits::set_bits;
 use super::enhance::Radiance;
 use super::plan::ShadowCheck;
 use super::shadow::{ShadowQueue, facing};
-use super::stage::{CellRays, Stage, Workbench, set_bits};
+use super::stage::{CellRays, Stage, Workbench};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::Tag;

@@ -1,11 +1,12 @@
 //! Enhancement: what depends on the eye is made anew for every sample, reused or not (the paper's
 //! "Enhancement Phase"): highlights, reflections, refractions. Tiles that the film shows already need none.
 
+use super::bits::{set_bits, surface_bits};
 use super::bounce;
 use super::placed::Placed;
-use super::stage::{Stage, Workbench, set_bits, surface_bits};
+use super::stage::{Stage, Workbench};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, load_color, load_colors};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::shade::light::{Aim, arrival, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
@@ -88,14 +89,14 @@ pub fn enhance(stage: &Stage, tile: &Tile, bench: &mut Workbench) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let surfaces = surface_bits(models);
-        let lit = Mask::less(models, EMPTY).select3(load_colors(&tile.lit, first), Vec3x8::ZERO);
+        let lit = Mask::less(models, EMPTY).select3(tile.kept_light(first), Vec3x8::ZERO);
         let [r, g, b] = &mut bench.radiance.diffuse;
         cut(lit).store([r, g, b], first);
         if surfaces != u8::MAX {
             show_background(stage, tile, first, &mut bench.radiance.diffuse);
         }
         if surfaces != 0 {
-            let gloss = stage.palette.gloss(&tile.material[first..first + LANES]);
+            let gloss = stage.palette.gloss(&tile.materials(first));
             let goes_on = if stage.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
             if gloss.is_any || goes_on != 0 {
                 enhance_lanes(stage, tile, first, &gloss, goes_on, bench);
@@ -139,9 +140,9 @@ fn enhance_lanes(
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
             facet: placed.facet.lane(lane),
-            reflectance: load_color(&tile.reflectance, cell),
-            material: tile.material[cell],
-            from_behind: tile.from_behind[cell],
+            reflectance: full_color(tile.record[cell].reflectance),
+            material: tile.record[cell].material,
+            from_behind: tile.record[cell].is_from_behind(),
         };
         let optics = stage.scene.materials[usize::from(surface.material)].optics;
         bench.bounces.start(cell as u32, &surface, branch(optics, &surface, incoming.lane(lane)));

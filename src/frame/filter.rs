@@ -11,13 +11,13 @@ use super::channels::{Channel, Picture, Source, Written, data, sums};
 use super::enhance::{Light, Radiance};
 use super::grid::Grid;
 use super::mitchell::{TileFilm, spread};
-use super::pixels::{Planes, choose_nearest, count, reduce, take_data};
+use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
+use super::serve::REACH;
 use super::stage::{Stage, Workbench};
-use super::trace_missed::is_traced;
 use super::window::Window;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
-use crate::samples::{CELLS, Column, EMPTY, Tile, load_colors};
+use crate::samples::{CELLS, Column, EMPTY, Tile};
 use crate::settings::Filter;
 
 /// A worker's memory for this phase.
@@ -56,9 +56,9 @@ impl Default for Filtering {
 /// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
 /// included, in its `film`: for a filter wider than a pixel.
 pub fn sum(stage: &Stage, number: usize, tile: &Tile, bench: &mut Workbench, film: &mut TileFilm) {
-    let Workbench { filtering, radiance, is_centred, .. } = bench;
+    let Workbench { filtering, radiance, .. } = bench;
     prepare(stage, tile, filtering);
-    locate(stage, number, tile, *is_centred, filtering);
+    locate(stage, number, tile, filtering);
     let Filtering { alpha, albedo, x, y, .. } = &**filtering;
     let mut columns = [None; sums::COUNT];
     filtered(stage, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
@@ -76,7 +76,7 @@ pub fn filter(
     window: &mut Window,
 ) -> Written {
     let grid = &*stage.view.grid;
-    let Workbench { filtering, placed, radiance, cell_rays, is_centred, .. } = bench;
+    let Workbench { filtering, placed, radiance, cell_rays, .. } = bench;
     filtering.sums.begin();
     filtering.data.begin();
     let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
@@ -84,7 +84,7 @@ pub fn filter(
     if picture.filter == Filter::Box {
         prepare(stage, tile, filtering);
         if shows_samples && grid.samples > 1 {
-            locate(stage, number, tile, *is_centred, filtering);
+            locate(stage, number, tile, filtering);
         }
         let Filtering { alpha, albedo, sums, .. } = &mut **filtering;
         for (plane, column) in filtered(stage, radiance, alpha, albedo) {
@@ -104,10 +104,9 @@ pub fn filter(
 
 /// Says that the film shows tile number `number` already, a frame younger.
 pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window) -> Written {
-    const OLDEST: f32 = u16::MAX as f32;
     let mut written = Written::SHOWN;
     if let Some(age) = picture.age() {
-        window.count_up(age, &pixels_of(&stage.view.grid, number), OLDEST);
+        window.count_up(age, &pixels_of(&stage.view.grid, number), OLDEST as f32);
         written.note(age);
     }
     written
@@ -204,30 +203,26 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
         is_surface.select(F32x8::splat(1.0), F32x8::ZERO).store(&mut filtering.alpha, first);
         if stage.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
-            let reflectance = load_colors(&tile.reflectance, first);
-            let kept = stage.palette.albedo(&tile.material[first..first + LANES], reflectance);
+            let kept = stage.palette.albedo(&tile.materials(first), tile.reflectances(first));
             is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
         }
     }
 }
 
-/// Where in the tile the samples are seen. A sample's own cell holds it; rounding may say the next one.
-fn locate(stage: &Stage, number: usize, tile: &Tile, is_centred: bool, filtering: &mut Filtering) {
+/// Where in the tile the samples are seen. A sample is within [`REACH`] of the centre of the cell that it serves;
+/// rounding may say otherwise right before the eye.
+fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) {
     let grid = &stage.view.grid;
     let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
+    let reach = F32x8::splat(REACH);
     for first in (0..CELLS).step_by(LANES) {
-        let status = &tile.status[first..first + LANES];
-        if is_centred || status.iter().all(|status| is_traced(*status)) {
-            // through the centres of their cells
-            let centre = |column: &[f32]| F32x8::load(column, first) + F32x8::splat(0.5);
-            centre(&grid.place_x).store(&mut filtering.x, first);
-            centre(&grid.place_y).store(&mut filtering.y, first);
-            continue;
-        }
         let seen = stage.view.project(stage.offsets(tile, first));
-        let inside = |at: F32x8, cell: F32x8| at.max(cell).min(cell + F32x8::splat(1.0));
-        inside(seen.x - left, F32x8::load(&grid.place_x, first)).store(&mut filtering.x, first);
-        inside(seen.y - top, F32x8::load(&grid.place_y, first)).store(&mut filtering.y, first);
+        let near = |at: F32x8, cell: F32x8| {
+            let target = cell + F32x8::splat(0.5);
+            at.max(target - reach).min(target + reach)
+        };
+        near(seen.x - left, F32x8::load(&grid.place_x, first)).store(&mut filtering.x, first);
+        near(seen.y - top, F32x8::load(&grid.place_y, first)).store(&mut filtering.y, first);
     }
 }
 

@@ -9,13 +9,15 @@
 
 use rayon::prelude::*;
 
+use super::bins::STEPS;
+use super::bits::{bit, set_bits, surface_bits};
 use super::grid::Grid;
 use super::plan::{CameraChange, LightChange};
 use super::reproject::{project_lanes, seen_from_behind};
-use super::stage::{CellRays, Stage, bit, set_bits, surface_bits};
+use super::stage::{CellRays, Stage};
 use super::verify::segments;
 use crate::lanes::LANES;
-use crate::samples::{CELLS, SampleStore, Tile};
+use crate::samples::{CELLS, Flags, SampleStore, Tile};
 use crate::stats::{RayCounts, SampleCounts};
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
@@ -193,12 +195,13 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
     let all = tiles.iter().zip(asked).enumerate();
     for (i, (tile, asked)) in all.filter(|(i, _)| is_asked(number + i, of)) {
         let first = first_asked(number + i);
-        let fall = project_lanes(stage, tile, first);
-        for lane in set_bits(fall.which) {
-            let [x, y] = field(&stage.view.grid, fall.cells[lane] as usize / CELLS);
+        let projected = project_lanes(stage, tile, first);
+        for lane in set_bits(projected.which) {
+            let at = [projected.x[lane], projected.y[lane]].map(|at| (at / STEPS) as u32);
+            let [x, y] = field(&stage.view.grid, stage.view.grid.tile_at(at));
             sum.fallen[y][x] += 1;
         }
-        let inside = fall.which & !seen_from_behind(stage, tile, first);
+        let inside = projected.which & !seen_from_behind(stage, tile, first, Flags::default());
         let models = &tile.model[first..first + LANES];
         let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
         let shown = |lane: usize| match (surfaces >> lane & 1, moved >> lane & 1) {

@@ -110,6 +110,30 @@ impl Grid {
         std::array::from_fn(|lane| self.index_of(columns[lane] as u32, rows[lane] as u32))
     }
 
+    /// Cells along an edge of a tile.
+    #[inline(always)]
+    pub fn tile_edge(&self) -> u32 {
+        self.tile_pixels * self.samples
+    }
+
+    /// Tiles in a row and in a column.
+    #[inline(always)]
+    pub fn tile_counts(&self) -> [u32; 2] {
+        [self.tiles_x, self.tiles_y]
+    }
+
+    /// The number of the tile that holds the cell in this column and row.
+    pub fn tile_at(&self, [x, y]: [u32; 2]) -> usize {
+        (y / self.tile_edge() * self.tiles_x + x / self.tile_edge()) as usize
+    }
+
+    /// What of tile number `tile`, and of what is around it, is in the picture.
+    pub fn extent_of(&self, tile: usize) -> Extent {
+        let (tile_x, tile_y) = (tile as u32 % self.tiles_x, tile as u32 / self.tiles_x);
+        let goes_on = [tile_x > 0, tile_y > 0, tile_x + 1 < self.tiles_x, tile_y + 1 < self.tiles_y];
+        Extent { cells: self.extent(tile), goes_on }
+    }
+
     /// Index of the cell in column `x` and row `y`.
     #[inline]
     pub fn index_of(&self, x: u32, y: u32) -> u32 {
@@ -136,7 +160,7 @@ impl Grid {
     /// Columns and rows of tile number `tile`, from its corner, whose cells belong to the picture.
     #[inline]
     pub fn extent(&self, tile: usize) -> [u32; 2] {
-        let ([x, y], edge) = (self.tile_corner(tile), self.tile_pixels * self.samples);
+        let ([x, y], edge) = (self.tile_corner(tile), self.tile_edge());
         [edge.min(self.cells_x - x), edge.min(self.cells_y - y)]
     }
 
@@ -145,6 +169,15 @@ impl Grid {
         let [across, down] = self.extent(tile);
         u64::from(across * down)
     }
+}
+
+/// What of a tile is in the picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// Columns and rows, from its corner.
+    pub cells: [u32; 2],
+    /// Whether the picture goes on to the left, above, to the right and below.
+    pub goes_on: [bool; 4],
 }
 
 /// Whether a cell of a tile is within its `extent`.
@@ -160,6 +193,12 @@ pub fn place(cell: usize) -> [u32; 2] {
     const BLOCKS: usize = TILE / 4;
     let (block, lane) = (cell / 16, cell % 16);
     [((block % BLOCKS) * 4 + lane % 4) as u32, ((block / BLOCKS) * 4 + lane / 4) as u32]
+}
+
+/// The number as which a tile stores the cell in this column and row.
+#[inline]
+pub fn cell_number([x, y]: [u32; 2]) -> usize {
+    (across(x) + down(y)) as usize
 }
 
 /// What column `x` within a tile adds to the number of a cell: tiles are stored in blocks of 4 x 4.
@@ -196,6 +235,7 @@ pub(super) mod tests {
             filter,
             depth: 3,
             mode,
+            reuse: Default::default(),
             base_every: 0,
             layers: Layers::ALL,
             audit: false,

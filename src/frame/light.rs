@@ -1,13 +1,14 @@
 //! Light on samples: shadow rays where a tag no longer answers, and the part of the colour that does not
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
+use super::bits::{count_bits, set_bits, status_bits, surface_bits};
 use super::placed::Placed;
 use super::plan::{LightChange, ShadowCheck};
 use super::rest::Around;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
-use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits, surface_bits};
+use super::stage::{Stage, Workbench};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{AREA_POINTS, CELLS, Status, Tag, TagSlot, Tile, load_colors, store_colors};
+use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
@@ -29,11 +30,15 @@ impl Default for Lighting {
 }
 
 /// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light. Whether
-/// any of that may have changed; and where the samples are, if that had to be found out.
-pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> (bool, Option<Around>) {
+/// any of that may have changed (`flags`: those that any sample has); and where the samples are, if that had to be found out.
+pub fn light(stage: &Stage, tile: &mut Tile, flags: Flags, bench: &mut Workbench) -> (bool, Option<Around>) {
     let mut lighting = std::mem::take(&mut bench.lighting);
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
         *stale = must_be_summed(stage, tile, first);
+        if flags.has(Flags::STALE) {
+            *stale |= tile.flagged(first, Flags::STALE);
+            tile.unflag(first, u8::MAX, Flags::STALE);
+        }
     }
     // found at once where a tag may hold though something moved, and else for the first light that is asked
     let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
@@ -56,7 +61,7 @@ pub fn light(stage: &Stage, tile: &mut Tile, bench: &mut Workbench) -> (bool, Op
         if *stale != 0 {
             // those beside them would come out as they are
             let lit = sum_light(stage, tile, first, &bench.placed.get(stage, tile, first));
-            store_colors(lit, &mut tile.lit, first);
+            tile.keep_light(first, lit);
         }
     }
     let is_changed = lighting.stale.iter().any(|stale| *stale != 0);
@@ -263,10 +268,9 @@ impl Lighting {
 /// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
 #[inline]
 pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
-    let (reflectance, materials) =
-        (load_colors(&tile.reflectance, first), &tile.material[first..first + LANES]);
-    let albedo = stage.palette.albedo(materials, reflectance);
-    let mut sum = stage.palette.emitted_and_ambient(materials, reflectance);
+    let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
+    let albedo = stage.palette.albedo(&materials, reflectance);
+    let mut sum = stage.palette.emitted_and_ambient(&materials, reflectance);
     for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
         let aim = Aim::at(light, tile.points(first));
         for point in 0..light.shape.points() {

@@ -12,9 +12,10 @@
 
 pub mod audit;
 mod beyond;
+mod bins;
+mod bits;
 mod bounce;
 mod channels;
-mod contest;
 mod develop;
 pub mod enhance;
 pub mod filter;
@@ -29,6 +30,7 @@ mod placed;
 pub mod plan;
 mod reproject;
 mod rest;
+mod serve;
 mod shadow;
 mod stage;
 mod stay;
@@ -52,7 +54,7 @@ use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
-use contest::Falls;
+use bins::Bins;
 use foresee::{Chain, Foreseen, foresee};
 use grid::Grid;
 use movers::Movers;
@@ -60,7 +62,7 @@ pub use need::need;
 use plan::{CameraChange, Plan};
 use rest::Memo;
 use stage::Stage;
-use stay::Lifted;
+use stay::Detached;
 use tiles::{Source, Workshop, audit_tiles, run_tiles};
 use view::View;
 
@@ -78,10 +80,10 @@ pub struct Renderer<'s> {
     /// Samples of the frame rendered last, and where everything was then.
     last: Option<Last>,
     chain: Chain,
-    falls: Falls,
-    lifted: Lifted,
+    bins: Bins,
+    detached: Detached,
     /// Frames rendered so far: the stamp of the film of the last one.
-    rendered: u64,
+    rendered: u32,
     workshop: Workshop,
     /// A film that its user gave back.
     used_film: Option<Film>,
@@ -128,8 +130,8 @@ impl<'s> Renderer<'s> {
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
             chain: Chain::default(),
-            falls: Falls::default(),
-            lifted: Lifted::default(),
+            bins: Bins::default(),
+            detached: Detached::default(),
             rendered: 0,
             used_film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
@@ -166,14 +168,16 @@ impl<'s> Renderer<'s> {
             tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,
+            reuse: self.settings.reuse,
             notes_ways: false,
             layers: self.settings.layers,
+            rendered: self.rendered + 1,
             foreseen: None,
         };
 
         // what will not pay is not begun
         let base_plan = Plan::of_base_frame(&pose);
-        let (mut last, unused, foreseen) = choose(last, &self.chain, &stage);
+        let (last, unused, foreseen) = choose(last, &self.chain, &stage);
         if last.is_none() {
             stage.plan = &base_plan;
         }
@@ -182,13 +186,12 @@ impl<'s> Renderer<'s> {
         stage.notes_ways = last.is_some() && stage.plan.camera == CameraChange::None;
 
         let shop = &mut self.workshop;
-        unused.or(unwanted).into_iter().for_each(|(store, _)| shop.spare.take(store));
+        unused.or(unwanted).into_iter().for_each(|(store, _)| shop.pool.take(store));
         if last.is_none() || stage.plan.camera != CameraChange::None {
-            last.iter_mut().for_each(|(store, _)| shop.catch_up(store));
             shop.memos.clear();
         }
         shop.begin_frame(&self.grid);
-        let lists = (&mut self.falls, &mut self.lifted);
+        let lists = (&mut self.bins, &mut self.detached);
         let (mut store, mut source) = begin(last, &stage, &self.layout, &mut shop.memos, lists);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
@@ -230,8 +233,11 @@ impl<'s> Renderer<'s> {
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
         if let Some((store, _)) = &mut self.last {
-            store.tiles.iter_mut().for_each(|tile| tile.tags.forget_all());
-            self.workshop.forget(store);
+            store.tiles.iter_mut().for_each(|tile| {
+                tile.tags.forget_all();
+                tile.spares.forget_tags();
+            });
+            self.workshop.forget();
         }
     }
 
@@ -242,7 +248,7 @@ impl<'s> Renderer<'s> {
             for tile in &mut store.tiles {
                 [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().flatten().for_each(|at| *at += 0.01);
             }
-            self.workshop.forget(store);
+            self.workshop.forget();
         }
     }
 
@@ -250,7 +256,7 @@ impl<'s> Renderer<'s> {
     pub fn memory(&self) -> Memory {
         let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
         let bytes =
-            (store + self.workshop.spare.bytes() + self.workshop.memo_bytes() + self.falls.bytes()) as u64;
+            (store + self.workshop.pool.bytes() + self.workshop.memo_bytes() + self.bins.bytes()) as u64;
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
@@ -281,20 +287,20 @@ fn begin<'c>(
     stage: &Stage,
     layout: &TagLayout,
     memos: &mut [Memo],
-    (falls, lifted): (&'c mut Falls, &'c mut Lifted),
+    (bins, detached): (&'c mut Bins, &'c mut Detached),
 ) -> (SampleStore, Source<'c>) {
     match last {
         Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
-            falls.open(stage.view.grid.tiles());
-            stay::lift(&mut store, memos, stage, layout, lifted);
-            stay::scatter(lifted, stage, falls);
-            rest::find(&store, stage, falls, memos);
-            (store, Source::Stay(lifted, falls))
+            bins.open(stage.view.grid.tiles());
+            stay::detach(&mut store, memos, stage, layout, detached);
+            stay::scatter(detached, stage, bins);
+            rest::find(&store, stage, bins, memos);
+            (store, Source::Stay(detached, bins))
         }
         Some((old, _)) => {
-            falls.open(stage.view.grid.tiles());
-            let old = reproject::scatter(old, stage, falls);
-            (SampleStore::default(), Source::Fall(old, falls))
+            bins.open(stage.view.grid.tiles());
+            let old = reproject::scatter(old, stage, bins);
+            (SampleStore::default(), Source::Fall(old, bins))
         }
         None => (SampleStore::default(), Source::Nothing),
     }

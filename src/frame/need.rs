@@ -6,13 +6,16 @@ use super::channels::channels;
 use super::grid::Grid;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
-use crate::samples::{CELLS, TagLayout, Tile};
+use crate::samples::{CELLS, Spare, TagLayout, Tile};
 use crate::scene::{Scene, Shot};
-use crate::settings::{Mode, Settings};
+use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
 
 /// Bytes for each sample of what falls where, while a frame is inferred.
-const LIST_BYTES: u64 = 12;
+const LIST_BYTES: u64 = 16;
+/// Spare samples for each that serves a cell, at most but for scenes that are edges throughout; with what their lists
+/// have in reserve.
+const SPARES: f64 = 0.75;
 /// Tiles of a band for each thread: as many as these are there twice.
 const BAND_TILES: u64 = 32;
 /// What a thread works with.
@@ -29,7 +32,12 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let Scene { lights, .. } = &shot.scene;
     let tiles = Grid::new(settings).tiles() as u64;
     let layout = TagLayout::of(lights.iter().map(|light| light.kind.is_area()));
-    let untagged = Tile::bytes(&TagLayout::default()) as u64;
+    let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
+    let spares = match (settings.mode, settings.reuse) {
+        (Mode::Full, _) | (_, Reuse::Paper) => 0.0,
+        _ => SPARES * settings.samples_a_frame() as f64,
+    };
+    let spares_of = |bytes: usize| (spares * bytes as f64) as u64;
     let workers = (threads as u64).min(tiles);
     let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * settings.samples_a_frame() };
     let twice = (BAND_TILES * workers).min(tiles);
@@ -40,12 +48,12 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let parts = vec![
         Part::new(
             format!("{edge}x{edge} samples a pixel at {width}x{height}"),
-            (tiles + twice) * untagged + lists,
+            (tiles + twice) * untagged + lists + spares_of(size_of::<Spare>()),
             SMALLER,
         ),
         Part::new(
             format!("what they keep of {} lights", lights.len()),
-            (tiles + twice) * (CELLS * layout.bytes()) as u64,
+            (tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes()),
             "fewer lights",
         ),
         Part::new(

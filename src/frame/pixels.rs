@@ -16,6 +16,9 @@ use crate::scene::RenderSpace;
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
 
+/// Ages end here: the greatest that a half float holds.
+pub const OLDEST: u32 = 65_504;
+
 /// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
 const NEARNESS: f32 = 1024.0;
 
@@ -165,11 +168,17 @@ pub fn take_data(
             *id = model.wrapping_add(1) as f32;
         }
     }
-    if stage.layers.has(Layers::STATUS) && tile.age.iter().fold(0, |any, age| any | age) != 0 {
-        let mut ages = [0; CELLS];
-        take(grid, nearest, &tile.age, &mut ages);
-        for (age, frames) in data.open(data::AGE).iter_mut().zip(ages) {
-            *age = f32::from(frames);
+    if stage.layers.has(Layers::STATUS) {
+        let ages: Column<u32> = std::array::from_fn(|cell| match tile.status[cell].is_reused() {
+            true => (stage.rendered - tile.record[cell].traced).min(OLDEST),
+            false => 0,
+        });
+        if ages.iter().fold(0, |any, age| any | age) != 0 {
+            let mut shown = [0; CELLS];
+            take(grid, nearest, &ages, &mut shown);
+            for (age, frames) in data.open(data::AGE).iter_mut().zip(shown) {
+                *age = frames as f32;
+            }
         }
     }
 }

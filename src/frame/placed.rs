@@ -1,6 +1,7 @@
 //! Samples in world space.
 
-use super::stage::{Stage, set_bits};
+use super::bits::set_bits;
+use super::stage::Stage;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
 
@@ -22,10 +23,10 @@ impl Placed {
     #[inline]
     pub fn of(stage: &Stage, tile: &Tile, first: usize) -> Self {
         let point = tile.points(first);
-        let facet = Octahedral::unfold_lanes(&tile.facet, first);
+        let (normals, facets) = (tile.normals(first), tile.facets(first));
+        let facet = Octahedral::unfold_lanes(facets);
         // flat meshes: one vector is both
-        let flat = tile.normal[first..first + LANES] == tile.facet[first..first + LANES];
-        let normal = if flat { facet } else { Octahedral::unfold_lanes(&tile.normal, first) };
+        let normal = if normals == facets { facet } else { Octahedral::unfold_lanes(normals) };
         let mut placed = Self { point, normal, facet };
         let models = &tile.model[first..first + LANES];
         for lane in set_bits(stage.displaced_bits(models)) {

@@ -6,7 +6,7 @@
 //! the same.
 
 use crate::pose::{CameraPose, LightPose, Pose};
-use crate::samples::Tag;
+use crate::samples::{Flags, Tag};
 
 /// How the camera differs from that of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +108,22 @@ impl Plan {
             Tag::ByMovable => ShadowCheck::MovableThenStill,
             _ => ShadowCheck::StillThenMovable,
         }
+    }
+
+    /// What is not known any more of a sample that nobody looks at in this frame. `moved`: its model did.
+    pub fn doubts(&self, moved: bool) -> Flags {
+        let unseen = Flags::UNSEEN.when(self.sight_check(moved) != SightCheck::Nothing);
+        unseen.with(Flags::STALE.when(self.light_changes(moved)))
+    }
+
+    /// Whether a `tag` for `light` holds without a question. `moved`: the sample's model did.
+    pub fn keeps_tag(&self, light: usize, moved: bool, tag: Tag) -> bool {
+        self.shadow_check(light, moved, tag) == ShadowCheck::Keep
+    }
+
+    /// Whether all tags for `light` do.
+    pub fn keeps_all_tags(&self, light: usize) -> bool {
+        !self.any_moved && self.lights[light] != LightChange::Moved
     }
 
     /// Whether the light on a sample must be summed anew even if all of its tags hold.

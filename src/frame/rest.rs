@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::beyond::Beyond;
-use super::contest::Falls;
+use super::bins::Bins;
 use super::movers::{ModelSet, Movers, bounds_of_samples};
 use super::plan::LightChange;
 use super::stage::Stage;
@@ -21,20 +21,12 @@ pub struct Memo {
     pub is_at_rest: bool,
     /// Whether it changed in nothing in the frame before, and cast no rays: that frame's film shows it as it is at rest.
     pub is_settled: bool,
-    /// Whether cells of it were traced in the frame before: that frame took their samples to lie in the centres of
-    /// their cells, and later ones take them to lie where they are seen, which may be a rounding step away.
-    pub was_traced: bool,
-    /// Whether all of its samples were traced since the camera came to rest: then every frame takes them to lie in the
-    /// centres of their cells.
-    pub is_centred: bool,
     /// Whether rays went on from it when it was shown last.
     pub goes_on: bool,
     /// Where they went, if that was noted.
     pub beyond: Option<Beyond>,
     /// Whether they are certain to bring what they brought.
     pub beyond_rests: bool,
-    /// Frames that the ages of its samples are behind by: nobody reads them while the film shows the tile.
-    pub frames_behind: u16,
     /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
     pub around: Option<Around>,
     /// Forgotten when it is not true any more.
@@ -48,28 +40,26 @@ impl Memo {
     }
 
     /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
-    /// change. With `needs_places` that depends on where in their cells they are: in colours that reach across pixels,
-    /// and where one sample of several is shown for each pixel, the nearest to its centre.
-    pub fn shows_samples(&self, needs_places: bool) -> bool {
-        let rays_rest = !self.goes_on || self.beyond_rests;
-        self.is_known && rays_rest && (self.is_centred || !(needs_places && self.was_traced))
+    /// change.
+    pub fn shows_samples(&self) -> bool {
+        self.is_known && (!self.goes_on || self.beyond_rests)
     }
 
     /// Whether the film, if it is that of the frame before, shows the tile's colours as they are.
     pub fn stands(&self) -> bool {
-        self.is_at_rest && self.shows_samples(true)
+        self.is_at_rest && self.shows_samples()
     }
 }
 
 /// Finds the tiles at rest, when the samples of models that moved have been taken out of `store` and put on the lists
 /// of the tiles that they fall into. The camera must stand.
-pub fn find(store: &SampleStore, stage: &Stage, falls: &Falls, memos: &mut [Memo]) {
+pub fn find(store: &SampleStore, stage: &Stage, bins: &Bins, memos: &mut [Memo]) {
     let lights_rest = stage.plan.lights.iter().all(|light| *light == LightChange::None);
     memos.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (memo, tile))| {
         let is_out_of_reach = !stage.plan.any_moved || {
             let around = memo.around.take();
             let rest = memo.rest.get_or_insert_with(|| Rest::of(stage, tile, around));
-            rest.is_out_of_reach(stage) && !falls.any(number)
+            rest.is_out_of_reach(stage) && !bins.any(number)
         };
         memo.is_at_rest = memo.is_known && lights_rest && is_out_of_reach;
         let is_beyond_reach = |beyond: &Beyond| beyond.is_out_of_reach(stage);

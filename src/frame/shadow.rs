@@ -3,8 +3,9 @@
 
 use glam::Vec3;
 
+use super::bits::set_bits;
 use super::plan::ShadowCheck;
-use super::stage::{Stage, set_bits};
+use super::stage::Stage;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::bits::{bits_of_models, set_bits};
 use super::foresee::Foreseen;
 use super::movers::Movers;
 use super::placed::PlacedTile;
@@ -12,8 +13,9 @@ use crate::geometry::SweptBox as Sweep;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
-use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Status, TagSlot, Tile};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
+use crate::settings::Reuse;
 use crate::shade::phong::Palette;
 use crate::stats::RayCounts;
 use crate::trace::{Among, HitBatch, RayBatch, Tracer};
@@ -45,10 +47,14 @@ pub struct Stage<'a> {
     pub depth: u32,
     /// Whether to trace where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
+    /// Which kept samples serve.
+    pub reuse: Reuse,
     /// Whether to note where rays beyond the first surface go: for the next frame, should the camera stand then.
     pub notes_ways: bool,
     /// What is made of the picture beside its colours.
     pub layers: Layers,
+    /// The frame's number, counted from the renderer's first.
+    pub rendered: u32,
     /// What it took to choose, once that is done.
     pub foreseen: Option<&'a Foreseen>,
 }
@@ -117,46 +123,6 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Of eight cells' models, those of which something `holds`, a bit each. Neighbours mostly show the same model:
-/// then it is asked once.
-#[inline(always)]
-fn bits_of_models(models: &[u32], holds: impl Fn(u32) -> bool) -> u8 {
-    if Mask::equal(models, models[0]).bits() == u8::MAX {
-        return if holds(models[0]) { u8::MAX } else { 0 };
-    }
-    models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(holds(*model)) << lane)
-}
-
-/// For eight cells, which of them hold a surface, a bit each.
-#[inline(always)]
-pub fn surface_bits(models: &[u32]) -> u8 {
-    Mask::less(models, EMPTY).bits()
-}
-
-/// Of eight cells, those whose status is `wanted`, a bit each.
-#[inline(always)]
-pub fn status_bits(status: &[Status], wanted: impl Fn(Status) -> bool) -> u8 {
-    Mask::of(|lane| wanted(status[lane])).bits()
-}
-
-/// The numbers of the bits that are set, from the lowest on. Mostly there is none.
-#[inline(always)]
-pub fn set_bits(mut bits: u8) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
-        bits &= bits - 1;
-        Some(lowest)
-    })
-}
-
-/// Adds 1 to those of eight counts whose bit is set.
-#[inline(always)]
-pub fn count_bits(bits: u8, counts: &mut [u16]) {
-    for (lane, count) in counts[..LANES].iter_mut().enumerate() {
-        *count += u16::from(bits >> lane & 1);
-    }
-}
-
 /// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
@@ -214,15 +180,15 @@ pub struct Workbench {
     /// Of the phase that follows rays beyond the first surface.
     pub bounces: super::bounce::Bounces,
     /// Of the phase that brings samples from the frame before.
-    pub contest: Box<super::contest::Contest>,
+    pub serving: Box<super::serve::Serving>,
+    /// The tile at work as it was in the frame before.
+    pub before: Option<Box<Tile>>,
     /// Of the phase that lights samples.
     pub lighting: super::light::Lighting,
     /// Of the phase that makes pixels.
     pub filtering: Box<super::filter::Filtering>,
     /// The tile's surfaces in world space.
     pub placed: Box<PlacedTile>,
-    /// Whether all samples lie in the centres of their cells.
-    pub is_centred: bool,
     /// What each cell shows in this frame.
     pub radiance: Box<super::enhance::Radiance>,
 }
@@ -246,40 +212,5 @@ impl Workbench {
     pub fn begin_answers(&mut self) {
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);
-    }
-}
-
-/// Whether bit number `ray` of `bits` is set.
-#[inline]
-pub fn bit(bits: &[u16], ray: usize) -> bool {
-    bits[ray / 16] >> (ray % 16) & 1 != 0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bits_say_what_lanes_say() {
-        for bits in 0..=u8::MAX {
-            let lanes: Vec<usize> = (0..LANES).filter(|lane| bits >> lane & 1 != 0).collect();
-            assert_eq!(set_bits(bits).collect::<Vec<_>>(), lanes);
-        }
-        let is_odd = |model: u32| model % 2 == 1;
-        for models in [
-            [7; LANES],
-            [4; LANES],
-            [EMPTY; LANES],
-            [BACKGROUND; LANES],
-            [4, 7, 7, EMPTY, 5, 4, BACKGROUND, 7],
-        ] {
-            let bits_of = |holds: fn(u32) -> bool| {
-                (0..LANES).fold(0, |bits, lane| bits | u8::from(holds(models[lane])) << lane)
-            };
-            assert_eq!(bits_of_models(&models, is_odd), bits_of(is_odd), "{models:?}");
-            assert_eq!(surface_bits(&models), bits_of(|model| model < EMPTY), "{models:?}");
-        }
-        let status = [Status::Good, Status::Missed, Status::Overlapped, Status::Outside];
-        assert_eq!(status_bits(&[status, status].concat(), Status::is_reused), 0b0101_0101);
     }
 }

@@ -1,21 +1,25 @@
-//! Reprojection when the camera neither moves nor turns nor zooms: what stands still stays in its cell, and
-//! only the samples of models that moved are projected.
+//! Reprojection when the camera neither moves nor turns nor zooms: what rests stays in its cell, and only the
+//! samples of models that moved are projected.
 //!
-//! [`lift`] takes these out of the store, [`scatter`] puts them on the lists of the tiles that they fall into now
-//! ([`Falls`]), and [`settle`] puts the winners down, tile by tile, where no nearer sample stayed.
+//! [`detach`] takes these out of the store, [`scatter`] puts them into the bins of the tiles that they fall into now,
+//! and [`merge`] lets them serve the cells that have no sample any more, tile by tile. Spare samples would be of little
+//! use: they are dropped when the camera comes to rest.
 
 use rayon::prelude::*;
 
-use super::contest::{Contest, Falls, Sorter};
-use super::reproject::{project_lanes, seen_from_behind};
+use super::bins::{BinWriter, Binned, Bins, STEPS, bin_origin};
+use super::bits::set_bits;
+use super::reproject::project_lanes;
 use super::rest::Memo;
-use super::stage::{Stage, set_bits};
+use super::serve::Serving;
+use super::stage::Stage;
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, Move, SampleStore, Status, TagLayout, Tile};
+use crate::samples::{CELLS, EMPTY, SampleStore, Status, TagLayout, Tile};
+use crate::settings::Reuse;
 
 /// Samples that have been taken out of a store. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
-pub struct Lifted {
+pub struct Detached {
     /// For each row of tiles, its samples, packed into as many tiles as they need: no more than it has.
     rows: Vec<Row>,
     /// Tiles in a row.
@@ -28,7 +32,7 @@ struct Row {
     len: usize,
 }
 
-impl Lifted {
+impl Detached {
     /// Tile number `number`, counted as if all rows were full.
     fn tile(&self, number: u32) -> &Tile {
         let number = number as usize;
@@ -37,26 +41,26 @@ impl Lifted {
 }
 
 /// Takes the samples of models that moved out of `store`; their cells are missed. `memos` has one for each tile.
-pub fn lift(
+pub fn detach(
     store: &mut SampleStore,
     memos: &mut [Memo],
     stage: &Stage,
     layout: &TagLayout,
-    lifted: &mut Lifted,
+    detached: &mut Detached,
 ) {
     let tiles_x = stage.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
-    lifted.tiles_x = tiles_x;
-    lifted.rows.resize_with(rows, Row::default);
+    detached.tiles_x = tiles_x;
+    detached.rows.resize_with(rows, Row::default);
+    store.tiles.iter_mut().filter(|tile| tile.spares.len() > 0).for_each(|tile| tile.spares.clear());
     if !stage.plan.any_moved {
-        lifted.rows.iter_mut().for_each(|row| row.len = 0);
+        detached.rows.iter_mut().for_each(|row| row.len = 0);
         return;
     }
     let tiles = store.tiles.par_chunks_mut(tiles_x).zip(memos.par_chunks_mut(tiles_x));
-    tiles.zip(&mut lifted.rows).for_each(|((tiles, memos), row)| {
+    tiles.zip(&mut detached.rows).for_each(|((tiles, memos), row)| {
         row.len = 0;
-        for (tile, memo) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
-            catch_up(tile, memo);
+        for (tile, _) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
             for first in (0..CELLS).step_by(LANES) {
                 for lane in set_bits(stage.moved_bits(&tile.model[first..first + LANES])) {
                     row.take(tile, first + lane, layout);
@@ -69,13 +73,14 @@ pub fn lift(
 
 impl Row {
     fn take(&mut self, tile: &mut Tile, cell: usize, layout: &TagLayout) {
-        let (at, place) = (self.len / CELLS, self.len % CELLS);
-        if at == self.tiles.len() {
-            self.tiles.push(Tile::empty(layout));
+        if tile.copies[cell / LANES] >> (cell % LANES) & 1 == 0 {
+            let (at, place) = (self.len / CELLS, self.len % CELLS);
+            if at == self.tiles.len() {
+                self.tiles.push(Tile::empty(layout));
+            }
+            self.tiles[at].copy_slot(place, tile, cell);
+            self.len += 1;
         }
-        self.tiles[at].take_over(place, tile, cell);
-        self.tiles[at].age[place] = tile.age[cell];
-        self.len += 1;
         tile.clear(cell, Status::Missed);
     }
 
@@ -87,83 +92,77 @@ impl Row {
     }
 }
 
-/// Puts the samples that were lifted on the lists of the tiles that they fall into, but for those that the eye sees
-/// from their other side now.
-pub fn scatter(lifted: &Lifted, stage: &Stage, falls: &Falls) {
-    lifted.rows.par_iter().enumerate().for_each_init(Sorter::default, |sorter, (row, samples)| {
-        for (number, start) in (row * lifted.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
+/// Puts the detached samples into the bins of the tiles whose cells they may serve.
+pub fn scatter(detached: &Detached, stage: &Stage, bins: &Bins) {
+    let grid = &*stage.view.grid;
+    let halo = stage.reuse == Reuse::Target;
+    detached.rows.par_iter().enumerate().for_each_init(BinWriter::default, |writer, (row, samples)| {
+        for (number, start) in (row * detached.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
             let tile = &samples.tiles[start / CELLS];
             for first in (0..CELLS.min(samples.len - start)).step_by(LANES) {
-                let mut fall = project_lanes(stage, tile, first);
-                fall.which &= !seen_from_behind(stage, tile, first);
-                sorter.add(first, fall);
+                writer.add(grid, first, &project_lanes(stage, tile, first), halo);
             }
-            sorter.send(number as u32, falls);
+            writer.send(number as u32, bins);
         }
     });
 }
 
-/// Makes a tile at rest that of this frame.
-pub fn grow_older(tile: &mut Tile, memo: &mut Memo) {
+/// Makes a tile of which nothing can have changed that of this frame.
+pub fn keep_all(tile: &mut Tile) {
     for status in &mut tile.status {
         *status = if *status == Status::Outside { Status::Outside } else { Status::Good };
     }
-    memo.frames_behind = memo.frames_behind.saturating_add(1);
-    catch_up(tile, memo);
 }
 
-/// Gives the samples of `tile` the age that they have.
-pub fn catch_up(tile: &mut Tile, memo: &mut Memo) {
-    let frames = std::mem::take(&mut memo.frames_behind);
-    if frames > 0 {
-        // of cells without a sample the age means nothing
-        tile.age.iter_mut().for_each(|age| *age = age.saturating_add(frames));
-    }
+/// In the bin of a tile the tile itself, as a source of candidates.
+const ITSELF: u32 = u32::MAX;
+
+/// Where the candidates of a tile are: in the tile as it was, and among those that were detached.
+pub fn tiles<'t>(detached: &'t Detached, before: Option<&'t Tile>) -> impl Fn(u32) -> Option<&'t Tile> {
+    move |source| if source == ITSELF { before } else { Some(detached.tile(source)) }
 }
 
-/// Makes tile number `number` that of this frame: samples grow older, and winners of the contest take their
-/// cells where nothing nearer stayed. Whether any did.
-pub fn settle(
-    lifted: &Lifted,
+/// Makes tile number `number` that of this frame: its samples stay, and cells without one are served by what was
+/// projected into the tile. `before` becomes the tile as it was. Whether any cell may have got another sample.
+pub fn merge(
+    detached: &Detached,
     stage: &Stage,
-    falls: &Falls,
+    bins: &Bins,
     number: usize,
     tile: &mut Tile,
-    contest: &mut Contest,
+    before: &mut Tile,
+    serving: &mut Serving,
 ) -> bool {
-    let cells = tile.status.iter_mut().zip(&mut tile.age).zip(&tile.model);
-    for ((status, age), model) in cells {
+    let cells = tile.status.iter_mut().zip(&tile.model);
+    for (status, model) in cells {
         let stays = *model != EMPTY && *status != Status::Outside;
         *status = if stays { Status::Good } else { *status };
-        *age = age.saturating_add(u16::from(stays));
     }
-    falls.take(number, |list| {
-        if list.is_empty() {
+    serving.begin();
+    bins.take(number, |runs| {
+        if runs.is_empty() {
             return false;
         }
-        let mut winners: Vec<(u32, Move)> = Vec::new();
-        contest.hold(list, |source, moves| winners.extend(moves.iter().map(|way| (source, *way))));
-        let mut any = false;
-        for (source, way) in winners {
-            let [to, from] = [way.to, way.from].map(usize::from);
-            let is_crowded = contest.fallen()[to] > 1;
-            any |= put_down(stage, tile, to, lifted.tile(source), from, is_crowded);
+        std::mem::swap(tile, before);
+        let grid = &*stage.view.grid;
+        let origin = bin_origin(grid, number);
+        let edge = (grid.tile_edge() + 2) as i32 * STEPS;
+        let mut own = Vec::with_capacity(CELLS);
+        for first in (0..CELLS).step_by(LANES) {
+            let projected = project_lanes(stage, before, first);
+            for lane in set_bits(projected.which) {
+                // rounding may say of a sample right before the eye that it is far away
+                let at = [projected.x[lane] - origin[0], projected.y[lane] - origin[1]];
+                if at.iter().all(|at| (0..edge).contains(at)) {
+                    own.push(Binned::new(projected.depth.lane(lane), at, first + lane).word());
+                }
+            }
         }
-        any
+        runs.iter().for_each(|(source, run)| serving.add(*source, run));
+        serving.add(ITSELF, &own);
+        let tiles = tiles(detached, Some(before));
+        serving.serve(stage.reuse, grid.extent_of(number), &tiles);
+        serving.merge(stage.reuse, before, tile, &tiles);
+        true
     })
-}
-
-/// Puts the sample in cell `at` of `from` into `cell`, unless a nearer one stayed there.
-fn put_down(stage: &Stage, tile: &mut Tile, cell: usize, from: &Tile, at: usize, crowded: bool) -> bool {
-    let depth = |tile: &Tile, cell: usize| {
-        stage.offset(tile.point(cell), tile.model[cell]).dot(stage.view.camera.forward)
-    };
-    let is_taken = tile.model[cell] != EMPTY;
-    if tile.is_surface(cell) && depth(tile, cell) <= depth(from, at) {
-        return false;
-    }
-    tile.take_over(cell, from, at);
-    tile.status[cell] = if crowded || is_taken { Status::Overlapped } else { Status::Good };
-    tile.age[cell] = from.age[at].saturating_add(1);
-    true
 }

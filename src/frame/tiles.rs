@@ -7,19 +7,19 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::beyond::Beyond;
+use super::bins::Bins;
 use super::channels::{Picture, Written};
-use super::contest::Falls;
 use super::develop::{Bands, Developer, Standing};
 use super::filter;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
 use super::rest::Memo;
 use super::stage::{Stage, Workbench, WorkerSeconds};
-use super::stay::{self, Lifted};
+use super::stay::{self, Detached};
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{LeavingStore, SampleStore, SpareTiles, Status, TagLayout, Tile};
+use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::{Filter, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
@@ -28,9 +28,9 @@ pub enum Source<'c> {
     /// A base frame: nowhere.
     Nothing,
     /// The camera stands: they are where they were, but for those of models that moved.
-    Stay(&'c Lifted, &'c Falls),
+    Stay(&'c Detached, &'c Bins),
     /// The store of the frame before, and what falls from it.
-    Fall(LeavingStore, &'c Falls),
+    Fall(LeavingStore, &'c Bins),
 }
 
 /// What the tiles of a frame add up to.
@@ -51,7 +51,9 @@ pub struct TileSum {
 /// What the tiles of a frame are worked at with. Keeps its memory from frame to frame.
 pub struct Workshop {
     /// Tiles for the store to grow out of.
-    pub spare: SpareTiles,
+    pub pool: TilePool,
+    /// Of their tags.
+    layout: TagLayout,
     /// One for each thread that has been at work.
     benches: Mutex<Vec<Workbench>>,
     /// Sums of the band of tiles at work, and of the band before.
@@ -66,7 +68,8 @@ impl Workshop {
     /// Nothing in it yet; for stores with tags as `layout` says.
     pub fn new(layout: TagLayout) -> Self {
         Self {
-            spare: SpareTiles::new(layout),
+            pool: TilePool::new(layout.clone()),
+            layout,
             benches: Mutex::default(),
             bands: Default::default(),
             memos: Vec::new(),
@@ -85,16 +88,10 @@ impl Workshop {
         self.memos.iter().map(|memo| size_of_val(memo) + beyond(memo)).sum()
     }
 
-    /// Gives the samples of `store` the age that they have.
-    pub fn catch_up(&mut self, store: &mut SampleStore) {
-        store.tiles.par_iter_mut().zip(&mut self.memos).for_each(|(tile, memo)| stay::catch_up(tile, memo));
-    }
-
-    /// Forgets what is known of the tiles of `store`, but for where in their cells their samples are.
-    pub fn forget(&mut self, store: &mut SampleStore) {
-        self.catch_up(store);
+    /// Forgets what is known of the tiles, but for where in their cells their samples are.
+    pub fn forget(&mut self) {
         for memo in &mut self.memos {
-            *memo = Memo { is_centred: memo.is_centred, ..Memo::default() };
+            *memo = Memo::default();
         }
     }
 }
@@ -124,7 +121,7 @@ pub fn run_tiles(
     let mut sum = TileSum::default();
     let is_free = !is_wide && matches!(source, Source::Stay(..));
     let band_rows = band_rows(grid, if is_free { TILES_AT_REST } else { 0 });
-    let Workshop { spare, benches, bands: [now, before], memos, standing } = shop;
+    let Workshop { pool, layout, benches, bands: [now, before], memos, standing } = shop;
     standing.clear();
     if is_wide {
         standing.set(grid, memos.iter().map(|memo| !(film_is_last && memo.stands())));
@@ -135,14 +132,14 @@ pub fn run_tiles(
         let rows = first..(first + band_rows).min(grid.tiles_y);
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
         if let Source::Fall(old, _) = source {
-            old.let_go(done, spare);
+            old.let_go(done, pool);
         }
-        spare.grow(store, end);
+        pool.grow(store, end);
         let count = end - done;
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
         }
-        let work = Work { stage, source, picture: &picture, standing, film_is_last };
+        let work = Work { stage, layout, source, picture: &picture, standing, film_is_last };
         let parts = (&mut store.tiles[done..end], &mut memos[done..end], &mut now[..count]);
         let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, benches));
@@ -161,7 +158,7 @@ pub fn run_tiles(
         plane.is_zero &= sum.written.is_zero(number, *was_zero);
     }
     if let Source::Fall(old, _) = source {
-        old.let_go(grid.tiles(), spare);
+        old.let_go(grid.tiles(), pool);
     }
     sum
 }
@@ -234,6 +231,7 @@ fn runs<'a>(
 #[derive(Clone, Copy)]
 struct Work<'a> {
     stage: &'a Stage<'a>,
+    layout: &'a TagLayout,
     source: &'a Source<'a>,
     picture: &'a Picture,
     /// Of which tiles the colours stand in the film.
@@ -247,7 +245,7 @@ impl Work<'_> {
     fn outcome_if_same(&self, number: usize, memo: &Memo) -> Outcome {
         // the sums of what the film shows cost rays again
         let casts_rays = memo.goes_on && self.standing.is_needed(number);
-        let is_shown = self.film_is_last && memo.shows_samples(self.stage.picks_samples());
+        let is_shown = self.film_is_last && memo.shows_samples();
         match is_shown && !casts_rays {
             false => Outcome::New,
             true if memo.is_settled => Outcome::AsBefore,
@@ -321,14 +319,12 @@ fn infer_tile(
     let Work { stage, standing, .. } = *work;
     let outcome = work.outcome_if_same(number, memo);
     if memo.is_at_rest && outcome == Outcome::AsBefore && !standing.is_needed(number) {
-        memo.frames_behind = memo.frames_behind.saturating_add(1);
         return outcome;
     }
-    let primary = bench.counts.primary;
     bench.begin_tile();
     let change = if memo.is_at_rest {
         let begin = Instant::now();
-        stay::grow_older(tile, memo);
+        stay::keep_all(tile);
         bench.seconds.gather += begin.elapsed().as_secs_f64();
         Change::None
     } else {
@@ -338,7 +334,6 @@ fn infer_tile(
         memo.rest = None;
     }
     memo.is_settled = change == Change::None;
-    memo.was_traced = bench.counts.primary != primary;
     memo.is_known = true;
     let outcome = match change {
         Change::None => outcome,
@@ -346,7 +341,6 @@ fn infer_tile(
         Change::Samples => Outcome::New,
     };
     if outcome == Outcome::New || standing.is_needed(number) {
-        bench.is_centred = memo.is_centred;
         let begin = Instant::now();
         enhance::enhance(stage, tile, bench);
         memo.goes_on = bench.radiance.has_secondary;
@@ -361,6 +355,9 @@ fn infer_tile(
     outcome
 }
 
+/// Candidates that a cell asks at most, one after the other.
+const MOST_ASKED: usize = 4;
+
 /// Brings a tile's samples and their light up to date. Says how they differ from those of the frame before.
 fn update_samples(
     work: &Work,
@@ -369,39 +366,58 @@ fn update_samples(
     memo: &mut Memo,
     bench: &mut Workbench,
 ) -> Change {
-    let Work { stage, source, .. } = *work;
+    let Work { stage, layout, source, .. } = *work;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let before = bench.counts;
     if let Some(foreseen) = stage.foreseen {
         foreseen.count(number, &mut bench.counts, &mut bench.cell_rays);
     }
+    bench.serving.begin();
     let took_cells = match source {
         Source::Nothing => {
             reproject::begin_base(stage, number, tile);
             true
         }
-        Source::Stay(lifted, falls) => {
-            stay::catch_up(tile, memo);
-            stay::settle(lifted, stage, falls, number, tile, &mut bench.contest)
+        Source::Stay(detached, bins) => {
+            let before = bench.before.get_or_insert_with(|| Box::new(Tile::empty(layout)));
+            stay::merge(detached, stage, bins, number, tile, before, &mut bench.serving)
         }
-        Source::Fall(old, falls) => {
-            reproject::gather(old, stage, falls, number, tile, &mut bench.contest);
+        Source::Fall(old, bins) => {
+            reproject::gather(old, stage, bins, number, tile, &mut bench.serving);
             true
         }
     };
     bench.seconds.gather += lap();
     let among = stage.in_sight(number);
     if !matches!(source, Source::Nothing) {
-        verify::verify(stage, among, tile, memo.rest.as_ref().map(|rest| &rest.around), bench);
+        let around = memo.rest.as_ref().map(|rest| &rest.around);
+        let mut serving = std::mem::take(&mut bench.serving);
+        let before = bench.before.take();
+        let mut cells = verify::ALL;
+        for _ in 0..MOST_ASKED {
+            verify::verify(stage, among, tile, &cells, around, serving.flags(), bench);
+            let next = match source {
+                Source::Nothing => None,
+                Source::Stay(detached, _) => {
+                    serving.ask_next(stage.reuse, tile, &stay::tiles(detached, before.as_deref()))
+                }
+                Source::Fall(old, _) => serving.ask_next(stage.reuse, tile, &|source| old.tile(source)),
+            };
+            match next {
+                Some(next) => cells = next,
+                None => break,
+            }
+        }
+        (bench.serving, bench.before) = (serving, before);
     }
+    let flags = bench.serving.flags();
     bench.seconds.verify += lap();
     trace_missed::trace_missed(stage, number, among, tile, bench);
     bench.seconds.trace += lap();
-    let (light_changed, around) = light::light(stage, tile, bench);
+    let (light_changed, around) = light::light(stage, tile, flags, bench);
     memo.around = around;
     bench.seconds.enhance += lap();
-    memo.is_centred = matches!(source, Source::Nothing) || memo.is_centred && !took_cells;
     if took_cells || light_changed || bench.counts.primary != before.primary {
         Change::Samples
     } else if bench.counts != before {
@@ -445,6 +461,7 @@ fn count_samples(tile: &Tile) -> SampleCounts {
         overlapped: count(Status::Overlapped),
         missed: count(Status::Missed),
         obscured: count(Status::Obscured),
+        spare: tile.spares.len() as u64,
     }
 }
 

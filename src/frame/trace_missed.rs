@@ -1,8 +1,9 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
-use super::stage::{Stage, Workbench, set_bits, status_bits};
+use super::bits::{set_bits, status_bits};
+use super::stage::{Stage, Workbench};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
-use crate::samples::{BACKGROUND, Column, Octahedral, Status, Tile, store_color, store_colors};
+use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
 use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
@@ -16,7 +17,9 @@ const OFF_RAY: f32 = 2.5e-6;
 pub fn trace_missed(stage: &Stage, number: usize, among: Among, tile: &mut Tile, bench: &mut Workbench) {
     bench.begin_rays();
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
-        bench.owners.extend(set_bits(status_bits(status, is_traced)).map(|lane| first + lane as u32));
+        let traced = status_bits(status, is_traced);
+        tile.copies[first / LANES] &= !traced;
+        bench.owners.extend(set_bits(traced).map(|lane| (first + lane) as u32));
     }
     if bench.owners.is_empty() {
         return;
@@ -82,19 +85,24 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
     let (numbers, colors) = reflectance_of(stage, models, triangles, weights);
+    let colors = half_colors(colors);
+    let record = |lane: usize| Record {
+        triangle: triangles[lane],
+        normal: normals[lane],
+        facet: facets[lane],
+        reflectance: colors[lane],
+        lit: Default::default(),
+        traced: stage.rendered,
+        material: numbers[lane],
+        flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
+    };
     let first = owners[0] as usize;
     if are_neighbours(owners) && !models.contains(&NO_HIT) {
         // eight neighbours, as in every frame that is traced in full: whole columns
-        tile.material[first..first + LANES].copy_from_slice(&numbers);
-        store_colors(colors, &mut tile.reflectance, first);
         point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
         tile.model[first..first + LANES].copy_from_slice(models);
-        tile.triangle[first..first + LANES].copy_from_slice(triangles);
-        tile.normal[first..first + LANES].copy_from_slice(&normals);
-        tile.facet[first..first + LANES].copy_from_slice(&facets);
-        tile.age[first..first + LANES].fill(0);
-        for lane in 0..LANES {
-            tile.from_behind[first + lane] = behind.lane(lane);
+        for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
+            *kept = record(lane);
         }
     } else {
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
@@ -102,15 +110,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
             let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
             [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
             tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
-            tile.triangle[cell] = triangles[lane];
-            tile.normal[cell] = normals[lane];
-            tile.facet[cell] = facets[lane];
-            tile.from_behind[cell] = behind.lane(lane);
-            tile.age[cell] = 0;
-            if is_hit {
-                tile.material[cell] = numbers[lane];
-                store_color(colors.lane(lane), &mut tile.reflectance, cell);
-            }
+            tile.record[cell] = record(lane);
         }
     }
 }

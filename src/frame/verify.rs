@@ -1,13 +1,15 @@
-//! Verification: is what was reprojected still seen? (the paper's "Verification Phase", for the eye)
+//! Verification: is what serves a cell still seen? (the paper's "Verification Phase", for the eye)
 //!
 //! Segments run from the eye to the sample, so that the rays of a tile start in one point and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
+use super::bits::{count_bits, set_bits, status_bits};
 use super::plan::SightCheck;
+use super::reproject::seen_from_behind;
 use super::rest::Around;
-use super::stage::{Stage, Workbench, count_bits, set_bits, status_bits};
+use super::stage::{Stage, Workbench};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, Status, Tile};
+use crate::samples::{BACKGROUND, CELLS, Flags, Status, Tile};
 use crate::trace::{Among, Blockers, Coherence, Purpose, RayBatch};
 
 /// Where a verification segment ends, as a share of the way from the eye to the sample.
@@ -21,21 +23,44 @@ pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 /// Cells of a block, which is a packet.
 const BLOCK: usize = crate::trace::LANES;
 
-/// Turns reused samples that are hidden now into `Obscured`; nothing can hide them but what is `among`. `around` has at
-/// least the samples of models that did not move, if that is known.
-pub fn verify(stage: &Stage, among: Among, tile: &mut Tile, around: Option<&Around>, bench: &mut Workbench) {
+/// Cells of a tile, a bit each.
+pub type CellSet = [u16; CELLS / BLOCK];
+
+/// All cells.
+pub const ALL: CellSet = [u16::MAX; CELLS / BLOCK];
+
+/// Turns those of `cells` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
+/// `around` has at least the samples of models that did not move, if that is known; `flags`: those that any sample has.
+pub fn verify(
+    stage: &Stage,
+    among: Among,
+    tile: &mut Tile,
+    cells: &CellSet,
+    around: Option<&Around>,
+    flags: Flags,
+    bench: &mut Workbench,
+) {
+    for first in (0..CELLS).step_by(LANES) {
+        let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
+        let asked = reused & (cells[first / BLOCK] >> (first % BLOCK)) as u8;
+        if asked != 0 {
+            for lane in set_bits(asked & seen_from_behind(stage, tile, first, flags)) {
+                tile.status[first + lane] = Status::Obscured;
+            }
+        }
+    }
     let may_be_hidden = || match around {
         Some(around) => around.may_be_hidden(stage),
         None => Around::samples(stage, tile).may_be_hidden(stage),
     };
     if stage.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
-        verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, bench);
+        verify_against(SightCheck::Moved, &[Blockers::Moved], stage, tile, cells, flags, bench);
     }
     let blockers: &[Blockers] = match among {
         Among::All => &[Blockers::Still, Blockers::Movable],
         Among::Still => &[Blockers::Still],
     };
-    verify_against(SightCheck::Everything, blockers, stage, tile, bench);
+    verify_against(SightCheck::Everything, blockers, stage, tile, cells, flags, bench);
 }
 
 /// Sends the segments of all samples whose check is `check` against `blockers`.
@@ -44,22 +69,28 @@ fn verify_against(
     blockers: &[Blockers],
     stage: &Stage,
     tile: &mut Tile,
+    cells: &CellSet,
+    flags: Flags,
     bench: &mut Workbench,
 ) {
     let [for_still, for_moved] = [false, true].map(|moved| stage.plan.sight_check(moved) == check);
-    if !for_still && !for_moved {
+    let any_unseen = flags.has(Flags::UNSEEN);
+    let for_unseen = any_unseen && check == SightCheck::Everything;
+    if !for_still && !for_moved && !for_unseen {
         return;
     }
     bench.begin_rays();
-    let asked: [u16; CELLS / BLOCK] = std::array::from_fn(|block| {
-        u16::from_le_bytes([0, LANES].map(|half| {
+    let asked: CellSet = std::array::from_fn(|block| {
+        let bits = |half: usize| {
             let first = block * BLOCK + half;
-            let models = &tile.model[first..first + LANES];
-            let moved = stage.moved_bits(models);
-            let checked = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
+            let moved = stage.moved_bits(&tile.model[first..first + LANES]);
+            let unseen = if any_unseen { tile.flagged(first, Flags::UNSEEN) } else { 0 };
+            let seen = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
+            let checked = seen & !unseen | if for_unseen { unseen } else { 0 };
             let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
-            may_be_hidden_bits(check, stage, tile, first, reused)
-        }))
+            may_be_hidden_bits(check, stage, tile, first, reused & (cells[block] >> half) as u8)
+        };
+        u16::from_le_bytes([bits(0), bits(LANES)])
     });
     push_segments(stage, tile, &asked, bench);
     bench.counts.verification += bench.rays.count();
@@ -75,8 +106,12 @@ fn verify_against(
             tile.status[*cell as usize] = Status::Obscured;
         }
     }
+    if for_unseen {
+        for first in (0..CELLS).step_by(LANES) {
+            tile.unflag(first, (asked[first / BLOCK] >> (first % BLOCK)) as u8, Flags::UNSEEN);
+        }
+    }
 }
-
 /// Of eight samples those that are `asked` for and may be hidden.
 #[inline]
 fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usize, asked: u8) -> u8 {
@@ -89,7 +124,7 @@ fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usiz
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
 /// packets that they are, and what is left one after the other.
-fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench: &mut Workbench) {
+fn push_segments(stage: &Stage, tile: &Tile, asked: &CellSet, bench: &mut Workbench) {
     // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
@@ -100,7 +135,8 @@ fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench
         if asked.count_ones() >= LEAST_WHOLE {
             let ways = [first, first + LANES]
                 .map(|first| (stage.offsets(tile, first), segment_ends(&tile.model[first..first + LANES])));
-            let own = [&tile.model[first..first + BLOCK], &tile.triangle[first..first + BLOCK]];
+            let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);
+            let own = [&tile.model[first..first + BLOCK], &triangles];
             bench.rays.push_packet_to_samples(stage.view.camera.eye, ways, own, *asked);
             bench.owners.extend(first as u32..(first + BLOCK) as u32);
         }
@@ -122,7 +158,8 @@ fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench
 pub fn segments(stage: &Stage, tile: &Tile, first: usize, wanted: u8, rays: &mut RayBatch) {
     let models = &tile.model[first..first + LANES];
     // nothing is the background's own: its number is that of no hit
-    let own = [models, &tile.triangle[first..first + LANES]];
+    let triangles = tile.triangles(first);
+    let own = [models, &triangles[..]];
     let (eye, far) = (Vec3x8::splat(stage.view.camera.eye), segment_ends(models));
     rays.push_lanes_to_samples(eye, stage.offsets(tile, first), far, own, wanted);
 }

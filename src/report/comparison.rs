@@ -63,6 +63,7 @@ pub(crate) mod tests {
             filter: Filter::Box,
             depth: 4,
             mode: Mode::Auto,
+            reuse: Default::default(),
             base_every: 0,
             layers: crate::layers::Layers::ALL,
             audit: true,

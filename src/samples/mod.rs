@@ -9,15 +9,17 @@
 //! it needs.
 
 mod octahedral;
+mod pool;
 mod spare;
 mod store;
 mod tag;
 
 pub use octahedral::Octahedral;
-pub use spare::{LeavingStore, SpareTiles};
+pub use pool::{LeavingStore, TilePool};
+pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{
-    BACKGROUND, CELLS, ColorColumns, Column, EMPTY, Move, Sample, SampleStore, TILE, Tile, load_color,
-    load_colors, store_color, store_colors,
+    BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Record, SampleStore, TILE, Tile, full_color,
+    half_colors,
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
 
@@ -33,13 +35,13 @@ pub enum Status {
     Empty,
     /// Traced because the whole frame was.
     Base,
-    /// Reprojected alone into its cell, and it holds.
+    /// Served by a kept sample, the only one near enough.
     Good,
-    /// Several samples fell into the cell; this one won, and it holds.
+    /// Served by a kept sample; others were near enough, too.
     Overlapped,
-    /// Nothing fell into the cell; traced.
+    /// No kept sample was near enough; traced.
     Missed,
-    /// What fell into the cell is hidden now; traced.
+    /// Those near enough are hidden now; traced.
     Obscured,
 }
 

@@ -36,15 +36,20 @@ impl Octahedral {
         ((x & u32x8::splat(0xffff)) | (y << 16_u32)).to_array().map(Self)
     }
 
-    /// The vector, of unit length.
-    pub fn unfold(self) -> Vec3 {
-        Self::unfold_lanes(&[self; LANES], 0).lane(0)
+    /// The two coordinates of the square, in steps from 0 to 65535.
+    #[inline(always)]
+    pub fn steps(self) -> [u32; 2] {
+        [self.0 & 0xffff, self.0 >> 16].map(|step| step ^ 0x8000)
     }
 
-    /// Eight vectors, of unit length, from `first` on.
+    /// The vector, of unit length.
+    pub fn unfold(self) -> Vec3 {
+        Self::unfold_lanes([self; LANES]).lane(0)
+    }
+
+    /// Eight vectors, of unit length.
     #[inline(always)]
-    pub fn unfold_lanes(column: &[Self], first: usize) -> Vec3x8 {
-        let eight = &column[first..first + LANES];
+    pub fn unfold_lanes(eight: [Self; LANES]) -> Vec3x8 {
         let bits = u32x8::new(std::array::from_fn(|lane| eight[lane].0));
         let [x, y] = [bits << 16_u32, bits].map(|bits| F32x8::from_whole(signed(bits) >> 16));
         let step = F32x8::splat(1.0 / STEPS);

@@ -1,104 +1,113 @@
-//! Where tiles come from and where they go: the new store of a frame grows out of what the old one no longer
-//! needs, so that both together hold little more than one.
+//! Spare samples: those of a tile that serve none of its cells in this frame, and may serve one in the next.
 
-use rayon::prelude::*;
+use glam::Vec3;
 
-use super::{SampleStore, TagLayout, Tile};
+use super::{AreaTag, CELLS, Flags, Record, Tag, TagLayout, TagSlot, Tags, Tile};
 
-/// Tiles whose samples nobody needs, to be written over.
-#[derive(Debug)]
-pub struct SpareTiles {
-    tiles: Vec<Box<Tile>>,
-    layout: TagLayout,
+/// One of them, but for its tags.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spare {
+    /// See [`Tile::x`].
+    pub point: Vec3,
+    /// See [`Tile::model`].
+    pub model: u32,
+    /// What else is kept.
+    pub record: Record,
 }
 
-impl SpareTiles {
-    /// None yet, for stores with tags as `layout` says.
-    pub fn new(layout: TagLayout) -> Self {
-        Self { tiles: Vec::new(), layout }
+/// The spare samples of a tile, in no order that means anything.
+#[derive(Debug, Clone, Default)]
+pub struct Spares {
+    /// The samples.
+    pub samples: Vec<Spare>,
+    /// By light that has one tag a sample, the tag of each sample.
+    single: Vec<Vec<Tag>>,
+    /// By light that is an area, the tags of each sample.
+    area: Vec<Vec<AreaTag>>,
+}
+
+/// As many as a tile may have: a [slot](Tile::slots) has 11 bits.
+pub const MOST_SPARES: usize = CELLS;
+
+impl Spares {
+    /// None, with room for tags as `layout` says.
+    pub fn none(layout: &TagLayout) -> Self {
+        let (single, area) = layout.columns();
+        Self { samples: Vec::new(), single: vec![Vec::new(); single], area: vec![Vec::new(); area] }
     }
 
-    /// Takes all tiles of a store.
-    pub fn take(&mut self, store: SampleStore) {
-        self.tiles.extend(store.tiles);
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.samples.len()
     }
 
-    /// Adds tiles to `store` until it has `count`: what is in them means nothing.
-    pub fn grow(&mut self, store: &mut SampleStore, count: usize) {
-        let wanted = count.saturating_sub(store.tiles.len());
-        store.tiles.extend(self.tiles.drain(self.tiles.len().saturating_sub(wanted)..));
-        // fresh memory costs time when it is touched first: all threads share it
-        let fresh = store.tiles.len()..count;
-        store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(&self.layout))));
+    /// Forgets all of them and keeps their memory.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+        self.single.iter_mut().for_each(Vec::clear);
+        self.area.iter_mut().for_each(Vec::clear);
     }
 
-    /// Bytes held.
+    /// Adds the sample in `slot` of `from`.
+    pub fn push(&mut self, from: &Tile, slot: usize) {
+        self.samples.push(from.slot(slot));
+        match slot.checked_sub(CELLS) {
+            None => from.tags.push_to(slot, &mut self.single, &mut self.area),
+            Some(number) => {
+                let Self { single, area, .. } = &from.spares;
+                self.single.iter_mut().zip(single).for_each(|(to, from)| to.push(from[number]));
+                self.area.iter_mut().zip(area).for_each(|(to, from)| to.push(from[number]));
+            }
+        }
+    }
+
+    /// Copies the tags of spare `number` to `cell`.
+    pub fn copy_tags(&self, number: usize, tags: &mut Tags, cell: usize) {
+        tags.set(
+            cell,
+            self.single.iter().map(|tags| tags[number]),
+            self.area.iter().map(|tags| tags[number]),
+        );
+    }
+
+    /// Calls `each` with the tags of each spare for the light of `slot`: what it returns is their new state.
+    pub fn update_tags(
+        &mut self,
+        slot: TagSlot,
+        mut single: impl FnMut(&Spare, Tag) -> Tag,
+        mut area: impl FnMut(&Spare, AreaTag) -> AreaTag,
+    ) {
+        match slot {
+            TagSlot::Single(column) => {
+                for (tag, spare) in self.single[column].iter_mut().zip(&self.samples) {
+                    *tag = single(spare, *tag);
+                }
+            }
+            TagSlot::Area(column) => {
+                for (tag, spare) in self.area[column].iter_mut().zip(&self.samples) {
+                    *tag = area(spare, *tag);
+                }
+            }
+        }
+    }
+
+    /// Sets these flags of all.
+    pub fn set_flags(&mut self, flags: impl Fn(&Spare) -> Flags) {
+        for spare in &mut self.samples {
+            spare.record.flags = spare.record.flags.with(flags(spare));
+        }
+    }
+
+    /// Forgets all tags.
+    pub fn forget_tags(&mut self) {
+        self.single.iter_mut().flatten().for_each(|tag| *tag = Tag::Unknown);
+        self.area.iter_mut().flatten().for_each(|tag| *tag = AreaTag::UNKNOWN);
+    }
+
+    /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
-        self.tiles.len() * Tile::bytes(&self.layout)
-    }
-}
-
-/// The store of the frame before while its samples go over to the new one. Each of its tiles is given back as
-/// soon as no sample in it is wanted any more.
-#[derive(Debug)]
-pub struct LeavingStore {
-    tiles: Vec<Option<Box<Tile>>>,
-    /// For each tile, how many tiles of the new store must be done until it can go; and its number. In that
-    /// order.
-    order: Vec<(u32, u32)>,
-    /// How many of `order` have gone.
-    gone: usize,
-}
-
-impl LeavingStore {
-    /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
-    pub fn new(store: SampleStore, until: &[u32]) -> Self {
-        let mut order: Vec<(u32, u32)> = until.iter().copied().zip(0..).collect();
-        order.sort_unstable();
-        Self { tiles: store.tiles.into_iter().map(Some).collect(), order, gone: 0 }
-    }
-
-    /// Tile number `number`, unless it has gone.
-    #[inline]
-    pub fn tile(&self, number: u32) -> Option<&Tile> {
-        self.tiles[number as usize].as_deref()
-    }
-
-    /// Gives back what nobody wants any more now that `done` tiles of the new store are done.
-    pub fn let_go(&mut self, done: usize, spare: &mut SpareTiles) {
-        let leaving = self.order[self.gone..].iter().take_while(|(until, _)| *until as usize <= done);
-        for (_, number) in leaving {
-            spare.tiles.extend(self.tiles[*number as usize].take());
-            self.gone += 1;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tiles_go_when_nothing_is_wanted_of_them() {
-        let mut spare = SpareTiles::new(TagLayout::of(std::iter::empty()));
-        let mut old = SampleStore::default();
-        spare.grow(&mut old, 4);
-        for (tile, mark) in old.tiles.iter_mut().zip(100..) {
-            tile.triangle[7] = mark;
-        }
-        let mut old = LeavingStore::new(old, &[3, 0, 2, 3]);
-        let there = |old: &LeavingStore| [0, 1, 2, 3].map(|number| old.tile(number).is_some());
-        old.let_go(0, &mut spare);
-        assert_eq!(there(&old), [true, false, true, true]);
-        old.let_go(2, &mut spare);
-        assert_eq!(there(&old), [true, false, false, true]);
-        assert_eq!(old.tile(3).map(|tile| tile.triangle[7]), Some(103), "the others keep their numbers");
-        old.let_go(3, &mut spare);
-        assert_eq!(there(&old), [false; 4]);
-        assert_eq!(spare.bytes(), 4 * Tile::bytes(&spare.layout));
-        let mut new = SampleStore::default();
-        spare.grow(&mut new, 3);
-        spare.grow(&mut new, 5);
-        assert_eq!((new.tiles.len(), spare.bytes()), (5, 0), "four are used again, one is new");
+        let single: usize = self.single.iter().map(Vec::capacity).sum();
+        let area: usize = self.area.iter().map(Vec::capacity).sum();
+        self.samples.capacity() * size_of::<Spare>() + single * size_of::<Tag>() + area * size_of::<AreaTag>()
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{Octahedral, Status, TagLayout, Tags};
+use super::{Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 
 /// Cells along a tile's edge.
@@ -22,72 +22,100 @@ pub const EMPTY: u32 = u32::MAX - 1;
 /// One value for each cell of a tile.
 pub type Column<T> = [T; CELLS];
 
-/// A sample goes from one cell of a tile to one of another.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Move {
-    /// Its new cell.
-    pub to: u16,
-    /// Its old cell.
-    pub from: u16,
-}
+/// A colour as the store keeps it: R, G and B in half floats.
+pub type HalfColor = [f16; 3];
 
-impl Move {
-    /// The new cell and the old one.
-    #[inline(always)]
-    pub fn cells(self) -> [usize; 2] {
-        // the remainders are the numbers themselves: they spare checks
-        [self.to, self.from].map(|cell| usize::from(cell) % CELLS)
-    }
-}
-
-/// Half floats of a colour, a column for each of R, G and B.
-pub type ColorColumns = [Column<f16>; 3];
-
-/// One sample, as its tile keeps it in columns: 46 bytes, and its [tags](Tags): one for each light, or four.
+/// What a sample keeps beside its place: 32 bytes that are copied as a whole when the sample finds its new cell.
 ///
 /// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
 /// sample that was kept is shaded from the same numbers as one that was just made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Where the surface was hit, object space; for the background the direction, world space.
-    pub point: Vec3,
-    /// Index into [`Scene::models`](crate::scene::Scene::models), [`BACKGROUND`] or [`EMPTY`].
-    pub model: u32,
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Record {
     /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
     pub triangle: u32,
     /// Shading normal, object space, on the side from which the sample is seen.
     pub normal: Octahedral,
-    /// The triangle's normal, object space, on the side from which the sample is seen.
+    /// Geometric normal, object space, on the side from which the sample is seen.
     pub facet: Octahedral,
-    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
-    pub material: u16,
-    /// Whether the eye sees the back of the triangle.
-    pub from_behind: bool,
-}
-
-/// 32 x 32 cells, as columns: each phase reads those that it needs, eight cells at a time.
-#[derive(Debug, Clone)]
-#[allow(missing_docs, reason = "columns of the fields of Sample")]
-pub struct Tile {
-    pub x: Column<f32>,
-    pub y: Column<f32>,
-    pub z: Column<f32>,
-    pub model: Column<u32>,
-    pub triangle: Column<u32>,
-    pub normal: Column<Octahedral>,
-    pub facet: Column<Octahedral>,
-    pub material: Column<u16>,
-    pub from_behind: Column<bool>,
     /// What the diffuse and the ambient reflectance are shares of, texture included: see
     /// [`Material::painted`](crate::scene::Material::painted).
-    pub reflectance: ColorColumns,
+    pub reflectance: HalfColor,
     /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
-    pub lit: ColorColumns,
-    /// Rendered frames since the sample was traced; stays at the top.
-    pub age: Column<u16>,
+    pub lit: HalfColor,
+    /// The rendered frame in which the sample was traced, counted from the renderer's first.
+    pub traced: u32,
+    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
+    pub material: u16,
+    /// What else is known of it.
+    pub flags: Flags,
+}
+
+const _: () = assert!(size_of::<Record>() == 32);
+
+/// Yes or no, a bit each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Flags(u16);
+
+impl Flags {
+    /// The eye sees the back of the triangle.
+    pub const FROM_BEHIND: Self = Self(1);
+    /// Nobody has verified that the eye sees it in the frame before.
+    pub const UNSEEN: Self = Self(2);
+    /// The light that it keeps must be summed anew.
+    pub const STALE: Self = Self(4);
+
+    /// These if `holds`, else none.
+    pub fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self(0) }
+    }
+
+    /// Whether all of `other` are set.
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// With those of `other` as well.
+    pub fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Without those of `other`.
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+}
+
+impl Record {
+    /// Whether the eye sees the back of the triangle.
+    pub fn is_from_behind(&self) -> bool {
+        self.flags.has(Flags::FROM_BEHIND)
+    }
+}
+
+/// The samples of 32 x 32 cells. Places, which projection reads, are in columns, eight cells at a time; what else a
+/// sample keeps is in records: copying samples waits for the cache, a line for each column.
+#[derive(Debug, Clone)]
+pub struct Tile {
+    /// Where the surface was hit, object space; for the background the direction, world space.
+    pub x: Column<f32>,
+    /// The same.
+    pub y: Column<f32>,
+    /// The same.
+    pub z: Column<f32>,
+    /// Index into [`Scene::models`](crate::scene::Scene::models), [`BACKGROUND`] or [`EMPTY`].
+    pub model: Column<u32>,
+    /// What else is kept.
+    pub record: Column<Record>,
     /// In this frame.
     pub status: Column<Status>,
+    /// Cells that are served by a copy of a sample which another tile keeps, or another cell: it is not handed on to the
+    /// next frame. A bit each, for each eight cells.
+    pub copies: [u8; CELLS / LANES],
+    /// What is known of shadows.
     pub tags: Tags,
+    /// Samples that lie in the tile and serve none of its cells.
+    pub spares: Spares,
 }
 
 impl Tile {
@@ -98,48 +126,144 @@ impl Tile {
             y: [0.0; CELLS],
             z: [0.0; CELLS],
             model: [EMPTY; CELLS],
-            triangle: [0; CELLS],
-            normal: [Octahedral::default(); CELLS],
-            facet: [Octahedral::default(); CELLS],
-            material: [0; CELLS],
-            from_behind: [false; CELLS],
-            reflectance: [[f16::ZERO; CELLS]; 3],
-            lit: [[f16::ZERO; CELLS]; 3],
-            age: [0; CELLS],
+            record: [Record::default(); CELLS],
             status: [Status::default(); CELLS],
+            copies: [0; CELLS / LANES],
             tags: Tags::unknown(layout),
+            spares: Spares::none(layout),
         }
     }
 
-    /// Bytes of a tile.
-    pub fn bytes(layout: &TagLayout) -> usize {
+    /// Bytes of a tile without spare samples.
+    pub fn bytes_of_cells(layout: &TagLayout) -> usize {
         size_of::<Self>() + CELLS * layout.bytes()
     }
 
-    /// The sample's place: see [`Sample::point`].
+    /// Bytes of this tile.
+    pub fn bytes(&self, layout: &TagLayout) -> usize {
+        Self::bytes_of_cells(layout) + self.spares.bytes()
+    }
+
+    /// Slots: the cells, and after them the spare samples.
+    pub fn slots(&self) -> usize {
+        CELLS + self.spares.len()
+    }
+
+    /// What is in a slot, but for its tags.
+    #[inline(always)]
+    pub fn slot(&self, slot: usize) -> Spare {
+        match slot.checked_sub(CELLS) {
+            None => Spare { point: self.point(slot), model: self.model[slot], record: self.record[slot] },
+            Some(number) => self.spares.samples[number],
+        }
+    }
+
+    /// Copies the sample in `slot` of `from`, with its light and its tags, to `cell`. Status and whether it is a copy are
+    /// the caller's.
+    #[inline]
+    pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) {
+        let Spare { point, model, record } = from.slot(slot);
+        [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
+        self.model[cell] = model;
+        self.record[cell] = record;
+        match slot.checked_sub(CELLS) {
+            None => self.tags.take_over(cell, &from.tags, slot),
+            Some(number) => from.spares.copy_tags(number, &mut self.tags, cell),
+        }
+    }
+
+    /// Where the sample is: see [`Tile::x`].
     #[inline]
     pub fn point(&self, cell: usize) -> Vec3 {
         Vec3::new(self.x[cell], self.y[cell], self.z[cell])
     }
 
-    /// Eight samples' places, from `first` on.
+    /// The same of eight samples, from `first` on.
     #[inline(always)]
     pub fn points(&self, first: usize) -> Vec3x8 {
         Vec3x8::load([&self.x, &self.y, &self.z], first)
     }
 
-    /// What the store keeps of the surface.
-    #[inline]
-    pub fn sample(&self, cell: usize) -> Sample {
-        Sample {
-            point: self.point(cell),
-            model: self.model[cell],
-            triangle: self.triangle[cell],
-            normal: self.normal[cell],
-            facet: self.facet[cell],
-            material: self.material[cell],
-            from_behind: self.from_behind[cell],
+    /// The records of eight cells, from `first` on.
+    #[inline(always)]
+    pub fn records(&self, first: usize) -> &[Record] {
+        &self.record[first..first + LANES]
+    }
+
+    /// Of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn materials(&self, first: usize) -> [u16; LANES] {
+        let records = self.records(first);
+        std::array::from_fn(|lane| records[lane].material)
+    }
+
+    /// Of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn triangles(&self, first: usize) -> [u32; LANES] {
+        let records = self.records(first);
+        std::array::from_fn(|lane| records[lane].triangle)
+    }
+
+    /// Of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn normals(&self, first: usize) -> [Octahedral; LANES] {
+        let records = self.records(first);
+        std::array::from_fn(|lane| records[lane].normal)
+    }
+
+    /// Of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn facets(&self, first: usize) -> [Octahedral; LANES] {
+        let records = self.records(first);
+        std::array::from_fn(|lane| records[lane].facet)
+    }
+
+    /// Of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn reflectances(&self, first: usize) -> Vec3x8 {
+        let records = self.records(first);
+        load_colors(|lane| &records[lane].reflectance)
+    }
+
+    /// The light that eight samples keep, from `first` on.
+    #[inline(always)]
+    pub fn kept_light(&self, first: usize) -> Vec3x8 {
+        let records = self.records(first);
+        load_colors(|lane| &records[lane].lit)
+    }
+
+    /// Keeps the light of eight samples, from `first` on.
+    #[inline(always)]
+    pub fn keep_light(&mut self, first: usize, light: Vec3x8) {
+        let records = &mut self.record[first..first + LANES];
+        for (record, color) in records.iter_mut().zip(half_colors(light)) {
+            record.lit = color;
         }
+    }
+
+    /// Of eight cells, those whose sample has these flags, a bit each.
+    #[inline]
+    pub fn flagged(&self, first: usize, flags: Flags) -> u8 {
+        (0..)
+            .zip(self.records(first))
+            .fold(0, |bits, (lane, record)| bits | u8::from(record.flags.has(flags)) << lane)
+    }
+
+    /// Takes these flags off those of eight samples whose bit is set.
+    #[inline]
+    pub fn unflag(&mut self, first: usize, which: u8, flags: Flags) {
+        for (lane, record) in self.record[first..first + LANES].iter_mut().enumerate() {
+            if which >> lane & 1 != 0 {
+                record.flags = record.flags.without(flags);
+            }
+        }
+    }
+
+    /// Notes whether a cell is served by a copy.
+    #[inline]
+    pub fn set_copy(&mut self, cell: usize, is_copy: bool) {
+        let (copies, bit) = (&mut self.copies[cell / LANES], 1 << (cell % LANES));
+        *copies = *copies & !bit | if is_copy { bit } else { 0 };
     }
 
     /// Whether there is a surface in the cell, rather than nothing or the background.
@@ -148,47 +272,11 @@ impl Tile {
         self.model[cell] < EMPTY
     }
 
-    /// Copies the sample in cell `at` of `from`, with its light and its tags, to `cell`. Age and status are
-    /// the caller's.
-    #[inline]
-    pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
-        self.take_over_untagged(cell, from, at);
-        self.tags.take_over(cell, &from.tags, at);
-    }
-
-    /// Copies samples from `from`, with their light, tags and age. The status is the caller's.
-    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
-        for way in moves {
-            let [to, at] = way.cells();
-            self.take_over_untagged(to, from, at);
-            self.age[to] = from.age[at];
-        }
-        self.tags.take_over_all(&from.tags, moves);
-    }
-
-    #[inline(always)]
-    fn take_over_untagged(&mut self, cell: usize, from: &Self, at: usize) {
-        self.x[cell] = from.x[at];
-        self.y[cell] = from.y[at];
-        self.z[cell] = from.z[at];
-        self.model[cell] = from.model[at];
-        self.triangle[cell] = from.triangle[at];
-        self.normal[cell] = from.normal[at];
-        self.facet[cell] = from.facet[at];
-        self.material[cell] = from.material[at];
-        self.from_behind[cell] = from.from_behind[at];
-        for i in 0..3 {
-            self.reflectance[i][cell] = from.reflectance[i][at];
-            self.lit[i][cell] = from.lit[i][at];
-        }
-    }
-
     /// Leaves the cell without a sample.
     #[inline]
     pub fn clear(&mut self, cell: usize, status: Status) {
         self.model[cell] = EMPTY;
         self.status[cell] = status;
-        self.age[cell] = 0;
     }
 }
 
@@ -202,47 +290,41 @@ pub struct SampleStore {
 impl SampleStore {
     /// Bytes held, with tags as `layout` says.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
-        self.tiles.len() * Tile::bytes(layout)
+        self.tiles.iter().map(|tile| tile.bytes(layout)).sum()
     }
 }
 
 /// The greatest half float: what is beyond stays here.
 const MOST: f32 = 65504.0;
 
-/// Rounds eight colours to what the store keeps, from cell `first` on.
+/// Rounds eight colours to what the store keeps.
 #[inline(always)]
-pub fn store_colors(colors: Vec3x8, [r, g, b]: &mut ColorColumns, first: usize) {
-    for (values, column) in [(colors.x, r), (colors.y, g), (colors.z, b)] {
+pub fn half_colors(colors: Vec3x8) -> [HalfColor; LANES] {
+    let [r, g, b] = [colors.x, colors.y, colors.z].map(|values| {
         let cut = values.min(F32x8::splat(MOST)).max(F32x8::splat(-MOST));
-        column[first..first + LANES].convert_from_f32_slice(cut.values());
-    }
+        let mut halves = [f16::ZERO; LANES];
+        halves.convert_from_f32_slice(cut.values());
+        halves
+    });
+    std::array::from_fn(|lane| [r[lane], g[lane], b[lane]])
 }
 
-/// Eight colours that the store keeps, from cell `first` on.
+/// Eight colours that the store keeps.
 #[inline(always)]
-pub fn load_colors([r, g, b]: &ColorColumns, first: usize) -> Vec3x8 {
-    let load = |column: &Column<f16>| {
+fn load_colors<'a>(color: impl Fn(usize) -> &'a HalfColor) -> Vec3x8 {
+    let load = |part: usize| {
+        let halves: [f16; LANES] = std::array::from_fn(|lane| color(lane)[part]);
         let mut eight = F32x8::ZERO;
-        column[first..first + LANES].convert_to_f32_slice(eight.values_mut());
+        halves.convert_to_f32_slice(eight.values_mut());
         eight
     };
-    Vec3x8 { x: load(r), y: load(g), z: load(b) }
-}
-
-/// Rounds a colour to what the store keeps.
-#[inline]
-pub fn store_color(color: Vec3, columns: &mut ColorColumns, cell: usize) {
-    let cut = color.clamp(Vec3::splat(-MOST), Vec3::splat(MOST)).to_array();
-    for (column, value) in columns.iter_mut().zip(cut) {
-        column[cell] = f16::from_f32(value);
-    }
+    Vec3x8 { x: load(0), y: load(1), z: load(2) }
 }
 
 /// A colour that the store keeps.
 #[inline]
-pub fn load_color(columns: &ColorColumns, cell: usize) -> Vec3 {
-    let [r, g, b] = columns;
-    Vec3::new(r[cell].to_f32(), g[cell].to_f32(), b[cell].to_f32())
+pub fn full_color(color: HalfColor) -> Vec3 {
+    Vec3::from_array(color.map(f16::to_f32))
 }
 
 #[cfg(test)]
@@ -252,19 +334,18 @@ mod tests {
     #[test]
     fn a_sample_is_as_small_as_it_says() {
         let [point, area] = [false, true].map(|is_area| TagLayout::of(std::iter::once(is_area)));
-        assert_eq!(Tile::bytes(&point) / CELLS, 46 + 1);
-        assert_eq!(Tile::bytes(&area) / CELLS, 46 + 4);
+        assert_eq!(Tile::bytes_of_cells(&point) / CELLS, 49 + 1);
+        assert_eq!(Tile::bytes_of_cells(&area) / CELLS, 49 + 4);
     }
 
     #[test]
     fn colours_come_back_rounded_and_cut() {
-        let mut columns = [[f16::ZERO; CELLS]; 3];
-        store_color(Vec3::new(0.5, 1e9, -0.1), &mut columns, 19);
-        let one = load_color(&columns, 19);
+        let mut tile = Tile::empty(&TagLayout::default());
+        tile.keep_light(16, Vec3x8::splat(Vec3::new(0.5, 1e9, -0.1)));
+        let one = full_color(tile.record[19].lit);
         assert_eq!((one.x, one.y), (0.5, MOST));
-        let eight = load_colors(&columns, 16);
-        assert_eq!(eight.lane(3), one);
-        store_colors(eight, &mut columns, 0);
-        assert_eq!(load_color(&columns, 3), one, "what was rounded stays");
+        assert_eq!(tile.kept_light(16).lane(3), one);
+        tile.keep_light(0, tile.kept_light(16));
+        assert_eq!(full_color(tile.record[3].lit), one, "what was rounded stays");
     }
 }

@@ -1,6 +1,6 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, Move};
+use super::{CELLS, Column, EMPTY};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -92,6 +92,13 @@ impl AreaTag {
         self.by_movable = self.by_movable & !asked | by_movable & asked;
     }
 
+    /// Without those that are in doubt.
+    pub fn without(self, is_doubtful: impl Fn(Tag) -> bool) -> Self {
+        let gone = Tag::ALL.into_iter().filter(|tag| is_doubtful(*tag));
+        let gone = gone.fold(0, |all, tag| all | self.points(tag));
+        Self { lit: self.lit | gone, by_movable: self.by_movable | gone }
+    }
+
     /// Whether light that was summed under these tags is wrong under `now`.
     #[inline]
     pub fn changes_light_to(self, now: Self) -> bool {
@@ -136,6 +143,11 @@ impl TagLayout {
             layout.slots.push(slot);
         }
         layout
+    }
+
+    /// How many columns of each sort there are: of lights with one tag a sample, and of area lights.
+    pub fn columns(&self) -> (usize, usize) {
+        (self.single, self.area)
     }
 
     /// Bytes of a sample's tags.
@@ -237,6 +249,23 @@ impl Tags {
         }
     }
 
+    /// Appends the tags of `cell` to lists, one a column.
+    pub fn push_to(&self, cell: usize, single: &mut [Vec<Tag>], area: &mut [Vec<AreaTag>]) {
+        single.iter_mut().zip(&self.single).for_each(|(list, column)| list.push(column[cell]));
+        area.iter_mut().zip(&self.area).for_each(|(list, column)| list.push(column[cell]));
+    }
+
+    /// Sets the tags of `cell`, one a column.
+    pub fn set(
+        &mut self,
+        cell: usize,
+        single: impl Iterator<Item = Tag>,
+        area: impl Iterator<Item = AreaTag>,
+    ) {
+        self.single.iter_mut().zip(single).for_each(|(column, tag)| column[cell] = tag);
+        self.area.iter_mut().zip(area).for_each(|(column, tag)| column[cell] = tag);
+    }
+
     /// Copies the tags of cell `at` of `from` to `cell`.
     #[inline]
     pub fn take_over(&mut self, cell: usize, from: &Self, at: usize) {
@@ -246,12 +275,6 @@ impl Tags {
         for (to, from) in self.area.iter_mut().zip(&from.area) {
             to[cell] = from[at];
         }
-    }
-
-    /// The same for many cells.
-    pub fn take_over_all(&mut self, from: &Self, moves: &[Move]) {
-        copy_all(&mut self.single, &from.single, moves);
-        copy_all(&mut self.area, &from.area, moves);
     }
 
     /// Forgets what is known of some cells.
@@ -268,12 +291,6 @@ impl Tags {
     pub fn forget_all(&mut self) {
         self.single.iter_mut().for_each(|column| column.fill(Tag::Unknown));
         self.area.iter_mut().for_each(|column| column.fill(AreaTag::UNKNOWN));
-    }
-}
-
-fn copy_all<T: Copy>(to: &mut [Column<T>], from: &[Column<T>], moves: &[Move]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        moves.iter().map(|way| way.cells()).for_each(|[cell, at]| to[cell] = from[at]);
     }
 }
 

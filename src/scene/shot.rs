@@ -18,7 +18,7 @@ use super::shot_file::{
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks};
 use crate::layers::Layers;
-use crate::settings::{Build, LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::settings::{LONGEST_SIDE, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -132,23 +132,24 @@ fn render(
         value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
     };
     let sides = 1..i64::from(LONGEST_SIDE) + 1;
+    let default = Settings::default();
     let (width, height) = match &table.size {
         Some(List([width, height])) => {
             (text.whole("size", width, sides.clone())?, text.whole("size", height, sides)?)
         }
-        None => (1280, 720),
+        None => (default.width, default.height),
     };
     let settings = Settings {
         width,
         height,
-        samples: whole("samples", &table.samples, 2, 1..i64::from(MOST_SAMPLES) + 1)?,
+        samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
-        depth: whole("depth", &table.depth, 4, 0..65)?,
+        depth: whole("depth", &table.depth, default.depth, 0..65)?,
         mode: table.mode,
-        base_every: whole("base_every", &table.base_every, 48, 0..1_000_001)?,
+        reuse: table.reuse,
+        base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
         layers: layers(text, output)?,
-        audit: false,
-        build: Build::Best,
+        ..default
     };
     let frames = match &table.frames {
         Some(frames) => Frames::parse(frames.get_ref())

@@ -8,7 +8,7 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::toml_text::{At, List};
 use crate::animation::Interpolation;
-use crate::settings::{Filter, Mode};
+use crate::settings::{Filter, Mode, Reuse};
 
 /// Linear RGB, or coordinates.
 pub(crate) type Three = At<List<f64, 3>>;
@@ -46,6 +46,8 @@ pub(crate) struct RenderTable {
     pub base_every: Option<At<i64>>,
     #[serde(default)]
     pub mode: Mode,
+    #[serde(default)]
+    pub reuse: Reuse,
 }
 
 #[derive(Debug, Default, Deserialize)]

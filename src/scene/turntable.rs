@@ -11,8 +11,7 @@ use super::render_space::{Extent, RenderSpace};
 use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
 use crate::animation::{Interpolation, Track, TransformTrack};
-use crate::layers::Layers;
-use crate::settings::{Build, Filter, Mode, Settings};
+use crate::settings::Settings;
 
 /// Frames of one turn.
 const FRAMES: i32 = 120;
@@ -60,22 +59,10 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         },
         space,
     };
-    let settings = Settings {
-        width: 1280,
-        height: 720,
-        samples: 2,
-        filter: Filter::Box,
-        depth: 4,
-        mode: Mode::Auto,
-        base_every: 48,
-        layers: Layers::ALL,
-        audit: false,
-        build: Build::Best,
-    };
     Ok(Shot {
         title: name,
         scene,
-        settings,
+        settings: Settings::default(),
         frames: Frames::between(1, FRAMES),
         says_frames: true,
         rate: (24, 1),

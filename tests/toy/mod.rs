@@ -102,6 +102,7 @@ pub fn settings(samples: u32) -> Settings {
         filter: Filter::Box,
         depth: 4,
         mode: Mode::Reproject,
+        reuse: Default::default(),
         base_every: 0,
         layers: Layers::ALL,
         audit: true,

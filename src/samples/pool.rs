@@ -1,0 +1,108 @@
+//! Where tiles come from and where they go: the new store of a frame grows out of what the old one no longer
+//! needs, so that both together hold little more than one.
+
+use rayon::prelude::*;
+
+use super::{SampleStore, TagLayout, Tile};
+
+/// Tiles whose samples nobody needs, to be written over.
+#[derive(Debug)]
+pub struct TilePool {
+    tiles: Vec<Box<Tile>>,
+    layout: TagLayout,
+}
+
+impl TilePool {
+    /// None yet, for stores with tags as `layout` says.
+    pub fn new(layout: TagLayout) -> Self {
+        Self { tiles: Vec::new(), layout }
+    }
+
+    /// Takes all tiles of a store.
+    pub fn take(&mut self, store: SampleStore) {
+        self.tiles.extend(store.tiles);
+    }
+
+    /// Adds tiles to `store` until it has `count`: what is in them means nothing.
+    pub fn grow(&mut self, store: &mut SampleStore, count: usize) {
+        let wanted = count.saturating_sub(store.tiles.len());
+        store.tiles.extend(self.tiles.drain(self.tiles.len().saturating_sub(wanted)..));
+        // fresh memory costs time when it is touched first: all threads share it
+        let fresh = store.tiles.len()..count;
+        store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(&self.layout))));
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.tiles.iter().map(|tile| tile.bytes(&self.layout)).sum()
+    }
+}
+
+/// The store of the frame before while its samples go over to the new one. Each of its tiles is given back as
+/// soon as no sample in it is wanted any more.
+#[derive(Debug)]
+pub struct LeavingStore {
+    tiles: Vec<Option<Box<Tile>>>,
+    /// For each tile, how many tiles of the new store must be done until it can go; and its number. In that
+    /// order.
+    order: Vec<(u32, u32)>,
+    /// How many of `order` have gone.
+    gone: usize,
+}
+
+impl LeavingStore {
+    /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
+    pub fn new(store: SampleStore, until: &[u32]) -> Self {
+        let mut order: Vec<(u32, u32)> = until.iter().copied().zip(0..).collect();
+        order.sort_unstable();
+        Self { tiles: store.tiles.into_iter().map(Some).collect(), order, gone: 0 }
+    }
+
+    /// Tile number `number`, unless it has gone.
+    #[inline]
+    pub fn tile(&self, number: u32) -> Option<&Tile> {
+        self.tiles[number as usize].as_deref()
+    }
+
+    /// Gives back what nobody wants any more now that `done` tiles of the new store are done.
+    pub fn let_go(&mut self, done: usize, pool: &mut TilePool) {
+        let leaving = self.order[self.gone..].iter().take_while(|(until, _)| *until as usize <= done);
+        for (_, number) in leaving {
+            pool.tiles.extend(self.tiles[*number as usize].take());
+            self.gone += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_go_when_nothing_is_wanted_of_them() {
+        let mut pool = TilePool::new(TagLayout::of(std::iter::empty()));
+        let mut old = SampleStore::default();
+        pool.grow(&mut old, 4);
+        for (tile, mark) in old.tiles.iter_mut().zip(100..) {
+            tile.record[7].triangle = mark;
+        }
+        let mut old = LeavingStore::new(old, &[3, 0, 2, 3]);
+        let there = |old: &LeavingStore| [0, 1, 2, 3].map(|number| old.tile(number).is_some());
+        old.let_go(0, &mut pool);
+        assert_eq!(there(&old), [true, false, true, true]);
+        old.let_go(2, &mut pool);
+        assert_eq!(there(&old), [true, false, false, true]);
+        assert_eq!(
+            old.tile(3).map(|tile| tile.record[7].triangle),
+            Some(103),
+            "the others keep their numbers"
+        );
+        old.let_go(3, &mut pool);
+        assert_eq!(there(&old), [false; 4]);
+        assert_eq!(pool.bytes(), 4 * Tile::bytes_of_cells(&pool.layout));
+        let mut new = SampleStore::default();
+        pool.grow(&mut new, 3);
+        pool.grow(&mut new, 5);
+        assert_eq!((new.tiles.len(), pool.bytes()), (5, 0), "four are used again, one is new");
+    }
+}
