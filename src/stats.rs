@@ -305,6 +305,7 @@ mod tests {
             filter: Filter::Mitchell,
             depth: 4,
             mode: Mode::Auto,
+            reuse: Default::default(),
             base_every: 0,
             layers: crate::layers::Layers::ALL,
             audit: true,

@@ -300,16 +300,12 @@ mod tests {
         let mut writer = BinWriter::default();
         let place = |first: i32| std::array::from_fn(|lane| (first + lane as i32) * STEPS + 3 * lane as i32);
         let eight = Projected8 { which: u8::MAX, depth: F32x8::splat(2.0), x: place(40), y: place(44) };
-        let one_by_one = |writer: &mut BinWriter| {
-            for lane in 0..LANES {
-                writer.add(&grid, 16, &Projected8 { which: 1 << lane, ..eight }, true);
-            }
-        };
-        one_by_one(&mut writer);
+        let only = |which: u8| Projected8 { which, depth: eight.depth, x: eight.x, y: eight.y };
+        (0..LANES).for_each(|lane| writer.add(&grid, 16, &only(1 << lane), true));
         writer.send(0, &bins);
         let wanted = take(&bins);
         // the first opens the bin; the rest go at once
-        writer.add(&grid, 16, &Projected8 { which: 1, ..eight }, true);
+        writer.add(&grid, 16, &only(1), true);
         writer.add(&grid, 16, &eight, true);
         writer.send(0, &bins);
         assert_eq!(take(&bins)[1..], wanted);

@@ -18,8 +18,8 @@ mod bounce;
 mod channels;
 mod develop;
 pub mod enhance;
+mod estimate;
 pub mod filter;
-mod foresee;
 pub mod grid;
 pub mod light;
 mod mitchell;
@@ -55,7 +55,7 @@ use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
 use bins::Bins;
-use foresee::{Chain, Foreseen, foresee};
+use estimate::{Estimate, estimate};
 use grid::Grid;
 use movers::Movers;
 pub use need::need;
@@ -79,7 +79,6 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Samples of the frame rendered last, and where everything was then.
     last: Option<Last>,
-    chain: Chain,
     bins: Bins,
     detached: Detached,
     /// Frames rendered so far: the stamp of the film of the last one.
@@ -129,7 +128,6 @@ impl<'s> Renderer<'s> {
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
-            chain: Chain::default(),
             bins: Bins::default(),
             detached: Detached::default(),
             rendered: 0,
@@ -172,16 +170,16 @@ impl<'s> Renderer<'s> {
             notes_ways: false,
             layers: self.settings.layers,
             rendered: self.rendered + 1,
-            foreseen: None,
+            estimate: None,
         };
 
         // what will not pay is not begun
         let base_plan = Plan::of_base_frame(&pose);
-        let (last, unused, foreseen) = choose(last, &self.chain, &stage);
+        let (last, unused, estimate) = choose(last, &stage);
         if last.is_none() {
             stage.plan = &base_plan;
         }
-        stage.foreseen = Some(&foreseen);
+        stage.estimate = Some(&estimate);
         // not in frames that are traced in full: few are followed by one with the camera at rest
         stage.notes_ways = last.is_some() && stage.plan.camera == CameraChange::None;
 
@@ -199,11 +197,6 @@ impl<'s> Renderer<'s> {
         self.rendered += 1;
         let sum = run_tiles(&stage, &mut source, &self.settings, &mut store, shop, &mut film, film_is_last);
         sum.share_time(&mut seconds);
-        match source {
-            Source::Nothing => self.chain = Chain::default(),
-            Source::Stay(..) => {}
-            Source::Fall(..) => self.chain.add(&foreseen, &sum.samples),
-        }
         let mode = match (&source, self.settings.mode) {
             (Source::Nothing, Mode::Full) => "full",
             (Source::Nothing, _) => "base",
@@ -270,13 +263,13 @@ type Last = (SampleStore, Pose);
 
 /// With `--mode auto`: the samples of the frame before; if they would not pay, they come second. And what it
 /// took to choose.
-fn choose(last: Option<Last>, chain: &Chain, stage: &Stage) -> (Option<Last>, Option<Last>, Foreseen) {
+fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<Last>, Estimate) {
     match last {
         Some(last) if stage.chooses && stage.plan.camera != CameraChange::None => {
-            let foreseen = foresee(&last.0, chain, stage);
-            if foreseen.pays { (Some(last), None, foreseen) } else { (None, Some(last), foreseen) }
+            let estimate = estimate(&last.0, stage);
+            if estimate.pays { (Some(last), None, estimate) } else { (None, Some(last), estimate) }
         }
-        last => (last, None, Foreseen::default()),
+        last => (last, None, Estimate::default()),
     }
 }
 

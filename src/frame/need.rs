@@ -1,5 +1,5 @@
 //! What a renderer will need, before there is one. Measured on the project's shots: what the process holds at most is
-//! between four fifths and all of it. Samples that fall far from where they were are kept longer than is foreseen here:
+//! between four fifths and all of it. Samples that fall far from where they were are kept longer than is estimate here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
 use super::channels::channels;

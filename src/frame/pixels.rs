@@ -232,13 +232,12 @@ pub fn count(stage: &Stage, tile: &Tile, rays: &CellRays, data: &mut Planes<{ da
         sum(&column, data.open(number));
         data.columns[number].iter_mut().for_each(|count| *count *= share);
     }
-    if STATUSES.into_iter().zip(is_there).any(|(status, is_there)| is_there && is_traced(status)) {
-        for (count, status) in column.iter_mut().zip(&tile.status) {
-            *count = f32::from(u8::from(is_traced(*status)));
-        }
-        sum(&column, data.open(data::RAYS));
-    }
-    for (number, counts) in (data::RAYS + 1..).zip([&rays.verification, &rays.shadow, &rays.secondary]) {
+    let primary: Column<u16> = std::array::from_fn(|cell| {
+        let is_traced = u16::from(is_traced(tile.status[cell]));
+        is_traced.max(rays.probes[cell])
+    });
+    for (number, counts) in (data::RAYS..).zip([&primary, &rays.verification, &rays.shadow, &rays.secondary])
+    {
         if counts.iter().fold(0, |any, count| any | count) != 0 {
             for (count, rays) in column.iter_mut().zip(counts) {
                 *count = f32::from(*rays);

@@ -10,7 +10,7 @@ use wide::i32x8;
 
 use super::bins::{BinWriter, Bins, Projected8, STEPS};
 use super::bits::{set_bits, surface_bits};
-use super::foresee::LEAST_REUSED;
+use super::estimate::LEAST_REUSED;
 use super::grid::holds;
 use super::plan::CameraChange;
 use super::serve::Serving;

@@ -1,47 +1,38 @@
 //! Serving: which kept sample each cell shows.
 //!
 //! Each cell has a target, its centre. It is *served* by the nearest kept sample that holds, in whatever cell that
-//! sample lies, if it is near enough: within [`Rule::interior`] where the surroundings are one surface, within
-//! [`Rule::edge`] at an edge. An edge is where the samples in the cell and the eight around it show different
-//! surfaces, or where one of the four quadrants around the target has none: there something new may have come into
-//! sight. So each surface counts by the targets that it covers, and not by how densely it happens to be sampled:
-//! silhouettes keep their place however long a chain of inferred frames is.
+//! sample lies, if it is within [`REACH`]. One sample may serve two cells; those that serve none are kept as spare
+//! samples, up to [`KEPT`] in a cell.
 //!
-//! The paper's own rule, for comparison, is [`nearest_to_eye`]: of the samples in a cell the one nearest to the eye
-//! serves it, and the others go. Samples drift against the grid; two share a cell while the cell beside it is
+//! At an edge the nearest sample need not show what the target shows: silhouettes would lag behind, or grow. An edge is
+//! where the samples in the cell and the eight around it show different surfaces, or where one of the four quadrants
+//! around the target has none: there something new may have come into sight. There the target itself is *probed*, by a
+//! ray from the eye ([`trace_missed`](super::trace_missed)): the server stays if the ray meets the surface that it
+//! shows, and otherwise what the ray met takes its place. So each surface has the cells whose targets it covers, as in
+//! a frame that is traced in full, however long a chain of inferred frames is and however densely the surface happens
+//! to be sampled.
+//!
+//! The paper's own rule, for comparison, is [`Serving::nearest_to_eye`]: of the samples in a cell the one nearest to
+//! the eye serves it, and the others go. Samples drift against the grid; two share a cell while the cell beside it is
 //! empty, and a fifth of all true samples are lost that way every frame.
 
 use super::bins::{Binned, STEPS, binned};
 use super::grid::{Extent, cell_number, place};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Flags, MOST_SPARES, Status, TILE, Tile};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Flags, MOST_SPARES, Octahedral, Status, TILE, Tile};
 use crate::settings::Reuse;
 
-/// How near is near enough, and how many samples are kept.
-#[derive(Debug, Clone, Copy)]
-struct Rule {
-    /// Greatest distance from a target to its server where the surroundings are one surface, in [`STEPS`].
-    interior: i32,
-    /// The same at an edge.
-    edge: i32,
-    /// Samples that are kept of those that lie in a cell, unless they serve.
-    kept_interior: u8,
-    /// The same at an edge.
-    kept_edge: u8,
-}
-
-/// Found by measuring (docs/experiments.md): greater radii trace less, and move silhouettes; more samples kept at edges
-/// trace less there, and take memory.
-const RULE: Rule = Rule { interior: 48, edge: 22, kept_interior: 2, kept_edge: 3 };
-
 /// How far from its target, in cells, a sample may serve at most.
-pub const REACH: f32 = RULE.interior as f32 / STEPS as f32;
+pub const REACH: f32 = RADIUS as f32 / STEPS as f32;
+
+/// The same in [`STEPS`].
+const RADIUS: i32 = 48;
+
+/// Samples that are kept of those that lie in a cell, unless they serve: enough for those that share a cell by chance
+/// while the cell beside it is empty. With three a frame traces a tenth less, and spare samples take half as much again.
+const KEPT: u8 = 2;
 
 /// Where surfaces beside each other differ so much in depth (a share of it), one is before the other.
-const DEPTH_STEP: f32 = 0.1;
-
-/// Where normals differ by so much in one of their two [octahedral](crate::samples::Octahedral) coordinates, of 65535
-/// steps, a surface is folded.
-const FOLD: u32 = 8192;
+pub const DEPTH_STEP: f32 = 0.1;
 
 /// Cells along an edge of a tile and one around it.
 const ACROSS: usize = TILE + 2;
@@ -115,7 +106,10 @@ impl Shown {
     #[inline(always)]
     fn is_one_surface(&self) -> bool {
         let range = |i: usize| self.most[i].wrapping_sub(self.least[i]);
-        (range(0) == 0) & (range(1) < depth_steps()) & (range(2) < FOLD) & (range(3) < FOLD)
+        (range(0) == 0)
+            & (range(1) < depth_steps())
+            & (range(2) < Octahedral::FOLD)
+            & (range(3) < Octahedral::FOLD)
     }
 }
 
@@ -257,7 +251,6 @@ impl Serving {
         let [column, row] = place(cell).map(|at| at as usize + 1);
         let around = row * ACROSS + column;
         let target = [column, row].map(|at| at as i32 * STEPS + STEPS / 2);
-        let radius = if self.is_edge[around] { RULE.edge } else { RULE.interior };
         let least = after.map_or(0, |after| after + 1);
         let mut best = u64::MAX;
         for first in [around - ACROSS, around, around + ACROSS] {
@@ -270,7 +263,7 @@ impl Serving {
                 best = if rank >= least { best.min(rank) } else { best };
             }
         }
-        if (best >> u32::BITS) as i64 <= i64::from(radius * radius) { best } else { u64::MAX }
+        if best >> u32::BITS <= (RADIUS * RADIUS) as u64 { best } else { u64::MAX }
     }
 
     /// Whether more than one candidate is near enough to the target of a cell.
@@ -279,13 +272,12 @@ impl Serving {
         let [column, row] = place(cell).map(|at| at as usize + 1);
         let around = row * ACROSS + column;
         let target = [column, row].map(|at| at as i32 * STEPS + STEPS / 2);
-        let radius = if self.is_edge[around] { RULE.edge } else { RULE.interior };
         let mut near = 0;
         for first in [around - ACROSS, around, around + ACROSS] {
             let range = self.starts[first - 1] as usize..self.starts[first + 2] as usize;
             for (x, y) in self.x[range.clone()].iter().zip(&self.y[range]) {
                 let aside = [x - target[0], y - target[1]];
-                near += i32::from(aside[0] * aside[0] + aside[1] * aside[1] <= radius * radius);
+                near += i32::from(aside[0] * aside[0] + aside[1] * aside[1] <= RADIUS * RADIUS);
             }
         }
         near > 1
@@ -373,9 +365,8 @@ impl Serving {
                 tile.set_copy(cell, !is_own);
                 self.flags = self.flags.with(tile.record[cell].flags);
             } else if is_own && reuse == Reuse::Target && tile.spares.len() < MOST_SPARES {
-                let most = if self.is_edge[lies_in] { RULE.kept_edge } else { RULE.kept_interior };
                 let kept = &mut self.kept[lies_in];
-                if *kept < most {
+                if *kept < KEPT {
                     *kept += 1;
                     tile.spares.push(source, slot);
                 }
@@ -409,6 +400,22 @@ impl Serving {
             tile.set_copy(cell, !is_own);
             tile.status[cell] = self.status(reuse, cell);
         }
+    }
+
+    /// Cells at edges that are served: their targets are to be probed. A bit each.
+    pub fn probes(&self, extent: Extent, tile: &Tile) -> [u16; CELLS / 16] {
+        let mut probes = [0; CELLS / 16];
+        let [columns, rows] = extent.cells.map(|count| count as usize);
+        for row in 0..rows {
+            for column in 0..columns {
+                let at = [column as u32, row as u32];
+                let cell = cell_number(at);
+                if self.is_edge[(row + 1) * ACROSS + column + 1] && tile.status[cell].is_reused() {
+                    probes[cell / 16] |= 1 << (cell % 16);
+                }
+            }
+        }
+        probes
     }
 
     /// For those cells of `tile` that are hidden the next candidate in turn, if there is one near enough: it is to be

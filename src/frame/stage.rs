@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::bits::{bits_of_models, set_bits};
-use super::foresee::Foreseen;
+use super::estimate::Estimate;
 use super::movers::Movers;
 use super::placed::PlacedTile;
 use super::plan::Plan;
@@ -56,7 +56,7 @@ pub struct Stage<'a> {
     /// The frame's number, counted from the renderer's first.
     pub rendered: u32,
     /// What it took to choose, once that is done.
-    pub foreseen: Option<&'a Foreseen>,
+    pub estimate: Option<&'a Estimate>,
 }
 
 impl<'a> Stage<'a> {
@@ -123,10 +123,12 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray.
+/// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray; those that
+/// were probed before have cost it as a probe.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
 pub struct CellRays {
+    pub probes: Column<u16>,
     pub verification: Column<u16>,
     pub shadow: Column<u16>,
     pub secondary: Column<u16>,
@@ -134,7 +136,7 @@ pub struct CellRays {
 
 impl Default for CellRays {
     fn default() -> Self {
-        Self { verification: [0; CELLS], shadow: [0; CELLS], secondary: [0; CELLS] }
+        Self { probes: [0; CELLS], verification: [0; CELLS], shadow: [0; CELLS], secondary: [0; CELLS] }
     }
 }
 
@@ -196,6 +198,7 @@ pub struct Workbench {
 impl Workbench {
     /// Clears what belongs to a tile.
     pub fn begin_tile(&mut self) {
+        self.cell_rays.probes.fill(0);
         self.cell_rays.verification.fill(0);
         self.cell_rays.shadow.fill(0);
         self.cell_rays.secondary.fill(0);

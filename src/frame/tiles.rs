@@ -19,8 +19,8 @@ use super::stay::{self, Detached};
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
-use crate::settings::{Filter, Settings};
+use crate::samples::{CELLS, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
+use crate::settings::{Filter, Reuse, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
 /// Where a frame's samples come from.
@@ -370,8 +370,8 @@ fn update_samples(
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let before = bench.counts;
-    if let Some(foreseen) = stage.foreseen {
-        foreseen.count(number, &mut bench.counts, &mut bench.cell_rays);
+    if let Some(estimate) = stage.estimate {
+        estimate.count(number, &mut bench.counts, &mut bench.cell_rays);
     }
     bench.serving.begin();
     let took_cells = match source {
@@ -390,14 +390,16 @@ fn update_samples(
     };
     bench.seconds.gather += lap();
     let among = stage.in_sight(number);
+    let mut probes = [0; CELLS / 16];
     if !matches!(source, Source::Nothing) {
         let around = memo.rest.as_ref().map(|rest| &rest.around);
         let mut serving = std::mem::take(&mut bench.serving);
         let before = bench.before.take();
         let mut cells = verify::ALL;
-        for _ in 0..MOST_ASKED {
+        for asked in 1.. {
             verify::verify(stage, among, tile, &cells, around, serving.flags(), bench);
             let next = match source {
+                _ if asked == MOST_ASKED => None,
                 Source::Nothing => None,
                 Source::Stay(detached, _) => {
                     serving.ask_next(stage.reuse, tile, &stay::tiles(detached, before.as_deref()))
@@ -409,11 +411,15 @@ fn update_samples(
                 None => break,
             }
         }
+        if matches!(source, Source::Fall(..)) && stage.reuse == Reuse::Target {
+            let extent = stage.view.grid.extent_of(number);
+            probes = serving.probes(extent, tile);
+        }
         (bench.serving, bench.before) = (serving, before);
     }
     let flags = bench.serving.flags();
     bench.seconds.verify += lap();
-    trace_missed::trace_missed(stage, number, among, tile, bench);
+    trace_missed::trace_missed(stage, number, among, tile, &probes, bench);
     bench.seconds.trace += lap();
     let (light_changed, around) = light::light(stage, tile, flags, bench);
     memo.around = around;

@@ -1,12 +1,17 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
 use super::bits::{set_bits, status_bits};
+use super::serve::DEPTH_STEP;
 use super::stage::{Stage, Workbench};
+use super::verify::CellSet;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
 use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
+
+/// Cells of a block.
+const BLOCK: usize = trace::LANES;
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
@@ -14,12 +19,23 @@ const OFF_RAY: f32 = 2.5e-6;
 
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
 /// is `among`.
-pub fn trace_missed(stage: &Stage, number: usize, among: Among, tile: &mut Tile, bench: &mut Workbench) {
+pub fn trace_missed(
+    stage: &Stage,
+    number: usize,
+    among: Among,
+    tile: &mut Tile,
+    probes: &CellSet,
+    bench: &mut Workbench,
+) {
     bench.begin_rays();
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         let traced = status_bits(status, is_traced);
         tile.copies[first / LANES] &= !traced;
-        bench.owners.extend(set_bits(traced).map(|lane| (first + lane) as u32));
+        let probed = (probes[first / BLOCK] >> (first % BLOCK)) as u8;
+        for lane in set_bits(probed) {
+            bench.cell_rays.probes[first + lane] += 1;
+        }
+        bench.owners.extend(set_bits(traced | probed).map(|lane| (first + lane) as u32));
     }
     if bench.owners.is_empty() {
         return;
@@ -33,6 +49,8 @@ pub fn trace_missed(stage: &Stage, number: usize, among: Among, tile: &mut Tile,
             keep(stage, rays, hits, half * LANES, owners, tile);
         }
     }
+    // those that were confirmed keep what they know
+    bench.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
     tile.tags.forget(&bench.owners);
 }
 
@@ -97,7 +115,8 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
         flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
     };
     let first = owners[0] as usize;
-    if are_neighbours(owners) && !models.contains(&NO_HIT) {
+    let all_traced = || owners.iter().all(|cell| is_traced(tile.status[*cell as usize]));
+    if are_neighbours(owners) && !models.contains(&NO_HIT) && all_traced() {
         // eight neighbours, as in every frame that is traced in full: whole columns
         point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
         tile.model[first..first + LANES].copy_from_slice(models);
@@ -107,12 +126,35 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
     } else {
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
             let is_hit = models[lane] != NO_HIT;
+            if !is_traced(tile.status[cell]) {
+                let depth = if is_hit { hits.t[from + lane] } else { f32::INFINITY };
+                if confirms(stage, tile, cell, models[lane], depth, &record(lane)) {
+                    continue;
+                }
+                tile.make_spare(cell);
+                tile.set_copy(cell, false);
+                tile.status[cell] = Status::Missed;
+            }
             let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
             [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
             tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
             tile.record[cell] = record(lane);
         }
     }
+}
+
+/// Whether what a ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
+fn confirms(stage: &Stage, tile: &Tile, cell: usize, model: u32, depth: f32, met: &Record) -> bool {
+    if model == NO_HIT || tile.model[cell] != model {
+        return model == NO_HIT && tile.model[cell] == BACKGROUND;
+    }
+    let server = &tile.record[cell];
+    let offset = stage.offset(tile.point(cell), model);
+    let far = offset.dot(stage.view.camera.forward);
+    server.triangle == met.triangle
+        || server.material == met.material
+            && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
+            && server.normal.is_near(met.normal)
 }
 
 /// The triangles that eight rays met.

@@ -61,6 +61,13 @@ impl Spares {
         }
     }
 
+    /// Adds a sample whose tags are not known.
+    pub fn push_untagged(&mut self, spare: Spare) {
+        self.samples.push(spare);
+        self.single.iter_mut().for_each(|tags| tags.push(Tag::Unknown));
+        self.area.iter_mut().for_each(|tags| tags.push(AreaTag::UNKNOWN));
+    }
+
     /// Copies the tags of spare `number` to `cell`.
     pub fn copy_tags(&self, number: usize, tags: &mut Tags, cell: usize) {
         tags.set(

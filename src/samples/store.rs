@@ -4,7 +4,7 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{Octahedral, Spare, Spares, Status, TagLayout, Tags};
+use super::{MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 
 /// Cells along a tile's edge.
@@ -256,6 +256,17 @@ impl Tile {
             if which >> lane & 1 != 0 {
                 record.flags = record.flags.without(flags);
             }
+        }
+    }
+
+    /// Makes the sample in `cell` a spare one, unless another cell or tile keeps it or there are enough. It has not been
+    /// lit in this frame: its tags are not known.
+    pub fn make_spare(&mut self, cell: usize) {
+        let is_copy = self.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
+        if !is_copy && self.spares.len() < MOST_SPARES {
+            let mut spare = self.slot(cell);
+            spare.record.flags = spare.record.flags.with(Flags::UNSEEN).with(Flags::STALE);
+            self.spares.push_untagged(spare);
         }
     }
 

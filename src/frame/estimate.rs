@@ -1,8 +1,4 @@
-//! `--mode auto`: whether reprojection will pay, foreseen from a few samples before any work is done.
-//!
-//! A chain of inferred frames wears out: with a moving camera samples come to lie where they will in their cells, and
-//! ever more cells fall empty by chance. A frame that is traced in full begins a fresh chain, whose frames
-//! are cheaper, so that tracing may pay though the frame itself would be cheaper to infer ([`Chain`]).
+//! `--mode auto`: whether reprojection will pay, estimated from a few samples before any work is done.
 //!
 //! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
 //! the bit on every machine.
@@ -18,7 +14,7 @@ use super::stage::{CellRays, Stage};
 use super::verify::segments;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, SampleStore, Tile};
-use crate::stats::{RayCounts, SampleCounts};
+use crate::stats::RayCounts;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
 /// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
@@ -44,51 +40,18 @@ pub const LEAST_REUSED: usize = CELLS / 8;
 /// Tiles that are asked together: their segments fill whole packets.
 const TILES_AT_ONCE: usize = 64;
 
-/// What was foreseen.
+/// What was estimated.
 #[derive(Debug, Default)]
-pub struct Foreseen {
+pub struct Estimate {
     /// The frame is to be inferred, not traced.
     pub pays: bool,
-    /// Share of the samples that will not be seen again.
-    lost: f32,
     /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
     asked: Vec<u8>,
 }
 
-/// How the frames since the last one that was traced in full have worn out, as far as the camera moved. Wear is the
-/// share of a frame's cells that were missed though no sample was foreseen to be lost, and so the share of a traced
-/// frame's cost by which that frame was dearer than one of a fresh chain.
-#[derive(Debug, Default)]
-pub struct Chain {
-    /// Inferred frames.
-    frames: f32,
-    /// Wear of all of them together.
-    worn: f32,
-    /// Wear of the last one.
-    wear: f32,
-}
-
-impl Chain {
-    /// Whether to go on with another frame that costs `cost`, without wear, in units of tracing it. A fresh chain begins
-    /// with a frame that costs one unit: it is time for it when the next frame's wear is more than what wear and
-    /// beginning have cost so far, a frame on the average.
-    fn goes_on(&self, cost: f32) -> bool {
-        cost + self.wear < 1.0 && self.wear * (self.frames + 1.0) < 1.0 - cost + self.worn
-    }
-
-    /// Adds a frame that was inferred, with what became of its cells.
-    pub fn add(&mut self, foreseen: &Foreseen, samples: &SampleCounts) {
-        let reused = samples.good + samples.overlapped;
-        let traced = samples.base + samples.missed + samples.obscured;
-        self.wear = (traced as f32 / (reused + traced).max(1) as f32 - foreseen.lost).max(0.0);
-        self.worn += self.wear;
-        self.frames += 1.0;
-    }
-}
-
-/// Whether this frame is to be inferred from `old`, the last one of `chain`. Eight samples of some tiles are
+/// Whether this frame is to be inferred from `old`. Eight samples of some tiles are
 /// projected and, where the eye moved, verified.
-pub fn foresee(old: &SampleStore, chain: &Chain, stage: &Stage) -> Foreseen {
+pub fn estimate(old: &SampleStore, stage: &Stage) -> Estimate {
     let mut asked = vec![0; old.tiles.len()];
     let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
         ask_tiles(number * TILES_AT_ONCE, tiles, old.tiles.len(), stage, asked)
@@ -108,10 +71,10 @@ pub fn foresee(old: &SampleStore, chain: &Chain, stage: &Stage) -> Foreseen {
     let spread = sum.spread(fields(&stage.view.grid));
     let traced = gained + (1.0 - seen) * surface;
     let cost = (spent + traced - gained * spread) / traced;
-    Foreseen { pays: chain.goes_on(cost), lost: 1.0 - seen * spread, asked }
+    Estimate { pays: cost < 1.0, asked }
 }
 
-impl Foreseen {
+impl Estimate {
     /// Counts the rays of tile number `number` for the cells whose samples were asked.
     pub fn count(&self, number: usize, rays: &mut RayCounts, cells: &mut CellRays) {
         let asked = self.asked.get(number).copied().unwrap_or(0);
@@ -231,53 +194,6 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Frames that are inferred before one is traced, a thousand at most. Of the n-th one `lost(n)` of the samples are
-    /// foreseen to be lost, and `wear(n)` of its cells are missed beside; the rest costs `carrying`.
-    fn length(carrying: f32, lost: impl Fn(usize) -> f32, wear: impl Fn(usize) -> f32) -> usize {
-        let mut chain = Chain::default();
-        let cells = 1_000_000;
-        let infer = |number: &usize| {
-            let lost = lost(*number);
-            let goes_on = chain.goes_on(carrying + lost);
-            let missed = ((lost + wear(*number)) * cells as f32) as u64;
-            let samples = SampleCounts { good: cells - missed, missed, ..SampleCounts::default() };
-            chain.add(&Foreseen { lost, ..Foreseen::default() }, &samples);
-            goes_on
-        };
-        (1..=1000).take_while(infer).count()
-    }
-
-    #[test]
-    fn a_chain_ends_where_its_mean_cost_is_least() {
-        for (carrying, growth) in [(0.5, 0.02), (0.1, 0.02), (0.5, 0.002), (0.85, 0.02), (0.3, 0.1)] {
-            let wear = |number: usize| (number as f32 * growth).min(0.9);
-            let mean = |length: usize| {
-                let inferred: f32 = (1..=length).map(|number| carrying + wear(number)).sum();
-                (1.0 + inferred) / (length + 1) as f32
-            };
-            let best = (0..1000).min_by(|a, b| mean(*a).total_cmp(&mean(*b))).unwrap_or_default();
-            let length = length(carrying, |_| 0.0, wear);
-            assert!(length.abs_diff(best) <= 1, "{carrying} {growth}: {length}, not {best}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_wear_ends_no_chain() {
-        assert_eq!(length(0.5, |_| 0.1, |_| 0.0), 1000, "always as much is lost");
-        assert_eq!(
-            length(0.3, |number| number as f32 * 0.0006, |_| 0.0),
-            1000,
-            "the camera goes faster and faster"
-        );
-        assert_eq!(length(0.5, |number| if number == 9 { 0.4 } else { 0.1 }, |_| 0.0), 1000, "once it jerks");
-        assert!(
-            length(0.5, |_| 0.1, |number| 0.01 * (number % 2) as f32) > 50,
-            "samples are few: there is noise"
-        );
-        assert_eq!(length(0.5, |_| 0.6, |_| 0.0), 0, "nothing is gained");
-        assert_eq!(length(0.5, |number| if number == 9 { 0.6 } else { 0.1 }, |_| 0.0), 8, "a cut");
-    }
 
     #[test]
     fn of_many_tiles_enough_are_asked_everywhere() {
