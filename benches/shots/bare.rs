@@ -1,5 +1,7 @@
 //! The limit: the rays of a frame that is traced in full, through bare loops of Embree's packet queries.
 //!
+//! Packets are of the widest kind that is native to the processor, as the renderer's.
+//!
 //! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
 //! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
 //! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile; those to the
@@ -20,10 +22,11 @@ use afterimage::settings::Settings;
 use afterimage::shade::light::{Aim, arrival, arrivals};
 use afterimage::shade::phong::faces;
 use afterimage::shade::surface::{Corners, off_surfaces};
+use afterimage::trace::embree::device_config;
 use afterimage::trace::{LANES, RayBatch, RayPacket};
 use embree::{
-    BuildQuality, Coherence, Committed, Device, Geometry, GeometryId, INVALID, Ray16, RayHit16,
-    Scene as EmbreeScene, Valid16,
+    BuildQuality, Coherence, Committed, Device, Geometry, GeometryId, INVALID, PacketWidth, Ray, RayHit,
+    Scene as EmbreeScene, Valid,
 };
 use rayon::prelude::*;
 
@@ -50,7 +53,13 @@ pub struct Bare {
     /// By instance: the model that it shows.
     instances: Vec<u32>,
     parts: Parts,
+    width: PacketWidth,
 }
+
+/// Packets of N rays, each with those that take part.
+type Packets<const N: usize> = Vec<(Valid<N>, Ray<N>)>;
+/// And what they hit.
+type HitPackets<const N: usize> = Vec<(Valid<N>, RayHit<N>)>;
 
 /// What the geometries of both scenes are.
 #[derive(Default)]
@@ -63,12 +72,13 @@ struct Parts {
 impl Bare {
     /// Builds them.
     pub fn new(scene: &Scene) -> Result<Self, embree::Error> {
-        let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
+        let device = Device::new(&device_config())?;
         let mut bare = Self {
             still: EmbreeScene::new(&device, BuildQuality::High, true)?,
             movable: EmbreeScene::new(&device, BuildQuality::Low, true)?,
             instances: Vec::new(),
             parts: Parts::default(),
+            width: device.native_width(),
         };
         for (model, number) in scene.models.iter().zip(0..) {
             if model.track.is_constant() {
@@ -92,6 +102,19 @@ impl Bare {
         settings: &Settings,
         frame: i32,
     ) -> Result<TraceCost, embree::Error> {
+        match self.width {
+            PacketWidth::Four => self.trace_by::<4>(scene, settings, frame),
+            PacketWidth::Eight => self.trace_by::<8>(scene, settings, frame),
+            PacketWidth::Sixteen => self.trace_by::<16>(scene, settings, frame),
+        }
+    }
+
+    fn trace_by<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        frame: i32,
+    ) -> Result<TraceCost, embree::Error> {
         let pose = Pose::of(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
@@ -103,7 +126,7 @@ impl Bare {
         };
         let view = View::new(&Arc::new(Grid::new(settings)), pose.camera);
         let mut cost = TraceCost::default();
-        let mut primary = primary_rays(&view);
+        let mut primary: Vec<HitPackets<N>> = primary_rays(&view);
         let are_near: Vec<bool> = primary.par_iter().map(|tile| scenes.may_meet(tile)).collect();
         cost.time(|| {
             let tiles = primary.par_iter_mut().zip(&are_near);
@@ -114,7 +137,7 @@ impl Bare {
             primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
         drop(primary);
         for light in &pose.lights {
-            let mut shadow: Vec<_> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
+            let mut shadow: Vec<Packets<N>> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
             let are_near: Vec<bool> = shadow.par_iter().map(|tile| scenes.may_occlude(tile)).collect();
             cost.time(|| {
                 let tiles = shadow.par_iter_mut().zip(&are_near);
@@ -128,28 +151,46 @@ impl Bare {
 
 impl Parts {
     /// What the rays of a tile have met.
-    fn surfaces(&self, scene: &Scene, pose: &Pose, tile: &[(Valid16, RayHit16)]) -> Vec<Eight> {
-        let halves = tile.iter().flat_map(|(valid, packet)| [(valid, packet, 0), (valid, packet, HALF)]);
-        halves.map(|(valid, packet, from)| self.eight(scene, pose, valid, packet, from)).collect()
+    fn surfaces<const N: usize>(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        tile: &[(Valid<N>, RayHit<N>)],
+    ) -> Vec<Eight> {
+        (0..tile.len() * N).step_by(HALF).map(|first| self.eight(scene, pose, tile, first)).collect()
     }
 
-    fn eight(&self, scene: &Scene, pose: &Pose, valid: &Valid16, packet: &RayHit16, from: usize) -> Eight {
-        let (ray, hit) = (&packet.ray, &packet.hit);
+    /// Eight of them, from ray number `first` of the tile on.
+    fn eight<const N: usize>(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        tile: &[(Valid<N>, RayHit<N>)],
+        first: usize,
+    ) -> Eight {
+        let at = |lane: usize| (tile.get((first + lane) / N), (first + lane) % N);
         let mut corners = Corners::NONE;
         let mut models = [None; HALF];
         for (lane, model) in models.iter_mut().enumerate() {
-            let (at, geometry) = (from + lane, hit.geom_id[from + lane] as usize);
+            let (Some((valid, RayHit { hit, .. })), at) = at(lane) else { continue };
             if !valid.is_on(at) || hit.geom_id[at] == INVALID {
                 continue;
             }
             let (number, first) = match hit.inst_id[at] {
-                INVALID => self.still[geometry],
-                instance => self.movable[instance as usize][geometry],
+                INVALID => self.still[hit.geom_id[at] as usize],
+                instance => self.movable[instance as usize][hit.geom_id[at] as usize],
             };
             corners.set(lane, &scene.models[number as usize].mesh, first + hit.prim_id[at]);
             *model = Some(number as usize);
         }
-        let weights = [F32x8::load(&hit.u, from), F32x8::load(&hit.v, from)];
+        let each = |value: fn(&RayHit<N>, usize) -> f32| {
+            let value = |lane| match at(lane) {
+                (Some((_, packet)), at) => value(packet, at),
+                (None, _) => 0.0,
+            };
+            F32x8::of(std::array::from_fn(value))
+        };
+        let weights = [each(|packet, at| packet.hit.u[at]), each(|packet, at| packet.hit.v[at])];
         let (mut point, mut normal, mut facet) =
             (corners.point(weights), corners.normal(weights), corners.facet());
         for (lane, model) in models.iter().enumerate() {
@@ -161,7 +202,11 @@ impl Parts {
             normal.set_lane(lane, place.normal(normal.lane(lane)));
             facet.set_lane(lane, place.facet(facet.lane(lane)));
         }
-        let direction = Vec3x8::load([&ray.dir_x, &ray.dir_y, &ray.dir_z], from);
+        let direction = Vec3x8 {
+            x: each(|packet, at| packet.ray.dir_x[at]),
+            y: each(|packet, at| packet.ray.dir_y[at]),
+            z: each(|packet, at| packet.ray.dir_z[at]),
+        };
         let behind = facet.dot(direction).gt(F32x8::ZERO);
         Eight {
             point,
@@ -212,42 +257,42 @@ struct Scenes<'a> {
 
 impl Scenes<'_> {
     /// Whether any ray of a tile meets something movable.
-    fn may_meet(&self, packets: &[(Valid16, RayHit16)]) -> bool {
+    fn may_meet<const N: usize>(&self, packets: &[(Valid<N>, RayHit<N>)]) -> bool {
         let Some(movable) = &self.movable else { return false };
         packets.iter().any(|(valid, packet)| {
             let mut packet = *packet;
-            movable.intersect16(valid, &mut packet, Coherence::Coherent);
-            (0..LANES).any(|lane| valid.is_on(lane) && packet.hit.is_hit(lane))
+            movable.intersect(valid, &mut packet, Coherence::Coherent);
+            (0..N).any(|lane| valid.is_on(lane) && packet.hit.is_hit(lane))
         })
     }
 
     /// The same for rays that are to be occluded.
-    fn may_occlude(&self, packets: &[(Valid16, Ray16)]) -> bool {
+    fn may_occlude<const N: usize>(&self, packets: &[(Valid<N>, Ray<N>)]) -> bool {
         let Some(movable) = &self.movable else { return false };
         packets.iter().any(|(valid, ray)| {
             let mut ray = *ray;
-            movable.occluded16(valid, &mut ray, Coherence::Coherent);
-            (0..LANES).any(|lane| valid.is_on(lane) && ray.is_occluded(lane))
+            movable.occluded(valid, &mut ray, Coherence::Coherent);
+            (0..N).any(|lane| valid.is_on(lane) && ray.is_occluded(lane))
         })
     }
 
     /// `is_near`: asks for what is movable, too.
-    fn intersect(&self, packets: &mut [(Valid16, RayHit16)], is_near: bool) {
+    fn intersect<const N: usize>(&self, packets: &mut [(Valid<N>, RayHit<N>)], is_near: bool) {
         for (valid, packet) in packets {
-            self.still.intersect16(valid, packet, Coherence::Coherent);
+            self.still.intersect(valid, packet, Coherence::Coherent);
             if let Some(movable) = self.movable.as_ref().filter(|_| is_near) {
-                movable.intersect16(valid, packet, Coherence::Coherent);
+                movable.intersect(valid, packet, Coherence::Coherent);
             }
         }
     }
 
-    fn occlude(&self, packets: &mut [(Valid16, Ray16)], is_near: bool) {
+    fn occlude<const N: usize>(&self, packets: &mut [(Valid<N>, Ray<N>)], is_near: bool) {
         for (valid, ray) in packets {
-            self.still.occluded16(valid, ray, Coherence::Coherent);
+            self.still.occluded(valid, ray, Coherence::Coherent);
             let Some(movable) = self.movable.as_ref().filter(|_| is_near) else { continue };
-            let open = Valid16::from_fn(|lane| valid.is_on(lane) && !ray.is_occluded(lane));
+            let open = Valid::from_fn(|lane| valid.is_on(lane) && !ray.is_occluded(lane));
             if open.any() {
-                movable.occluded16(&open, ray, Coherence::Coherent);
+                movable.occluded(&open, ray, Coherence::Coherent);
             }
         }
     }
@@ -261,20 +306,19 @@ impl TraceCost {
     }
 }
 
-fn count<T: Sync>(tiles: &[Vec<(Valid16, T)>]) -> u64 {
-    let lanes = |valid: &Valid16| (0..LANES).filter(|lane| valid.is_on(*lane)).count() as u64;
+fn count<const N: usize, T: Sync>(tiles: &[Vec<(Valid<N>, T)>]) -> u64 {
+    let lanes = |valid: &Valid<N>| (0..N).filter(|lane| valid.is_on(*lane)).count() as u64;
     tiles.par_iter().flat_map_iter(|tile| tile.iter().map(|(valid, _)| lanes(valid))).sum()
 }
 
 /// A ray through the centre of each cell, tile by tile.
-fn primary_rays(view: &View) -> Vec<Vec<(Valid16, RayHit16)>> {
-    let tiles = (0..view.grid.tiles()).into_par_iter();
+fn primary_rays<const N: usize>(view: &View) -> Vec<HitPackets<N>> {
     let tile = |number| {
         let mut rays = RayBatch::default();
         push_tile(view, number, &mut rays);
-        rays.packets().map(|(packet, lanes)| prepared(packet, lanes, SIGHT, RayHit16::new)).collect()
+        prepared(&rays, SIGHT).map(|(valid, ray)| (valid, RayHit::new(ray))).collect()
     };
-    tiles.map(tile).collect()
+    (0..view.grid.tiles()).into_par_iter().map(tile).collect()
 }
 
 fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
@@ -291,7 +335,7 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
 }
 
 /// The rays from a tile's surfaces to a light that they face.
-fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
+fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> {
     let mut rays = RayBatch::default();
     for eight in tile {
         let origins = off_surfaces(eight.point, eight.facet);
@@ -312,13 +356,24 @@ fn shadow_rays(tile: &[Eight], light: &LightPose) -> Vec<(Valid16, Ray16)> {
             }
         }
     }
-    rays.packets().map(|(packet, lanes)| prepared(packet, lanes, SHADOW, |ray| ray)).collect()
+    prepared(&rays, SHADOW).collect()
 }
 
-/// A packet as Embree takes it.
-fn prepared<T>(packet: &RayPacket, lanes: u16, mask: u32, make: fn(Ray16) -> T) -> (Valid16, T) {
-    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (packet.origin, packet.direction);
-    let (tnear, tfar, mask) = (packet.near, packet.far, [mask; LANES]);
-    let ray = Ray16 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, tfar, mask, ..Ray16::default() };
-    (Valid16::from_bits(lanes), make(ray))
+/// `rays` as Embree takes them, without packets of no ray at all.
+fn prepared<const N: usize>(rays: &RayBatch, mask: u32) -> impl Iterator<Item = (Valid<N>, Ray<N>)> {
+    let parts = rays.packets().flat_map(|(packet, lanes)| {
+        (0..LANES).step_by(N).map(move |first| (packet, lanes >> first & (u16::MAX >> (LANES - N)), first))
+    });
+    parts.filter(|(_, lanes, _)| *lanes != 0).map(move |(packet, lanes, first)| {
+        (Valid::from_bits(lanes), part(packet, first, mask))
+    })
+}
+
+/// The rays of `packet` from `first` on.
+fn part<const N: usize>(packet: &RayPacket, first: usize, mask: u32) -> Ray<N> {
+    let of = |row: &[f32; LANES]| std::array::from_fn(|lane| row[first + lane]);
+    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) =
+        (packet.origin.each_ref().map(of), packet.direction.each_ref().map(of));
+    let (tnear, tfar, mask) = (of(&packet.near), of(&packet.far), [mask; N]);
+    Ray { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, tfar, mask, ..Ray::default() }
 }

@@ -10,6 +10,10 @@
 //!
 //! Masks. A ray meets what shares a bit with it at every level: see [`mask`].
 //!
+//! Widths. A [`RayPacket`] has sixteen rays. Embree gets them in packets of the widest kind that is native to the
+//! processor: as they are, in halves or in quarters. Its layout is another one than ours, so that rays are copied in
+//! any case, and parts cost no more than the whole.
+//!
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
 //! and nothing else, and shadow rays are asked of these.
 
@@ -17,15 +21,15 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use embree::{
-    BuildQuality, Coherence as EmbreeCoherence, Committed, Device, FrozenScene, Geometry, GeometryId,
-    INVALID, OwnPrims16, Ray16, RayHit16, Scene as EmbreeScene, Valid16,
+    BuildQuality, Coherence as EmbreeCoherence, Committed, Device, FrozenScene, Geometry, GeometryId, Hit,
+    INVALID, PacketWidth, PrimId, Ray, RayHit, Scene as EmbreeScene, Valid,
 };
 
 use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer, has_many_clear,
 };
-use crate::lanes::{F32x8, are_same};
+use crate::lanes::F32x8;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
@@ -60,17 +64,6 @@ struct Part {
     first: u32,
 }
 
-/// The ids of one model's triangles in Embree, to keep a segment from being blocked by its own end.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    /// In *movable*; [`INVALID`] for still models.
-    instance: u32,
-    /// The geometry of the triangles that cast shadows, and of the others.
-    geometries: [u32; 2],
-    /// How many cast shadows.
-    split: u32,
-}
-
 /// What casts shadows alone.
 struct Casters {
     still: EmbreeScene,
@@ -88,15 +81,36 @@ pub struct EmbreeBackend {
     still_parts: Vec<Part>,
     /// By instance.
     movable_parts: Vec<[Part; 2]>,
-    /// By model.
-    places: Vec<Place>,
+    /// The movable models, each with its instance.
+    instances: Vec<(usize, GeometryId)>,
+    /// Of the packets that Embree gets.
+    width: PacketWidth,
+}
+
+/// The environment variable with further settings of Embree's device, in Embree's own words. `isa=avx2` makes any
+/// processor one that has no packets of 16, for tests and measurements.
+pub const CONFIG_VARIABLE: &str = "AFTERIMAGE_EMBREE_CONFIG";
+
+/// The configuration of Embree's device: as many threads as rayon has, and what [`CONFIG_VARIABLE`] says.
+pub fn device_config() -> String {
+    let threads = format!("threads={}", rayon::current_num_threads());
+    match std::env::var_os(CONFIG_VARIABLE) {
+        Some(more) => format!("{threads},{}", more.to_string_lossy()),
+        None => threads,
+    }
 }
 
 impl EmbreeBackend {
     /// Builds all scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
     /// many as rayon has.
     pub fn new(scene: &Scene, build: Build) -> Result<Self, TraceError> {
-        let device = Device::new(&format!("threads={}", rayon::current_num_threads()))?;
+        Self::with_config(scene, build, &device_config())
+    }
+
+    /// The same with a device of this configuration.
+    pub fn with_config(scene: &Scene, build: Build, config: &str) -> Result<Self, TraceError> {
+        let device =
+            Device::new(config).map_err(|error| TraceError(format!("{error} (configuration: {config})")))?;
         let quality = match build {
             Build::Best => BuildQuality::High,
             Build::Quick => BuildQuality::Low,
@@ -114,12 +128,13 @@ impl EmbreeBackend {
             casters,
             still_parts: Vec::new(),
             movable_parts: Vec::new(),
-            places: Vec::new(),
+            instances: Vec::new(),
+            width: device.native_width(),
         };
         let mut frozen = HashMap::new();
         for (number, model) in scene.models.iter().enumerate() {
-            let place = if model.track.is_constant() {
-                backend.add_still(&device, number as u32, &model.mesh)?
+            if model.track.is_constant() {
+                backend.add_still(&device, number as u32, &model.mesh)?;
             } else {
                 let shared = Arc::as_ptr(&model.mesh);
                 let parts = match frozen.get(&shared) {
@@ -131,9 +146,8 @@ impl EmbreeBackend {
                         made
                     }
                 };
-                backend.add_movable(number as u32, &model.mesh, &parts)?
-            };
-            backend.places.push(place);
+                backend.add_movable(number as u32, &parts)?;
+            }
         }
         // still scenes are built here, and found unchanged in every frame
         backend.still.commit()?;
@@ -149,30 +163,29 @@ impl EmbreeBackend {
         self.casters.is_some()
     }
 
-    fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<Place, TraceError> {
-        let mut geometries = [INVALID; 2];
+    fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
         for (half, (geometry, first)) in geometries_of(device, mesh)? {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
             self.still_parts.push(Part { model, first });
-            geometries[half] = id;
             if let Some(casters) = self.casters.as_mut().filter(|_| half == CASTS_SHADOW) {
                 casters.still.attach(&geometry)?;
             }
         }
-        Ok(Place { instance: INVALID, geometries, split: mesh.shadow_casting as u32 })
+        Ok(())
     }
 
-    fn add_movable(&mut self, model: u32, mesh: &Mesh, frozen: &Frozen) -> Result<Place, TraceError> {
+    fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<(), TraceError> {
         let identity = crate::animation::Transform::IDENTITY.columns();
-        let GeometryId(instance) = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
-        debug_assert_eq!(instance as usize, self.movable_parts.len());
+        let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
+        debug_assert_eq!(instance.0 as usize, self.movable_parts.len());
         self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));
+        self.instances.push((model as usize, instance));
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
             let id = casters.movable.attach_instance(scene, identity, mask::MOVED)?;
             casters.instances.push((model as usize, id));
         }
-        Ok(Place { instance, geometries: frozen.geometries, split: mesh.shadow_casting as u32 })
+        Ok(())
     }
 }
 
@@ -181,8 +194,6 @@ struct Frozen {
     scene: Arc<FrozenScene>,
     /// First triangle by geometry id.
     firsts: [u32; 2],
-    /// Geometry id of the triangles that cast shadows, and of the others.
-    geometries: [u32; 2],
     /// The triangles that cast shadows by themselves, where that is wanted and there are any.
     casters: Option<Arc<FrozenScene>>,
 }
@@ -194,12 +205,11 @@ fn freeze(
     with_casters: bool,
 ) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
-    let (mut firsts, mut geometries) = ([0; 2], [INVALID; 2]);
+    let mut firsts = [0; 2];
     let halves = geometries_of(device, mesh)?;
-    for (half, (geometry, first)) in &halves {
+    for (_, (geometry, first)) in &halves {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
-        geometries[*half] = id;
     }
     let scene = scene.freeze()?;
     let casters = match halves.as_slice() {
@@ -211,7 +221,7 @@ fn freeze(
         }
         _ => None,
     };
-    Ok(Frozen { scene, firsts, geometries, casters })
+    Ok(Frozen { scene, firsts, casters })
 }
 
 /// The half of a mesh that casts shadows; the other one is clear.
@@ -240,19 +250,18 @@ fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> 
 
 impl Backend for EmbreeBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
-        for (model, place) in self.places.iter().enumerate().filter(|(_, place)| place.instance != INVALID) {
-            let id = GeometryId(place.instance);
-            self.movable.set_instance_transform(id, pose.models[model].columns())?;
-            self.movable.set_mask(id, mask_of(moved[model]))?;
+        for (model, id) in &self.instances {
+            self.movable.set_instance_transform(*id, pose.models[*model].columns())?;
+            self.movable.set_mask(*id, mask_of(moved[*model]))?;
         }
-        let has_movable = !self.movable_parts.is_empty();
+        let has_movable = !self.instances.is_empty();
         Ok(Box::new(EmbreeTracer {
             still: self.still.commit()?,
             movable: has_movable.then(|| self.movable.commit()).transpose()?,
             casters: self.casters.as_mut().map(|casters| casters.commit(pose, moved)).transpose()?,
             still_parts: &self.still_parts,
             movable_parts: &self.movable_parts,
-            places: &self.places,
+            width: self.width,
         }))
     }
 }
@@ -290,21 +299,16 @@ struct EmbreeTracer<'a> {
     casters: Option<OpenCasters<'a>>,
     still_parts: &'a [Part],
     movable_parts: &'a [[Part; 2]],
-    places: &'a [Place],
+    width: PacketWidth,
 }
 
 impl Tracer for EmbreeTracer<'_> {
     fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
-        let movable = self.movable.filter(|_| among == Among::All);
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
-            let valid = Valid16::from_bits(lanes);
-            let mut both = RayHit16 { ray: to_embree(packet, mask::ALL), ..RayHit16::default() };
-            self.still.intersect16(&valid, &mut both, to_embree_coherence(coherence, Blockers::Still));
-            if let Some(movable) = movable {
-                movable.intersect16(&valid, &mut both, to_embree_coherence(coherence, Blockers::Movable));
-            }
-            self.convert_hits(&both, lanes, out);
+        match self.width {
+            PacketWidth::Four => self.closest_by::<4>(rays, among, coherence, hits),
+            PacketWidth::Eight => self.closest_by::<8>(rays, among, coherence, hits),
+            PacketWidth::Sixteen => self.closest_by::<16>(rays, among, coherence, hits),
         }
     }
 
@@ -321,72 +325,122 @@ impl Tracer for EmbreeTracer<'_> {
             _ => (self.still, self.movable),
         };
         let Some(scene) = (if by == Blockers::Still { Some(still) } else { movable }) else { return };
-        let mask = ray_mask(by, purpose);
-        let coherence = to_embree_coherence(coherence, by);
-        for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
-            let open = lanes & !*blocked;
-            if open == 0 {
-                continue;
-            }
-            let mut ray = to_embree(packet, mask);
-            match purpose {
-                Purpose::Shadow => scene.occluded16(&Valid16::from_bits(open), &mut ray, coherence),
-                Purpose::Sight => {
-                    let own = self.own_ids(packet, by);
-                    scene.occluded16_past_own(&Valid16::from_bits(open), &mut ray, &own, coherence);
-                }
-            }
-            // Embree sets the end of a ray that is blocked to minus infinity
-            let is_set = |end: F32x8| end.le(F32x8::splat(f32::NEG_INFINITY)).bits();
-            let set = [0, LANES / 2].map(|first| is_set(F32x8::load(&ray.tfar, first)));
-            *blocked |= open & u16::from_le_bytes(set);
+        let question =
+            Question { scene, mask: ray_mask(by, purpose), purpose, coherence: to_embree_coherence(coherence, by) };
+        match self.width {
+            PacketWidth::Four => self.blocked_by::<4>(rays, &question, blocked),
+            PacketWidth::Eight => self.blocked_by::<8>(rays, &question, blocked),
+            PacketWidth::Sixteen => self.blocked_by::<16>(rays, &question, blocked),
         }
     }
 }
 
+/// What [`Tracer::blocked`] asks, in Embree's terms.
+struct Question<'a> {
+    scene: Committed<'a>,
+    mask: u32,
+    purpose: Purpose,
+    coherence: EmbreeCoherence,
+}
+
 impl EmbreeTracer<'_> {
-    fn convert_hits(&self, both: &RayHit16, lanes: u16, out: &mut HitPacket) {
-        out.t = both.ray.tfar;
-        out.u = both.hit.u;
-        out.v = both.hit.v;
-        for lane in 0..LANES {
-            let geometry = both.hit.geom_id[lane];
-            if geometry == INVALID || lanes >> lane & 1 == 0 {
-                out.model[lane] = NO_HIT;
-                continue;
+    /// In Embree's packets of N rays.
+    fn closest_by<const N: usize>(
+        &self,
+        rays: &RayBatch,
+        among: Among,
+        coherence: Coherence,
+        hits: &mut HitBatch,
+    ) {
+        let movable = self.movable.filter(|_| among == Among::All);
+        let [way, movable_way] =
+            [Blockers::Still, Blockers::Movable].map(|by| to_embree_coherence(coherence, by));
+        let mut both = RayHit::<N>::default();
+        both.ray.mask = [mask::ALL; N];
+        for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
+            for part in 0..LANES / N {
+                let (first, valid) = (part * N, Valid::from_bits(part_of::<N>(lanes, part)));
+                if part_of::<N>(lanes, part) == 0 {
+                    out.model[first..first + N].fill(NO_HIT);
+                    continue;
+                }
+                load(&mut both.ray, packet, first);
+                (both.hit.geom_id, both.hit.u, both.hit.v) = ([INVALID; N], [0.0; N], [0.0; N]);
+                self.still.intersect(&valid, &mut both, way);
+                if let Some(movable) = movable {
+                    movable.intersect(&valid, &mut both, movable_way);
+                }
+                out.t[first..first + N].copy_from_slice(&both.ray.tfar);
+                out.u[first..first + N].copy_from_slice(&both.hit.u);
+                out.v[first..first + N].copy_from_slice(&both.hit.v);
+                let triangles = (&mut out.model[first..first + N], &mut out.triangle[first..first + N]);
+                self.name_triangles(&both.hit, triangles);
             }
-            let part = match both.hit.inst_id[lane] {
-                INVALID => self.still_parts[geometry as usize],
-                instance => self.movable_parts[instance as usize][geometry as usize],
-            };
-            out.model[lane] = part.model;
-            out.triangle[lane] = part.first + both.hit.prim_id[lane];
         }
     }
 
-    /// What `packet`'s rays end on, in the ids of the scene that is asked.
-    fn own_ids(&self, packet: &RayPacket, by: Blockers) -> OwnPrims16 {
-        let mut own = OwnPrims16 { geom_id: [INVALID; 16], prim_id: [INVALID; 16], inst_id: [INVALID; 16] };
-        // beyond the last model are background, empty cells, and no hit
-        let place_of = |model: u32| {
-            let place = self.places.get(model as usize);
-            place.filter(|place| (place.instance == INVALID) == (by == Blockers::Still))
-        };
-        let models = &packet.own_model;
-        let is_one = are_same(models);
-        let one = place_of(models[0]);
-        if is_one && one.is_none() {
-            return own;
+    /// The same for [`Tracer::blocked`].
+    fn blocked_by<const N: usize>(&self, rays: &RayBatch, question: &Question, blocked: &mut [u16]) {
+        let Question { scene, purpose, coherence, .. } = *question;
+        let mut ray = Ray { mask: [question.mask; N], ..Ray::<N>::default() };
+        for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
+            let open = lanes & !*blocked;
+            let mut ends = [0.0; LANES];
+            for part in 0..LANES / N {
+                let (first, in_part) = (part * N, part_of::<N>(open, part));
+                if in_part == 0 {
+                    continue;
+                }
+                load(&mut ray, packet, first);
+                let valid = Valid::from_bits(in_part);
+                match purpose {
+                    Purpose::Shadow => scene.occluded(&valid, &mut ray, coherence),
+                    Purpose::Sight => scene.occluded_past(&valid, &mut ray, coherence, &|lane, met| {
+                        self.is_own(packet, first + lane, met)
+                    }),
+                }
+                ends[first..first + N].copy_from_slice(&ray.tfar);
+            }
+            // Embree sets the end of a ray that is blocked to minus infinity
+            let is_set = |end: F32x8| end.le(F32x8::splat(f32::NEG_INFINITY)).bits();
+            let set = [0, LANES / 2].map(|first| is_set(F32x8::load(&ends, first)));
+            *blocked |= open & u16::from_le_bytes(set);
         }
-        for (lane, (model, triangle)) in models.iter().zip(packet.own_triangle).enumerate() {
-            let Some(place) = (if is_one { one } else { place_of(*model) }) else { continue };
-            let half = usize::from(triangle >= place.split);
-            own.geom_id[lane] = place.geometries[half];
-            own.prim_id[lane] = if half == 0 { triangle } else { triangle - place.split };
-            own.inst_id[lane] = place.instance;
-        }
-        own
     }
+
+    /// The models and triangles that N rays met.
+    #[inline(always)]
+    fn name_triangles<const N: usize>(&self, hit: &Hit<N>, (models, triangles): (&mut [u32], &mut [u32])) {
+        for lane in 0..N {
+            if hit.geom_id[lane] == INVALID {
+                models[lane] = NO_HIT;
+                continue;
+            }
+            let part = self.part(hit.inst_id[lane], hit.geom_id[lane]);
+            models[lane] = part.model;
+            triangles[lane] = part.first + hit.prim_id[lane];
+        }
+    }
+
+    #[inline(always)]
+    fn part(&self, instance: u32, geometry: u32) -> Part {
+        match instance {
+            INVALID => self.still_parts[geometry as usize],
+            instance => self.movable_parts[instance as usize][geometry as usize],
+        }
+    }
+
+    /// Whether a ray of `packet` has met the triangle that its own sample is on.
+    fn is_own(&self, packet: &RayPacket, lane: usize, met: PrimId) -> bool {
+        let part = self.part(met.inst_id, met.geom_id);
+        part.model == packet.own_model[lane] && part.first + met.prim_id == packet.own_triangle[lane]
+    }
+}
+
+/// The bits of lanes `part * N..(part + 1) * N`.
+#[inline(always)]
+fn part_of<const N: usize>(lanes: u16, part: usize) -> u16 {
+    lanes >> (part * N) & (u16::MAX >> (LANES - N))
 }
 
 fn ray_mask(by: Blockers, purpose: Purpose) -> u32 {
@@ -401,20 +455,22 @@ fn ray_mask(by: Blockers, purpose: Purpose) -> u32 {
     models | triangles
 }
 
-fn to_embree(packet: &RayPacket, mask: u32) -> Ray16 {
-    Ray16 {
-        org_x: packet.origin[0],
-        org_y: packet.origin[1],
-        org_z: packet.origin[2],
-        tnear: packet.near.map(|near| near.max(LEAST_T)),
-        dir_x: packet.direction[0],
-        dir_y: packet.direction[1],
-        dir_z: packet.direction[2],
-        time: [0.0; LANES],
-        tfar: packet.far,
-        mask: [mask; LANES],
-        id: [0; LANES],
-        flags: [0; LANES],
+/// Copies the rays of `packet` from `first` on, and leaves their masks.
+#[inline(always)]
+fn load<const N: usize>(ray: &mut Ray<N>, packet: &RayPacket, first: usize) {
+    for (to, from) in [
+        (&mut ray.org_x, &packet.origin[0]),
+        (&mut ray.org_y, &packet.origin[1]),
+        (&mut ray.org_z, &packet.origin[2]),
+        (&mut ray.dir_x, &packet.direction[0]),
+        (&mut ray.dir_y, &packet.direction[1]),
+        (&mut ray.dir_z, &packet.direction[2]),
+        (&mut ray.tfar, &packet.far),
+    ] {
+        to.copy_from_slice(&from[first..first + N]);
+    }
+    for (to, from) in ray.tnear.iter_mut().zip(&packet.near[first..first + N]) {
+        *to = from.max(LEAST_T);
     }
 }
 

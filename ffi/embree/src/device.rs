@@ -1,6 +1,7 @@
 //! The device: Embree's threads, its memory count and its errors.
 
 use crate::error::{self, Error, ErrorCode};
+use crate::packet::PacketWidth;
 use embree4_sys as sys;
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -64,6 +65,17 @@ impl Device {
             self.property(sys::RTC_DEVICE_PROPERTY_VERSION_MINOR),
             self.property(sys::RTC_DEVICE_PROPERTY_VERSION_PATCH)
         )
+    }
+
+    /// The widest packets that this processor traces as packets, within the instruction sets that the
+    /// configuration allows (`"isa=avx2"`).
+    pub fn native_width(&self) -> PacketWidth {
+        let property = |width| match width {
+            PacketWidth::Four => sys::RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED,
+            PacketWidth::Eight => sys::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
+            PacketWidth::Sixteen => sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED,
+        };
+        PacketWidth::widest(|width| self.property(property(width)) != 0)
     }
 
     /// Bytes that Embree has allocated for the scenes of this device, without the buffers that geometries

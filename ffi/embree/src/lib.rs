@@ -1,11 +1,11 @@
-//! A safe wrapper of [Embree 4](https://www.embree.org) for tracing packets of 16 rays.
+//! A safe wrapper of [Embree 4](https://www.embree.org) for tracing packets of 4, 8 or 16 rays.
 //!
 //! A [`Device`] makes [`Scene`]s. A scene holds meshes ([`Geometry`]) and instances of [`FrozenScene`]s.
-//! [`Scene::commit`] builds it and gives a [`Committed`], which answers rays: [`intersect16`] for the closest
-//! hit, [`occluded16`] for any hit, [`occluded16_past_own`] for any hit but one's own primitive.
+//! [`Scene::commit`] builds it and gives a [`Committed`], which answers rays: [`intersect`] for the closest
+//! hit, [`occluded`] for any hit, [`occluded_past`] for any hit but with primitives that a ray passes.
 //!
 //! ```
-//! use embree::{BuildQuality, Coherence, Device, Geometry, Ray16, RayHit16, Scene, Valid16, VertexBuffer};
+//! use embree::{BuildQuality, Coherence, Device, Geometry, Ray, RayHit, Scene, Valid, VertexBuffer};
 //! use std::sync::Arc;
 //!
 //! let device = Device::new("")?;
@@ -17,10 +17,10 @@
 //! let id = scene.attach(&triangle)?;
 //! let tracer = scene.commit()?;
 //!
-//! let mut rays = Ray16::default();
+//! let mut rays = Ray::<8>::default();
 //! rays.set(0, [0.25, 0.25, 1.0], [0.0, 0.0, -1.0], 0.0, f32::INFINITY);
-//! let mut packet = RayHit16::new(rays);
-//! tracer.intersect16(&Valid16::first(1), &mut packet, Coherence::Coherent);
+//! let mut packet = RayHit::new(rays);
+//! tracer.intersect(&Valid::first(1), &mut packet, Coherence::Coherent);
 //! assert_eq!(packet.hit.geom_id[0], id.0);
 //! assert_eq!(packet.ray.tfar[0], 1.0);
 //! # Ok::<(), embree::Error>(())
@@ -29,21 +29,21 @@
 //! # What the compiler forbids
 //! A scene cannot change while it is traced, because [`Committed`] borrows it:
 //! ```compile_fail,E0499
-//! # use embree::{BuildQuality, Coherence, Device, Geometry, Ray16, Scene, Valid16};
+//! # use embree::{BuildQuality, Coherence, Device, Geometry, Ray, Scene, Valid};
 //! fn wrong(scene: &mut Scene, more: &Geometry) -> Result<(), embree::Error> {
 //!     let tracer = scene.commit()?;
 //!     scene.attach(more)?;
-//!     tracer.occluded16(&Valid16::ALL, &mut Ray16::default(), Coherence::Coherent);
+//!     tracer.occluded(&Valid::<8>::ALL, &mut Ray::default(), Coherence::Coherent);
 //!     Ok(())
 //! }
 //! ```
 //! nor go away:
 //! ```compile_fail,E0505
-//! # use embree::{BuildQuality, Coherence, Device, Ray16, Scene, Valid16};
+//! # use embree::{BuildQuality, Coherence, Device, Ray, Scene, Valid};
 //! fn wrong(mut scene: Scene) -> Result<(), embree::Error> {
 //!     let tracer = scene.commit()?;
 //!     drop(scene);
-//!     tracer.occluded16(&Valid16::ALL, &mut Ray16::default(), Coherence::Coherent);
+//!     tracer.occluded(&Valid::<8>::ALL, &mut Ray::default(), Coherence::Coherent);
 //!     Ok(())
 //! }
 //! ```
@@ -80,9 +80,9 @@
 //! The build script's metadata reach direct dependents: `DEP_EMBREE_RPATH` (a folder to write into programs as
 //! run path, empty if none is needed) and `DEP_EMBREE_VERSION` (of the headers).
 //!
-//! [`intersect16`]: Committed::intersect16
-//! [`occluded16`]: Committed::occluded16
-//! [`occluded16_past_own`]: Committed::occluded16_past_own
+//! [`intersect`]: Committed::intersect
+//! [`occluded`]: Committed::occluded
+//! [`occluded_past`]: Committed::occluded_past
 
 mod device;
 mod error;
@@ -94,6 +94,6 @@ mod scene;
 pub use device::Device;
 pub use error::{Error, ErrorCode};
 pub use geometry::{Geometry, VertexBuffer};
-pub use packet::{Hit16, INVALID, LANES, OwnPrims16, Ray16, RayHit16, Valid16};
+pub use packet::{Hit, INVALID, PacketWidth, PrimId, Ray, RayHit, Valid};
 pub use query::{Bounds, Coherence, Committed};
 pub use scene::{BuildQuality, FrozenScene, GeometryId, Scene};

@@ -1,4 +1,4 @@
-//! Packets of 16 rays, laid out as Embree reads them.
+//! Packets of 4, 8 or 16 rays, laid out as Embree reads them.
 
 use embree4_sys as sys;
 use std::mem::offset_of;
@@ -6,19 +6,40 @@ use std::mem::offset_of;
 /// The id that means "no hit" as `geom_id`, and "not in an instance" as `inst_id`.
 pub const INVALID: u32 = sys::RTC_INVALID_GEOMETRY_ID;
 
-/// F32x8 in a packet.
-pub const LANES: usize = 16;
+/// How many rays Embree traces in one packet. The numbers are those that its functions are named after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PacketWidth {
+    /// Native with SSE 4.2, and with anything newer.
+    Four = 4,
+    /// Native with AVX and AVX2.
+    Eight = 8,
+    /// Native with AVX-512.
+    Sixteen = 16,
+}
 
-/// Which of the 16 rays of a packet take part.
+impl PacketWidth {
+    /// The widest for which `is_native` holds, or else 4. Packets wider than what is native are taken apart by
+    /// Embree and traced ray by ray.
+    pub fn widest(is_native: impl Fn(Self) -> bool) -> Self {
+        [Self::Sixteen, Self::Eight].into_iter().find(|width| is_native(*width)).unwrap_or(Self::Four)
+    }
+
+    /// Rays in a packet.
+    pub fn lanes(self) -> usize {
+        self as usize
+    }
+}
+
+/// Which of the rays of a packet take part.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Valid16([i32; LANES]);
+pub struct Valid<const N: usize>([i32; N]);
 
-impl Valid16 {
+impl<const N: usize> Valid<N> {
     /// All rays.
-    pub const ALL: Self = Self([-1; LANES]);
+    pub const ALL: Self = Self([-1; N]);
     /// No ray.
-    pub const NONE: Self = Self([0; LANES]);
+    pub const NONE: Self = Self([0; N]);
 
     /// The rays for which `is_on(lane)` holds.
     #[inline]
@@ -62,43 +83,43 @@ impl Valid16 {
     }
 }
 
-/// 16 ray segments: the points `org + t * dir` with `tnear <= t <= tfar`.
+/// N ray segments: the points `org + t * dir` with `tnear <= t <= tfar`.
 ///
 /// Nothing here needs to be normalised: `t` counts lengths of `dir`. What a ray hits that has a NaN or an
 /// infinite origin or direction is undefined (and slow to find out), but harms nothing.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray16 {
+pub struct Ray<const N: usize> {
     /// Origins, world space.
-    pub org_x: [f32; LANES],
+    pub org_x: [f32; N],
     /// Origins, world space.
-    pub org_y: [f32; LANES],
+    pub org_y: [f32; N],
     /// Origins, world space.
-    pub org_z: [f32; LANES],
+    pub org_z: [f32; N],
     /// Start of the segment, at least 0.
-    pub tnear: [f32; LANES],
+    pub tnear: [f32; N],
     /// Directions, world space, of any length.
-    pub dir_x: [f32; LANES],
+    pub dir_x: [f32; N],
     /// Directions, world space, of any length.
-    pub dir_y: [f32; LANES],
+    pub dir_y: [f32; N],
     /// Directions, world space, of any length.
-    pub dir_z: [f32; LANES],
+    pub dir_z: [f32; N],
     /// Time for motion blur; unused here.
-    pub time: [f32; LANES],
-    /// End of the segment. `intersect16` moves it to the hit, `occluded16` sets it to minus infinity.
-    pub tfar: [f32; LANES],
+    pub time: [f32; N],
+    /// End of the segment. `intersect` moves it to the hit, `occluded` sets it to minus infinity.
+    pub tfar: [f32; N],
     /// Meets geometries and instances whose mask has a bit in common.
-    pub mask: [u32; LANES],
-    /// Free for the caller, except that `occluded16_past_own` writes the lane's number here.
-    pub id: [u32; LANES],
+    pub mask: [u32; N],
+    /// Free for the caller, except that `occluded_past` writes the lane's number here.
+    pub id: [u32; N],
     /// Reserved by Embree, 0.
-    pub flags: [u32; LANES],
+    pub flags: [u32; N],
 }
 
-impl Default for Ray16 {
+impl<const N: usize> Default for Ray<N> {
     /// Rays from the origin in no direction, 0 to infinity, that meet every mask.
     fn default() -> Self {
-        let zero = [0.0; LANES];
+        let zero = [0.0; N];
         Self {
             org_x: zero,
             org_y: zero,
@@ -108,15 +129,15 @@ impl Default for Ray16 {
             dir_y: zero,
             dir_z: zero,
             time: zero,
-            tfar: [f32::INFINITY; LANES],
-            mask: [u32::MAX; LANES],
-            id: [0; LANES],
-            flags: [0; LANES],
+            tfar: [f32::INFINITY; N],
+            mask: [u32::MAX; N],
+            id: [0; N],
+            flags: [0; N],
         }
     }
 }
 
-impl Ray16 {
+impl<const N: usize> Ray<N> {
     /// Sets one lane's segment and leaves its mask.
     #[inline]
     pub fn set(&mut self, lane: usize, org: [f32; 3], dir: [f32; 3], tnear: f32, tfar: f32) {
@@ -126,42 +147,42 @@ impl Ray16 {
         self.tfar[lane] = tfar;
     }
 
-    /// Whether `occluded16` found something in this lane's way.
+    /// Whether `occluded` found something in this lane's way.
     #[inline]
     pub fn is_occluded(&self, lane: usize) -> bool {
         self.tfar[lane] == f32::NEG_INFINITY
     }
 }
 
-/// What 16 rays hit. A lane is written when something is hit and left alone otherwise.
-#[repr(C, align(64))]
+/// What N rays hit. A lane is written when something is hit and left alone otherwise.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit16 {
+pub struct Hit<const N: usize> {
     /// Normal of the triangle, not normalised, in the **object's** space: (v1 - v0) x (v2 - v0).
-    pub ng_x: [f32; LANES],
+    pub ng_x: [f32; N],
     /// See `ng_x`.
-    pub ng_y: [f32; LANES],
+    pub ng_y: [f32; N],
     /// See `ng_x`.
-    pub ng_z: [f32; LANES],
+    pub ng_z: [f32; N],
     /// Barycentric weight of the triangle's second corner.
-    pub u: [f32; LANES],
+    pub u: [f32; N],
     /// Barycentric weight of the triangle's third corner.
-    pub v: [f32; LANES],
+    pub v: [f32; N],
     /// Number of the triangle in its mesh.
-    pub prim_id: [u32; LANES],
+    pub prim_id: [u32; N],
     /// Number of the mesh in the scene that holds it, or [`INVALID`] for no hit.
-    pub geom_id: [u32; LANES],
+    pub geom_id: [u32; N],
     /// Number of the instance in the scene that was traced, or [`INVALID`] for a mesh of that scene itself.
-    pub inst_id: [u32; LANES],
+    pub inst_id: [u32; N],
     /// Number in an instance array; there are none here, so that it says nothing.
-    pub inst_prim_id: [u32; LANES],
+    pub inst_prim_id: [u32; N],
 }
 
-impl Default for Hit16 {
+impl<const N: usize> Default for Hit<N> {
     /// No hit.
     fn default() -> Self {
-        let zero = [0.0; LANES];
-        let none = [INVALID; LANES];
+        let zero = [0.0; N];
+        let none = [INVALID; N];
         Self {
             ng_x: zero,
             ng_y: zero,
@@ -176,7 +197,7 @@ impl Default for Hit16 {
     }
 }
 
-impl Hit16 {
+impl<const N: usize> Hit<N> {
     /// Whether this lane's ray hit something.
     #[inline]
     pub fn is_hit(&self, lane: usize) -> bool {
@@ -186,85 +207,111 @@ impl Hit16 {
     /// Forgets all hits, so that the packet can be used again.
     #[inline]
     pub fn clear(&mut self) {
-        self.geom_id = [INVALID; LANES];
-        self.inst_id = [INVALID; LANES];
+        self.geom_id = [INVALID; N];
+        self.inst_id = [INVALID; N];
     }
 }
 
-/// 16 rays and their hits.
+/// N rays and their hits.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RayHit16 {
+pub struct RayHit<const N: usize> {
     /// The rays.
-    pub ray: Ray16,
+    pub ray: Ray<N>,
     /// Their hits.
-    pub hit: Hit16,
+    pub hit: Hit<N>,
 }
 
-impl RayHit16 {
+impl<const N: usize> RayHit<N> {
     /// Rays that have hit nothing yet.
-    pub fn new(ray: Ray16) -> Self {
-        Self { ray, hit: Hit16::default() }
+    pub fn new(ray: Ray<N>) -> Self {
+        Self { ray, hit: Hit::default() }
     }
 }
 
-/// For each lane the primitive that must not occlude it, by all three ids of a [`Hit16`].
-/// `prim_id` = [`INVALID`] excludes nothing.
-#[repr(C, align(64))]
+/// A triangle, by all three ids of a [`Hit`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OwnPrims16 {
+pub struct PrimId {
     /// The mesh.
-    pub geom_id: [u32; LANES],
+    pub geom_id: u32,
     /// The triangle.
-    pub prim_id: [u32; LANES],
+    pub prim_id: u32,
     /// The instance, [`INVALID`] for a mesh of the traced scene itself.
-    pub inst_id: [u32; LANES],
+    pub inst_id: u32,
 }
 
-impl Default for OwnPrims16 {
-    /// Excludes nothing.
-    fn default() -> Self {
-        Self { geom_id: [INVALID; LANES], prim_id: [INVALID; LANES], inst_id: [INVALID; LANES] }
-    }
-}
-
-/// Where a field of one of ours stands must be where Embree's stands.
+/// Where a field of one of ours stands must be where Embree's stands. Ours may be longer, because of its alignment.
 macro_rules! same_layout {
     ($ours:ty, $embrees:ty, $($field:ident = $c_field:ident),+) => {
         const _: () = {
-            assert!(size_of::<$ours>() == size_of::<$embrees>(), "Embree was built with other options");
-            assert!(align_of::<$ours>() >= align_of::<$embrees>());
+            assert!(size_of::<$ours>() >= size_of::<$embrees>(), "Embree was built with other options");
             $(assert!(offset_of!($ours, $field) == offset_of!($embrees, $c_field));)+
         };
     };
 }
-same_layout!(
-    Ray16,
-    sys::RTCRay16,
-    org_x = org_x,
-    org_y = org_y,
-    org_z = org_z,
-    tnear = tnear,
-    dir_x = dir_x,
-    dir_y = dir_y,
-    dir_z = dir_z,
-    time = time,
-    tfar = tfar,
-    mask = mask,
-    id = id,
-    flags = flags
+macro_rules! same_packets {
+    ($($n:literal: $ray:ident, $hit:ident, $ray_hit:ident;)+) => {$(
+        same_layout!(
+            Ray<$n>,
+            sys::$ray,
+            org_x = org_x,
+            org_y = org_y,
+            org_z = org_z,
+            tnear = tnear,
+            dir_x = dir_x,
+            dir_y = dir_y,
+            dir_z = dir_z,
+            time = time,
+            tfar = tfar,
+            mask = mask,
+            id = id,
+            flags = flags
+        );
+        same_layout!(
+            Hit<$n>,
+            sys::$hit,
+            ng_x = Ng_x,
+            ng_y = Ng_y,
+            ng_z = Ng_z,
+            u = u,
+            v = v,
+            prim_id = primID,
+            geom_id = geomID,
+            inst_id = instID,
+            inst_prim_id = instPrimID
+        );
+        same_layout!(RayHit<$n>, sys::$ray_hit, ray = ray, hit = hit);
+        // what Embree is given; it reads 4 * N bytes at a time
+        const _: () = assert!(
+            align_of::<Ray<$n>>() >= align_of::<sys::$ray>()
+                && align_of::<RayHit<$n>>() >= align_of::<sys::$ray_hit>()
+                && align_of::<Valid<$n>>() >= 4 * $n
+                && size_of::<Ray<$n>>() == size_of::<sys::$ray>()
+                && size_of::<Hit<$n>>() == size_of::<sys::$hit>()
+        );
+    )+};
+}
+same_packets!(
+    4: RTCRay4, RTCHit4, RTCRayHit4;
+    8: RTCRay8, RTCHit8, RTCRayHit8;
+    16: RTCRay16, RTCHit16, RTCRayHit16;
 );
-same_layout!(
-    Hit16,
-    sys::RTCHit16,
-    ng_x = Ng_x,
-    ng_y = Ng_y,
-    ng_z = Ng_z,
-    u = u,
-    v = v,
-    prim_id = primID,
-    geom_id = geomID,
-    inst_id = instID,
-    inst_prim_id = instPrimID
-);
-same_layout!(RayHit16, sys::RTCRayHit16, ray = ray, hit = hit);
+
+#[cfg(test)]
+mod tests {
+    use super::PacketWidth::{self, Eight, Four, Sixteen};
+
+    #[test]
+    fn the_widest_native_packets_are_taken() {
+        for (native, widest) in [
+            (&[Four, Eight, Sixteen][..], Sixteen),
+            (&[Four, Eight], Eight),
+            (&[Four], Four),
+            (&[Four, Sixteen], Sixteen),
+            (&[], Four),
+        ] {
+            assert_eq!(PacketWidth::widest(|width| native.contains(&width)), widest, "{native:?}");
+        }
+        assert_eq!([Four, Eight, Sixteen].map(PacketWidth::lanes), [4, 8, 16]);
+    }
+}

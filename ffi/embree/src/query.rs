@@ -1,7 +1,8 @@
 //! Tracing: the queries of a scene that is committed, and nothing that could change it.
 
-use crate::packet::{LANES, OwnPrims16, Ray16, RayHit16, Valid16};
+use crate::packet::{PrimId, Ray, RayHit, Valid};
 use embree4_sys as sys;
+use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::ptr;
 
@@ -55,51 +56,83 @@ impl Committed<'_> {
 
     /// The closest hit of each ray that takes part: `ray.tfar` and the lane of `packet.hit` are written, or
     /// left alone if nothing is hit. Begin with `hit.geom_id` [`INVALID`](crate::INVALID).
+    ///
+    /// `N` is 4, 8 or 16, and packets of [`Device::native_width`](crate::Device::native_width) are the fastest.
     #[inline]
-    pub fn intersect16(&self, valid: &Valid16, packet: &mut RayHit16, coherence: Coherence) {
+    pub fn intersect<const N: usize>(
+        &self,
+        valid: &Valid<N>,
+        packet: &mut RayHit<N>,
+        coherence: Coherence,
+    ) {
+        const { assert!(is_width(N), "Embree has packets of 4, 8 and 16") }
         let mut arguments = sys::init_intersect_arguments();
         arguments.flags = coherence.flag();
+        let (valid, packet, arguments) =
+            (valid.as_ptr(), ptr::from_mut(packet).cast::<c_void>(), &raw mut arguments);
         // SAFETY: the scene is live and committed; packet and mask have the layout (checked when compiled) and
-        // the alignment of Embree's; no callback is passed.
+        // the alignment of Embree's for N rays; no callback is passed.
         unsafe {
-            sys::rtcIntersect16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
+            match N {
+                4 => sys::rtcIntersect4(valid, self.scene, packet.cast(), arguments),
+                8 => sys::rtcIntersect8(valid, self.scene, packet.cast(), arguments),
+                _ => sys::rtcIntersect16(valid, self.scene, packet.cast(), arguments),
+            }
         }
     }
 
     /// Whether anything stands in the way of each ray that takes part: then its `tfar` becomes minus infinity.
     #[inline]
-    pub fn occluded16(&self, valid: &Valid16, packet: &mut Ray16, coherence: Coherence) {
+    pub fn occluded<const N: usize>(&self, valid: &Valid<N>, packet: &mut Ray<N>, coherence: Coherence) {
         let mut arguments = sys::init_occluded_arguments();
         arguments.flags = coherence.flag();
-        // SAFETY: as in `intersect16`.
-        unsafe {
-            sys::rtcOccluded16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
-        }
+        // SAFETY: no callback is passed.
+        unsafe { self.ask_occluded(valid, packet, &mut arguments) };
     }
 
-    /// As [`occluded16`](Self::occluded16), except that a ray is never occluded by its own primitive. So a
-    /// segment may end on the very surface it belongs to, and no occluder close to that surface is missed.
+    /// As [`occluded`](Self::occluded), except that a ray, known by its lane, passes those primitives for which
+    /// `passes` holds. So a segment that passes the surface it belongs to may end on that very surface, and no
+    /// occluder close to it is missed.
     ///
-    /// Overwrites `packet.id`.
+    /// Overwrites `packet.id`. A panic of `passes` ends the program.
     #[inline]
-    pub fn occluded16_past_own(
+    pub fn occluded_past<const N: usize, F: Fn(usize, PrimId) -> bool>(
         &self,
-        valid: &Valid16,
-        packet: &mut Ray16,
-        own: &OwnPrims16,
+        valid: &Valid<N>,
+        packet: &mut Ray<N>,
         coherence: Coherence,
+        passes: &F,
     ) {
         // Embree may call the filter with the rays in another order, or one by one: the id tells the lane.
-        packet.id = LANE_NUMBERS;
-        let mut context = OwnContext { embrees: sys::init_ray_query_context(), own };
+        packet.id = std::array::from_fn(|lane| lane as u32);
+        let mut context = PassContext { embrees: sys::init_ray_query_context(), passes };
         let mut arguments = sys::init_occluded_arguments();
         arguments.flags = coherence.flag() | sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
         arguments.context = (&raw mut context).cast();
-        arguments.filter = Some(let_own_pass);
-        // SAFETY: as in `intersect16`; the context begins with Embree's part and outlives the call, and the
-        // filter gets this context because this call passes it.
+        arguments.filter = Some(let_pass::<F>);
+        // SAFETY: the context begins with Embree's part and outlives the call; the filter gets this context, and
+        // is made for its type.
+        unsafe { self.ask_occluded(valid, packet, &mut arguments) };
+    }
+
+    /// # Safety
+    /// The callbacks of `arguments`, if any, are sound with its context.
+    #[inline]
+    unsafe fn ask_occluded<const N: usize>(
+        &self,
+        valid: &Valid<N>,
+        packet: &mut Ray<N>,
+        arguments: &mut sys::RTCOccludedArguments,
+    ) {
+        const { assert!(is_width(N), "Embree has packets of 4, 8 and 16") }
+        let (valid, packet) = (valid.as_ptr(), ptr::from_mut(packet).cast::<c_void>());
+        // SAFETY: as in `intersect`, and by contract.
         unsafe {
-            sys::rtcOccluded16(valid.as_ptr(), self.scene, ptr::from_mut(packet).cast(), &raw mut arguments);
+            match N {
+                4 => sys::rtcOccluded4(valid, self.scene, packet.cast(), arguments),
+                8 => sys::rtcOccluded8(valid, self.scene, packet.cast(), arguments),
+                _ => sys::rtcOccluded16(valid, self.scene, packet.cast(), arguments),
+            }
         }
     }
 
@@ -125,24 +158,28 @@ impl Committed<'_> {
     }
 }
 
-const LANE_NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
-
-/// What [`let_own_pass`] is told, behind what Embree itself needs.
-#[repr(C)]
-struct OwnContext<'a> {
-    embrees: sys::RTCRayQueryContext,
-    own: &'a OwnPrims16,
+const fn is_width(lanes: usize) -> bool {
+    matches!(lanes, 4 | 8 | 16)
 }
 
-/// Occlusion filter: rejects the hits of rays with their own primitives, so that traversal goes on.
+/// What [`let_pass`] is told, behind what Embree itself needs.
+#[repr(C)]
+struct PassContext<'a, F> {
+    embrees: sys::RTCRayQueryContext,
+    passes: &'a F,
+}
+
+/// Occlusion filter: rejects the hits with primitives that their rays pass, so that traversal goes on.
 ///
 /// # Safety
-/// Embree calls this from `occluded16_past_own` alone, with an [`OwnContext`] as context.
-unsafe extern "C" fn let_own_pass(arguments: *const sys::RTCFilterFunctionNArguments) {
+/// Embree calls this from `occluded_past` alone, with a [`PassContext`] of the same `F` as context.
+unsafe extern "C" fn let_pass<F: Fn(usize, PrimId) -> bool>(
+    arguments: *const sys::RTCFilterFunctionNArguments,
+) {
     // SAFETY: Embree passes live arguments.
     let arguments = unsafe { &*arguments };
     // SAFETY: by contract; the context lives on the stack of the caller.
-    let own = unsafe { &*arguments.context.cast::<OwnContext<'_>>() }.own;
+    let passes = unsafe { &*arguments.context.cast::<PassContext<'_, F>>() }.passes;
     let count = arguments.N as usize;
     let (ray, hit) = (arguments.ray.cast::<u32>(), arguments.hit.cast::<u32>());
     for i in 0..count {
@@ -153,11 +190,13 @@ unsafe extern "C" fn let_own_pass(arguments: *const sys::RTCFilterFunctionNArgum
             if *valid == 0 {
                 continue;
             }
-            let lane = *ray.add(sys::RTC_RAY_N_ID_ROW * count + i) as usize % LANES;
-            let is_own = *hit.add(sys::RTC_HIT_N_PRIM_ID_ROW * count + i) == own.prim_id[lane]
-                && *hit.add(sys::RTC_HIT_N_GEOM_ID_ROW * count + i) == own.geom_id[lane]
-                && *hit.add(sys::RTC_HIT_N_INST_ID_ROW * count + i) == own.inst_id[lane];
-            if is_own {
+            let lane = *ray.add(sys::RTC_RAY_N_ID_ROW * count + i) as usize;
+            let met = PrimId {
+                geom_id: *hit.add(sys::RTC_HIT_N_GEOM_ID_ROW * count + i),
+                prim_id: *hit.add(sys::RTC_HIT_N_PRIM_ID_ROW * count + i),
+                inst_id: *hit.add(sys::RTC_HIT_N_INST_ID_ROW * count + i),
+            };
+            if passes(lane, met) {
                 *valid = 0;
             }
         }
