@@ -10,15 +10,62 @@ use afterimage::animation::{Track, TransformTrack};
 use afterimage::pose::Pose;
 use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
-use afterimage::trace::{Among, BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer};
+use afterimage::trace::embree::EmbreeBackend;
+use afterimage::trace::{
+    Among, Backend, BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer,
+};
 use glam::{DVec3, Vec3};
 use toy::{floor, keys, matt, mesh, moving, octahedron, still};
 
-const KINDS: [(BackendKind, Build); 3] = [
-    (BackendKind::Embree, Build::Best),
-    (BackendKind::Embree, Build::Quick),
-    (BackendKind::Rust, Build::Best),
+/// What answers, and how it was built.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Rust,
+    Embree(Build),
+    /// Within an instruction set that has no packets of sixteen: in halves, or in quarters.
+    EmbreeOf(&'static str),
+}
+
+const KINDS: [Kind; 5] = [
+    Kind::Embree(Build::Best),
+    Kind::Embree(Build::Quick),
+    Kind::EmbreeOf("isa=avx2"),
+    Kind::EmbreeOf("isa=sse4.2"),
+    Kind::Rust,
 ];
+
+impl Kind {
+    fn build(self, scene: &Scene) -> Box<dyn Backend> {
+        match self {
+            Self::Rust => BackendKind::Rust.build(scene, Build::Best).unwrap(),
+            Self::Embree(build) => BackendKind::Embree.build(scene, build).unwrap(),
+            Self::EmbreeOf(isa) => Box::new(EmbreeBackend::with_config(scene, Build::Best, isa).unwrap()),
+        }
+    }
+
+    /// Whether this machine has the instructions.
+    fn is_here(self) -> bool {
+        match self {
+            Self::Rust | Self::Embree(_) => true,
+            Self::EmbreeOf(isa) => has_isa(isa),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_isa(isa: &str) -> bool {
+    isa != "isa=avx2" || is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_isa(_: &str) -> bool {
+    false
+}
+
+fn kinds() -> impl Iterator<Item = Kind> {
+    KINDS.into_iter().filter(|kind| kind.is_here())
+}
+
 const WAYS: [Coherence; 4] =
     [Coherence::Coherent, Coherence::Bounced, Coherence::Fanned, Coherence::Incoherent];
 
@@ -34,10 +81,10 @@ fn on_each(scene: &Scene, check: impl Fn(&dyn Tracer, Coherence)) {
 
 fn on_each_moved(scene: &Scene, moved: &[bool], check: impl Fn(&dyn Tracer, Coherence)) {
     let pose = Pose::of(scene, 1);
-    for (kind, build) in KINDS {
-        let mut backend = kind.build(scene, build).unwrap();
+    for kind in kinds() {
+        let mut backend = kind.build(scene);
         let tracer = backend.commit(&pose, moved).unwrap();
-        println!("{} {build:?}", kind.name());
+        println!("{kind:?}");
         WAYS.into_iter().for_each(|way| check(&*tracer, way));
     }
 }
@@ -400,13 +447,13 @@ fn random_rays(scene: &Scene, spread: f32) -> RayBatch {
 
 /// Compares all tracers with the first: the same answer, or one that is as far, but for one ray in two thousand.
 fn assert_agreement(scene: &Scene) {
-    KINDS[1..].iter().for_each(|kind| assert_two_agree(scene, [KINDS[0], *kind]));
+    kinds().skip(1).for_each(|kind| assert_two_agree(scene, [KINDS[0], kind]));
 }
 
-fn assert_two_agree(scene: &Scene, kinds: [(BackendKind, Build); 2]) {
+fn assert_two_agree(scene: &Scene, kinds: [Kind; 2]) {
     let pose = Pose::of(scene, 1);
     let moved = vec![true; scene.models.len()];
-    let [mut first, mut second] = kinds.map(|(kind, build)| kind.build(scene, build).unwrap());
+    let [mut first, mut second] = kinds.map(|kind| kind.build(scene));
     let (first, second) = (first.commit(&pose, &moved).unwrap(), second.commit(&pose, &moved).unwrap());
     for (way, spread) in
         [(Coherence::Coherent, 0.01), (Coherence::Coherent, 0.5), (Coherence::Incoherent, 1.0)]
@@ -424,7 +471,7 @@ fn assert_two_agree(scene: &Scene, kinds: [(BackendKind, Build); 2]) {
                 _ => apart += 1,
             }
         }
-        println!("{met} meet, {neighbours} of them another triangle there, {apart} apart");
+        println!("{:?}: {met} meet, {neighbours} of them another triangle there, {apart} apart", kinds[1]);
         assert!(met > 1000 && apart * 2000 <= rays.len(), "{apart} of {} apart", rays.len());
         for purpose in [Purpose::Sight, Purpose::Shadow] {
             for by in [Blockers::Still, Blockers::Movable] {
@@ -433,7 +480,7 @@ fn assert_two_agree(scene: &Scene, kinds: [(BackendKind, Build); 2]) {
                 assert!(apart * 2000 <= rays.len(), "{by:?} {purpose:?}: {apart} apart");
             }
         }
-        if kinds[1].0 != BackendKind::Rust {
+        if !matches!(kinds[1], Kind::Rust) {
             continue;
         }
         // its beams and single rays give the same floats

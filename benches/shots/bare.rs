@@ -137,7 +137,8 @@ impl Bare {
             primary.par_iter().map(|tile| self.parts.surfaces(scene, &pose, tile)).collect();
         drop(primary);
         for light in &pose.lights {
-            let mut shadow: Vec<Packets<N>> = surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
+            let mut shadow: Vec<Packets<N>> =
+                surfaces.par_iter().map(|tile| shadow_rays(tile, light)).collect();
             let are_near: Vec<bool> = shadow.par_iter().map(|tile| scenes.may_occlude(tile)).collect();
             cost.time(|| {
                 let tiles = shadow.par_iter_mut().zip(&are_near);
@@ -364,9 +365,9 @@ fn prepared<const N: usize>(rays: &RayBatch, mask: u32) -> impl Iterator<Item = 
     let parts = rays.packets().flat_map(|(packet, lanes)| {
         (0..LANES).step_by(N).map(move |first| (packet, lanes >> first & (u16::MAX >> (LANES - N)), first))
     });
-    parts.filter(|(_, lanes, _)| *lanes != 0).map(move |(packet, lanes, first)| {
-        (Valid::from_bits(lanes), part(packet, first, mask))
-    })
+    parts
+        .filter(|(_, lanes, _)| *lanes != 0)
+        .map(move |(packet, lanes, first)| (Valid::from_bits(lanes), part(packet, first, mask)))
 }
 
 /// The rays of `packet` from `first` on.

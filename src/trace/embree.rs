@@ -325,8 +325,12 @@ impl Tracer for EmbreeTracer<'_> {
             _ => (self.still, self.movable),
         };
         let Some(scene) = (if by == Blockers::Still { Some(still) } else { movable }) else { return };
-        let question =
-            Question { scene, mask: ray_mask(by, purpose), purpose, coherence: to_embree_coherence(coherence, by) };
+        let question = Question {
+            scene,
+            mask: ray_mask(by, purpose),
+            purpose,
+            coherence: to_embree_coherence(coherence, by),
+        };
         match self.width {
             PacketWidth::Four => self.blocked_by::<4>(rays, &question, blocked),
             PacketWidth::Eight => self.blocked_by::<8>(rays, &question, blocked),

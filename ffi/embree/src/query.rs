@@ -59,12 +59,7 @@ impl Committed<'_> {
     ///
     /// `N` is 4, 8 or 16, and packets of [`Device::native_width`](crate::Device::native_width) are the fastest.
     #[inline]
-    pub fn intersect<const N: usize>(
-        &self,
-        valid: &Valid<N>,
-        packet: &mut RayHit<N>,
-        coherence: Coherence,
-    ) {
+    pub fn intersect<const N: usize>(&self, valid: &Valid<N>, packet: &mut RayHit<N>, coherence: Coherence) {
         const { assert!(is_width(N), "Embree has packets of 4, 8 and 16") }
         let mut arguments = sys::init_intersect_arguments();
         arguments.flags = coherence.flag();

@@ -4,15 +4,15 @@
 mod scenes;
 
 use embree::{
-    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId, RayHit16,
-    Scene, Valid16, VertexBuffer,
+    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId, PacketWidth,
+    RayHit, Scene, Valid, VertexBuffer,
 };
 use scenes::{IDENTITY, UNIT_TRIANGLE, device, down, medium, mesh, moved};
 use std::sync::Arc;
 
 fn hits(tracer: Committed<'_>) -> usize {
-    let mut packet = RayHit16::new(down(|lane| [0.01 * lane as f32, 0.01, 1.0]));
-    tracer.intersect16(&Valid16::ALL, &mut packet, Coherence::Coherent);
+    let mut packet = RayHit::<16>::new(down(|lane| [0.01 * lane as f32, 0.01, 1.0]));
+    tracer.intersect(&Valid::ALL, &mut packet, Coherence::Coherent);
     (0..16).filter(|&lane| packet.hit.is_hit(lane)).count()
 }
 
@@ -31,6 +31,23 @@ fn a_wrong_configuration_is_refused_in_embrees_words() {
     assert_eq!(Device::new("a\0b").unwrap_err().code(), ErrorCode::InvalidArgument);
     // The failure is taken, not left for the next call.
     assert!(Device::new("threads=1").is_ok());
+}
+
+#[test]
+#[cfg(target_arch = "x86_64")]
+fn the_native_width_is_that_of_the_instruction_set() {
+    let width = |config| Device::new(config).unwrap().native_width();
+    assert_eq!(width("threads=1,isa=sse4.2"), PacketWidth::Four);
+    if is_x86_feature_detected!("avx2") {
+        assert_eq!(width("threads=1,isa=avx2"), PacketWidth::Eight);
+    }
+    let is_wide = is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512cd")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512vl");
+    // an Embree may have been built without AVX-512, but never needs it
+    assert!(is_wide || width("threads=1") < PacketWidth::Sixteen);
 }
 
 #[test]

@@ -3,17 +3,56 @@
 
 mod scenes;
 
-use embree::{Bounds, Coherence, INVALID, LANES, OwnPrims16, Ray16, RayHit16, Scene, Valid16};
+use embree::{Bounds, Coherence, Device, INVALID, PrimId, Ray, RayHit, Scene, Valid};
 use scenes::{IDENTITY, UNIT_TRIANGLE, down, medium, mesh, moved};
+
+/// Runs a test with packets of each width, native or not, within each instruction set.
+macro_rules! in_each_width {
+    ($($name:ident)+) => {
+        mod in_each_width {
+            $(#[test]
+            fn $name() {
+                for device in super::devices() {
+                    super::$name::<4>(&device);
+                    super::$name::<8>(&device);
+                    super::$name::<16>(&device);
+                }
+            })+
+        }
+    };
+}
+in_each_width! {
+    lanes_that_are_off_are_left_alone
+    of_two_coincident_triangles_one_is_closest_and_both_occlude
+    no_ray_is_occluded_by_its_own_primitive
+    own_primitives_are_known_by_their_instance
+    an_empty_scene_answers_no
+}
+
+/// One of each instruction set that this processor has.
+fn devices() -> Vec<Device> {
+    let configs = ["threads=1", "threads=1,isa=avx2", "threads=1,isa=sse4.2"];
+    configs.into_iter().filter(|config| has_isa(config)).map(|config| Device::new(config).unwrap()).collect()
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_isa(config: &str) -> bool {
+    !config.contains("avx2") || is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_isa(config: &str) -> bool {
+    !config.contains("isa")
+}
 
 const BOTH: [Coherence; 2] = [Coherence::Coherent, Coherence::Incoherent];
 
-/// Traces 16 times the ray that falls from (x, y, 1) and returns lane 3.
+/// Traces eight times the ray that falls from (x, y, 1) and returns lane 3.
 fn drop_ray(scene: &mut Scene, x: f32, y: f32, mask: u32) -> (f32, [u32; 3], [f32; 5]) {
     let mut rays = down(|_| [x, y, 1.0]);
-    rays.mask = [mask; LANES];
-    let mut packet = RayHit16::new(rays);
-    scene.commit().unwrap().intersect16(&Valid16::ALL, &mut packet, Coherence::Incoherent);
+    rays.mask = [mask; 8];
+    let mut packet = RayHit::new(rays);
+    scene.commit().unwrap().intersect(&Valid::ALL, &mut packet, Coherence::Incoherent);
     let hit = &packet.hit;
     (
         packet.ray.tfar[3],
@@ -34,19 +73,17 @@ fn a_triangle_is_hit_where_it_is() {
     assert_eq!(drop_ray(&mut scene, 0.75, 0.75, 1).0, f32::INFINITY);
 }
 
-#[test]
-fn lanes_that_are_off_are_left_alone() {
-    let device = scenes::device();
-    let mut scene = medium(&device);
-    scene.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
+fn lanes_that_are_off_are_left_alone<const N: usize>(device: &Device) {
+    let mut scene = medium(device);
+    scene.attach(&mesh(device, &[UNIT_TRIANGLE], 1)).unwrap();
     let tracer = scene.commit().unwrap();
-    let valid = Valid16::from_bits(0b0000_0000_1010_0101);
+    let valid = Valid::from_bits(0b0000_0000_1010_0101);
     for coherence in BOTH {
-        let mut packet = RayHit16::new(down(|_| [0.25, 0.25, 1.0]));
+        let mut packet = RayHit::<N>::new(down(|_| [0.25, 0.25, 1.0]));
         let mut shadow = packet.ray;
-        tracer.intersect16(&valid, &mut packet, coherence);
-        tracer.occluded16(&valid, &mut shadow, coherence);
-        for lane in 0..LANES {
+        tracer.intersect(&valid, &mut packet, coherence);
+        tracer.occluded(&valid, &mut shadow, coherence);
+        for lane in 0..N {
             assert_eq!(packet.hit.is_hit(lane), valid.is_on(lane), "lane {lane}");
             assert_eq!(shadow.is_occluded(lane), valid.is_on(lane), "lane {lane}");
         }
@@ -111,94 +148,82 @@ fn a_mask_changes_in_one_scene_alone() {
     assert!(drop_ray(&mut other, 0.25, 0.25, 0b01).0.is_finite());
 }
 
-#[test]
-fn of_two_coincident_triangles_one_is_closest_and_both_occlude() {
-    let device = scenes::device();
-    let mut scene = medium(&device);
-    scene.attach(&mesh(&device, &[UNIT_TRIANGLE, UNIT_TRIANGLE], 1)).unwrap();
+fn of_two_coincident_triangles_one_is_closest_and_both_occlude<const N: usize>(device: &Device) {
+    let mut scene = medium(device);
+    scene.attach(&mesh(device, &[UNIT_TRIANGLE, UNIT_TRIANGLE], 1)).unwrap();
     let (t, ids, _) = drop_ray(&mut scene, 0.25, 0.25, 1);
     assert!(t == 1.0 && ids[0] < 2);
 
     // Excluding one of them leaves the other in the way.
     let tracer = scene.commit().unwrap();
     for own in 0..2 {
-        let own = OwnPrims16 { geom_id: [0; LANES], prim_id: [own; LANES], ..Default::default() };
-        let mut rays = down(|_| [0.25, 0.25, 1.0]);
-        tracer.occluded16_past_own(&Valid16::ALL, &mut rays, &own, Coherence::Coherent);
-        assert!((0..LANES).all(|lane| rays.is_occluded(lane)));
+        let own = PrimId { geom_id: 0, prim_id: own, inst_id: INVALID };
+        let mut rays = down::<N>(|_| [0.25, 0.25, 1.0]);
+        tracer.occluded_past(&Valid::ALL, &mut rays, Coherence::Coherent, &|_, met| met == own);
+        assert!((0..N).all(|lane| rays.is_occluded(lane)));
     }
 }
 
-#[test]
-fn no_ray_is_occluded_by_its_own_primitive() {
-    let device = scenes::device();
-    let mut scene = medium(&device);
+fn no_ray_is_occluded_by_its_own_primitive<const N: usize>(device: &Device) {
+    let mut scene = medium(device);
     // 16 triangles side by side in one mesh; over the odd ones another mesh hovers.
     let floor: Vec<_> = (0..16).map(|i| UNIT_TRIANGLE.map(|[x, y, z]| [x + i as f32, y, z])).collect();
     let above: Vec<_> = floor.iter().skip(1).step_by(2).map(|t| t.map(|[x, y, z]| [x, y, z + 0.5])).collect();
-    scene.attach(&mesh(&device, &floor, 1)).unwrap();
-    scene.attach(&mesh(&device, &above, 1)).unwrap();
+    scene.attach(&mesh(device, &floor, 1)).unwrap();
+    scene.attach(&mesh(device, &above, 1)).unwrap();
     let tracer = scene.commit().unwrap();
 
     // Lane i looks at triangle 15 - i, so that lane and primitive differ, and past it.
     let start = |lane: usize| [(15 - lane) as f32 + 0.25, 0.25, 1.0];
-    let own = OwnPrims16 {
-        geom_id: [0; LANES],
-        prim_id: std::array::from_fn(|lane| 15 - lane as u32),
-        inst_id: [INVALID; LANES],
-    };
+    let own = |lane: usize| PrimId { geom_id: 0, prim_id: 15 - lane as u32, inst_id: INVALID };
     for coherence in BOTH {
-        let mut rays = down(start);
-        tracer.occluded16_past_own(&Valid16::ALL, &mut rays, &own, coherence);
-        for lane in 0..LANES {
+        let mut rays = down::<N>(start);
+        tracer.occluded_past(&Valid::ALL, &mut rays, coherence, &|lane, met| met == own(lane));
+        for lane in 0..N {
             assert_eq!(rays.is_occluded(lane), (15 - lane) % 2 == 1, "lane {lane}");
         }
 
         // With nothing excluded, or another's primitive, all are occluded, and lanes that are off are not asked.
-        for none in [OwnPrims16::default(), OwnPrims16 { inst_id: [0; LANES], ..own }] {
-            let mut rays = down(start);
-            tracer.occluded16_past_own(&Valid16::first(5), &mut rays, &none, coherence);
-            assert!((0..LANES).all(|lane| rays.is_occluded(lane) == (lane < 5)));
+        let of_an_instance = |lane, met: PrimId| met == PrimId { inst_id: 0, ..own(lane) };
+        for none in [&|_, _| false, &of_an_instance as &dyn Fn(usize, PrimId) -> bool] {
+            let mut rays = down::<N>(start);
+            tracer.occluded_past(&Valid::first(3), &mut rays, coherence, &none);
+            assert!((0..N).all(|lane| rays.is_occluded(lane) == (lane < 3)));
         }
     }
 }
 
-#[test]
-fn own_primitives_are_known_by_their_instance() {
-    let device = scenes::device();
-    let mut child = medium(&device);
-    child.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
+fn own_primitives_are_known_by_their_instance<const N: usize>(device: &Device) {
+    let mut child = medium(device);
+    child.attach(&mesh(device, &[UNIT_TRIANGLE], 1)).unwrap();
     let child = child.freeze().unwrap();
-    let mut scene = medium(&device);
+    let mut scene = medium(device);
     scene.attach_instance(&child, IDENTITY, 1).unwrap();
     scene.attach_instance(&child, moved(5.0, 0.0, 0.0), 1).unwrap();
     let tracer = scene.commit().unwrap();
     // Half of the lanes look at each instance, all exclude the second.
-    let start = |lane: usize| [if lane < 8 { 0.25 } else { 5.25 }, 0.25, 1.0];
-    let own = OwnPrims16 { geom_id: [0; LANES], prim_id: [0; LANES], inst_id: [1; LANES] };
+    let start = |lane: usize| [if lane < N / 2 { 0.25 } else { 5.25 }, 0.25, 1.0];
+    let own = PrimId { geom_id: 0, prim_id: 0, inst_id: 1 };
     for coherence in BOTH {
-        let mut rays = down(start);
-        tracer.occluded16_past_own(&Valid16::ALL, &mut rays, &own, coherence);
-        assert!((0..LANES).all(|lane| rays.is_occluded(lane) == (lane < 8)));
+        let mut rays = down::<N>(start);
+        tracer.occluded_past(&Valid::ALL, &mut rays, coherence, &|_, met| met == own);
+        assert!((0..N).all(|lane| rays.is_occluded(lane) == (lane < N / 2)));
     }
 }
 
-#[test]
-fn an_empty_scene_answers_no() {
-    let device = scenes::device();
-    let mut empty = medium(&device);
-    let mut no_triangles = medium(&device);
-    no_triangles.attach(&mesh(&device, &[], 1)).unwrap();
+fn an_empty_scene_answers_no<const N: usize>(device: &Device) {
+    let mut empty = medium(device);
+    let mut no_triangles = medium(device);
+    no_triangles.attach(&mesh(device, &[], 1)).unwrap();
     for scene in [&mut empty, &mut no_triangles] {
         let tracer = scene.commit().unwrap();
         assert_eq!(tracer.bounds(), None);
         for coherence in BOTH {
-            let mut packet = RayHit16::new(Ray16::default());
+            let mut packet = RayHit::<N>::new(Ray::default());
             let before = packet;
-            tracer.intersect16(&Valid16::ALL, &mut packet, coherence);
-            tracer.occluded16(&Valid16::ALL, &mut packet.ray, coherence);
-            let own = OwnPrims16::default();
-            tracer.occluded16_past_own(&Valid16::ALL, &mut packet.ray, &own, coherence);
+            tracer.intersect(&Valid::ALL, &mut packet, coherence);
+            tracer.occluded(&Valid::ALL, &mut packet.ray, coherence);
+            tracer.occluded_past(&Valid::ALL, &mut packet.ray, coherence, &|_, _| true);
             assert_eq!((packet.hit, packet.ray.tfar), (before.hit, before.ray.tfar));
         }
     }

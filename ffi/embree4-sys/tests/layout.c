@@ -8,19 +8,22 @@
 #define FIELD(type, field) printf(#type "." #field " %zu\n", offsetof(struct type, field))
 #define NUMBER(name) printf(#name " %llu\n", (unsigned long long)(name))
 
+#define PACKET(ray_type, hit_type, both) \
+  SIZE(ray_type); \
+  FIELD(ray_type, org_x); FIELD(ray_type, org_y); FIELD(ray_type, org_z); FIELD(ray_type, tnear); \
+  FIELD(ray_type, dir_x); FIELD(ray_type, dir_y); FIELD(ray_type, dir_z); FIELD(ray_type, time); \
+  FIELD(ray_type, tfar); FIELD(ray_type, mask); FIELD(ray_type, id); FIELD(ray_type, flags); \
+  SIZE(hit_type); \
+  FIELD(hit_type, Ng_x); FIELD(hit_type, Ng_y); FIELD(hit_type, Ng_z); FIELD(hit_type, u); \
+  FIELD(hit_type, v); FIELD(hit_type, primID); FIELD(hit_type, geomID); FIELD(hit_type, instID); \
+  FIELD(hit_type, instPrimID); \
+  SIZE(both); \
+  FIELD(both, ray); FIELD(both, hit);
+
 int main(void) {
-  SIZE(RTCRay16);
-  FIELD(RTCRay16, org_x); FIELD(RTCRay16, org_y); FIELD(RTCRay16, org_z); FIELD(RTCRay16, tnear);
-  FIELD(RTCRay16, dir_x); FIELD(RTCRay16, dir_y); FIELD(RTCRay16, dir_z); FIELD(RTCRay16, time);
-  FIELD(RTCRay16, tfar); FIELD(RTCRay16, mask); FIELD(RTCRay16, id); FIELD(RTCRay16, flags);
-
-  SIZE(RTCHit16);
-  FIELD(RTCHit16, Ng_x); FIELD(RTCHit16, Ng_y); FIELD(RTCHit16, Ng_z); FIELD(RTCHit16, u);
-  FIELD(RTCHit16, v); FIELD(RTCHit16, primID); FIELD(RTCHit16, geomID); FIELD(RTCHit16, instID);
-  FIELD(RTCHit16, instPrimID);
-
-  SIZE(RTCRayHit16);
-  FIELD(RTCRayHit16, ray); FIELD(RTCRayHit16, hit);
+  PACKET(RTCRay4, RTCHit4, RTCRayHit4)
+  PACKET(RTCRay8, RTCHit8, RTCRayHit8)
+  PACKET(RTCRay16, RTCHit16, RTCRayHit16)
 
   SIZE(RTCIntersectArguments);
   FIELD(RTCIntersectArguments, flags); FIELD(RTCIntersectArguments, feature_mask);

@@ -46,6 +46,12 @@ macro_rules! describe {
 
 fn bindings() -> BTreeMap<String, u64> {
     let mut lines = describe! {
+        RTCRay4 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
+        RTCHit4 { Ng_x, Ng_y, Ng_z, u, v, primID, geomID, instID, instPrimID }
+        RTCRayHit4 { ray, hit }
+        RTCRay8 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
+        RTCHit8 { Ng_x, Ng_y, Ng_z, u, v, primID, geomID, instID, instPrimID }
+        RTCRayHit8 { ray, hit }
         RTCRay16 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
         RTCHit16 { Ng_x, Ng_y, Ng_z, u, v, primID, geomID, instID, instPrimID }
         RTCRayHit16 { ray, hit }
@@ -103,7 +109,9 @@ fn the_bindings_agree_with_cpp_and_its_accessors() {
 }
 
 #[test]
-fn alignment_is_that_of_packets_of_16() {
+fn alignment_is_that_of_packets() {
+    assert_eq!([align_of::<RTCRay4>(), align_of::<RTCHit4>(), align_of::<RTCRayHit4>()], [16; 3]);
+    assert_eq!([align_of::<RTCRay8>(), align_of::<RTCHit8>(), align_of::<RTCRayHit8>()], [32; 3]);
     assert_eq!([align_of::<RTCRay16>(), align_of::<RTCHit16>(), align_of::<RTCRayHit16>()], [64; 3]);
     assert_eq!(align_of::<RTCBounds>(), 16);
 }

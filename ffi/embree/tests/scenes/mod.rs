@@ -1,7 +1,7 @@
 //! The small scenes that all tests trace.
 #![allow(dead_code, reason = "each test binary uses some of it")]
 
-use embree::{BuildQuality, Device, Geometry, LANES, Ray16, Scene, VertexBuffer};
+use embree::{BuildQuality, Device, Geometry, Ray, Scene, VertexBuffer};
 use std::sync::Arc;
 
 pub type Triangle = [[f32; 3]; 3];
@@ -31,9 +31,9 @@ pub fn mesh(device: &Device, triangles: &[Triangle], mask: u32) -> Geometry {
 }
 
 /// Rays that fall along -z.
-pub fn down(start: impl Fn(usize) -> [f32; 3]) -> Ray16 {
-    let mut rays = Ray16::default();
-    for lane in 0..LANES {
+pub fn down<const N: usize>(start: impl Fn(usize) -> [f32; 3]) -> Ray<N> {
+    let mut rays = Ray::default();
+    for lane in 0..N {
         rays.set(lane, start(lane), [0.0, 0.0, -1.0], 0.0, f32::INFINITY);
     }
     rays
