@@ -48,7 +48,7 @@ pub(super) fn numbers(window: &[u8; WINDOW], keyword: usize, count: usize) -> Op
     // as if a word ended before the first number
     let mut read = Read { value: 0.0, end: skip_blanks(window, keyword) - 1, last: b' ' };
     // one piece of code for all keywords and numbers: unrolled, it takes longer, because it no longer fits into the
-    // processor's cache for decoded code (docs/performance.md, "Tried and thrown out")
+    // processor's cache for decoded code (docs/experiments.md, "Files")
     for value in &mut values[..count] {
         read = number(window, read.next()?)?;
         *value = read.value;
