@@ -59,8 +59,8 @@ pub enum Build {
 impl Build {
     /// Rays for each triangle below which a careful build does not pay. With ten million triangles it takes a
     /// quarter of a microsecond a triangle longer, and makes a ray 1 to 5 nanoseconds faster (docs/performance.md,
-    /// "Time to the first frame"): it pays from 50 rays a triangle on at best. Through smaller models rays gain less, but those are
-    /// built in no time.
+    /// "Time to the first frame"): it pays from 50 rays a triangle on at best. Through smaller models rays gain
+    /// less, but those are built in no time.
     const RAYS_A_TRIANGLE: u64 = 40;
 
     /// What pays for so many rays through so many triangles.

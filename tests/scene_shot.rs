@@ -161,7 +161,7 @@ fn cameras_cut_without_passing_between() {
     assert!(Pose::of(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
 }
 
-/// Every key of the README's table that takes a list of numbers, each on a line of its own with a good value.
+/// Every key of docs/shot-files.md that takes a list of numbers, each on a line of its own with a good value.
 const LISTS: &str = "[render]
 size = [64, 48]
 [background]
