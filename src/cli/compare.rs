@@ -40,25 +40,24 @@ const PICTURES: usize = 4;
 const EXAMPLES: &str = "\
 Examples:
   afterimage compare city.toml
-      each frame twice with each tracer: tables of rays and seconds, what reprojection saved, and how the
-      tracers compare
+      each frame twice with each backend: tables of rays and seconds, what reuse saved, and how the
+      backends compare
   afterimage compare city.toml --backend embree
-      with Embree alone
+      with Embree only
   afterimage compare statue.obj --frames 1-24 --audit --report statue.html
-      with a page to pass on, and the proof that no sample is wrong
+      with an HTML report, and the proof that no sample is wrong
   afterimage compare city.toml -o city.####.exr --png --json city.json
-      keeps the reprojected frames as well
+      also keeps the frames rendered with reuse
   afterimage compare city.toml --backend embree --reference 8
-      which way has the smaller error for its time, against frames of 8x8 samples a pixel
+      measures which way has the smaller error for its time, against 8x8 samples a pixel
 
-The table: seconds of both without writing files; rays of both in millions, of every kind; the pictures'
-mean difference (linear R, G, B) and the percent of pixels of which any channel differs by more than 0.02.
-Edges differ, because samples lie elsewhere in their cells. With --reference: the root mean square error of
-both (linear R, G, B, clamped to 0 to 1) and their ratio; below the table how many times as fast reprojection
-is at equal error, taking the time for an error to go with error squared x seconds. The table of tracers:
-million rays a second of a thread while it is in the tracer, by kind; and the pixels that two tracers made
-differently (at edges, by rounding). Exit code: 0, 1 if something failed, --audit found a difference or tracers disagree, 2 if the
-command line makes no sense.";
+Table: seconds of both ways without writing files; million rays of both, all kinds; mean difference of the
+pictures (linear R, G, B) and the percentage of pixels of which any channel differs by more than 0.02. Edges
+differ, because the two ways sample different positions. With --reference: RMSE of both (linear R, G, B,
+clamped to 0 to 1) and their ratio; below the table the speed-up at equal error, if error squared x seconds
+is constant. Table of backends: million rays a second by kind, for one thread while it is in the tracer;
+number of pixels that differ between backends (at edges, by rounding). Exit code: 0, 1 if something failed,
+--audit found a difference or backends disagree, 2 if the command line is invalid.";
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -67,16 +66,16 @@ pub struct CompareArgs {
     #[command(flatten)]
     shot: ShotArgs,
 
-    /// Write the reprojected frames, #### or %04d for the frame's number [default: write none]
+    /// Write the frames rendered with reuse, with #### or %04d for the frame number [default: none]
     #[arg(short, long, value_name = "DIR/name.####.exr")]
     output: Option<String>,
 
-    /// Also render each frame with N x N samples a pixel, and measure how far both ways are from it. N is greater
-    /// than --samples; an even multiple shares no sample with frames traced in full
+    /// Also render each frame with N x N samples a pixel, and measure the error of both ways against it. N must be
+    /// greater than --samples; an even multiple shares no sample with fully traced frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     reference: Option<u32>,
 
-    /// Write everything that was measured
+    /// Write all measurements
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
 

@@ -1,4 +1,4 @@
-//! `afterimage info`: what is in a file, or what this program is made of.
+//! `afterimage info`: describes a file, or the program and its libraries.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -17,9 +17,9 @@ use crate::scene::{LightKind, Scene};
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
-  afterimage info                    versions of the program, Embree and OpenEXR; the processor
-  afterimage info city.toml          models, materials, lights, frames, and what is missing
-  afterimage info city.0001.exr      layers and attributes of a frame")]
+  afterimage info                    versions of the program, Embree and OpenEXR; the CPU
+  afterimage info city.toml          models, materials, lights, frames, and warnings
+  afterimage info city.0001.exr      channels and attributes of a frame")]
 pub struct InfoArgs {
     /// A shot (TOML), a model (OBJ), or a frame (EXR)
     file: Option<PathBuf>,

@@ -26,11 +26,11 @@ use crate::visible::visible;
 use failure::Failure;
 use terminal::{ProgressKind, Terminal};
 
-/// A ray tracer for animations that reuses the samples of the frame before, exactly.
+/// A ray tracer for animations that reuses the previous frame's samples, exactly.
 ///
-/// The first frame of a shot is traced in full. Each further frame moves the samples of the frame before
-/// to their new place, checks them with rays, and traces only what is new. Frames are multi-layer EXR
-/// files; `--audit` proves that no sample is wrong.
+/// The first frame of a shot is traced in full. Later frames project the previous frame's samples to the new
+/// camera, verify them with rays, and trace only what is new. Frames are multi-layer EXR files; `--audit`
+/// proves that no sample is wrong.
 #[derive(Debug, Parser)]
 #[command(name = "afterimage", version = AFTERIMAGE, arg_required_else_help = true, max_term_width = 100)]
 struct Cli {
@@ -40,11 +40,11 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render frames of a shot, or of a model on a turntable, into EXR files
+    /// Render frames of a shot, or of a model on a turntable, to EXR files
     Render(Box<render::RenderArgs>),
-    /// Render frames reprojected and in full, with each tracer, and tell what that saved
+    /// Render frames with reuse and in full, with each backend, and compare rays, seconds and pictures
     Compare(Box<compare::CompareArgs>),
-    /// Tell what is in a shot, a model or an EXR; without a file: versions and processor
+    /// Describe a shot, a model or an EXR; without a file: versions and CPU
     Info(info::InfoArgs),
 }
 

@@ -23,20 +23,20 @@ use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Tota
 pub const EXAMPLES: &str = "\
 Examples:
   afterimage render city.toml
-      renders the shot's frames into the files that it names, or into out/city/
+      renders the shot's frames to the files that it names, or to out/city/
   afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr --png
       a model on a turntable, with previews
   afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
-      a chunk of a farm: frames that are there and whole are kept; pictures do not depend on the chunk
+      a chunk of a farm: complete frames are kept; pictures do not depend on the chunk
 
-The table: seconds of a frame without writing its files, and of writing them (in --stats, `total` is both);
-samples reused, percent; rays cast, millions by kind; rays saved, percent, against tracing every sample
-(estimated: one primary ray each, shadow rays a sample as in the last base frame, reflection and refraction
-rays as cast; `afterimage compare` measures it).
+Table: seconds of rendering, seconds of writing files (in --stats, `total` is both); samples reused, percent;
+rays cast, millions by kind; rays saved, percent, against full tracing (estimated: one primary ray a sample,
+shadow rays as in the last base frame, reflection and refraction rays as cast; `afterimage compare` measures
+it).
 
-Files are written under a hidden temporary name (.NAME….part) and renamed when they are whole: what a
-killed run leaves of those is removed by the next run of the same frames. Exit code: 0 if every frame
-asked for exists whole, 1 if something failed, 2 if the command line makes no sense.";
+Files are written under a hidden temporary name (.NAME….part) and renamed when complete. The next run of the
+same frames removes what a killed run left. Exit code: 0 if every requested frame exists and is complete, 1 if
+something failed, 2 if the command line is invalid.";
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -45,21 +45,21 @@ pub struct RenderArgs {
     #[command(flatten)]
     shot: ShotArgs,
 
-    /// Name of the files, #### or %04d for the frame's number [default: the shot's, or
+    /// File names, with #### or %04d for the frame number [default: the shot's, or
     /// out/NAME/NAME.####.exr]
     #[allow(rustdoc::broken_intra_doc_links, reason = "a default in brackets is no link")]
     #[arg(short, long, value_name = "DIR/name.####.exr")]
     output: Option<String>,
 
-    /// Where samples come from [default: the shot's]
+    /// When samples are reused [default: the shot's]
     #[arg(long, value_enum)]
     mode: Option<ModeArg>,
 
-    /// Write statistics of every frame
+    /// Write statistics of each frame
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
 
-    /// Keep frames whose files are there and whole
+    /// Keep frames whose files are complete
     #[arg(long)]
     resume: bool,
 }
@@ -67,11 +67,11 @@ pub struct RenderArgs {
 /// Modes by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ModeArg {
-    /// Reproject where that pays
+    /// Reuse where this is estimated to be faster than full tracing
     Auto,
-    /// Reproject every frame that has one before it
+    /// Reuse in every frame that has a previous frame
     Reproject,
-    /// Trace every frame from nothing
+    /// Trace every frame in full
     Full,
 }
 

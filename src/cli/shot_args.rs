@@ -1,4 +1,4 @@
-//! What `render` and `compare` have in common: options as typed, and as they are once they make sense.
+//! Options of both `render` and `compare`: as typed, and validated.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -21,15 +21,15 @@ const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 /// As typed.
 #[derive(Debug, Clone, Args)]
 pub struct ShotArgs {
-    /// A shot (TOML), or a model (OBJ), which is shown on a turntable
+    /// A shot (TOML), or a model (OBJ), rendered on a turntable
     #[arg(value_name = "SHOT.toml|MODEL.obj")]
     pub shot: PathBuf,
 
-    /// Frames to render, for instance 1-100, 1-100x2 (every second) or 1-10,150 [default: the shot's]
+    /// Frames to render, for example 1-100, 1-100x2 (every second) or 1-10,150 [default: the shot's]
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true, value_parser = Frames::parse)]
     pub frames: Option<Frames>,
 
-    /// Size of the pictures in pixels, for instance 1280x720 [default: the shot's]
+    /// Size of the pictures in pixels, for example 1280x720 [default: the shot's]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
 
@@ -37,57 +37,53 @@ pub struct ShotArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub samples: Option<u32>,
 
-    /// How samples become pixels [default: the shot's]
+    /// Pixel filter [default: the shot's]
     #[arg(long, value_enum)]
     pub filter: Option<FilterArg>,
 
-    /// How many mirrors and panes of glass a ray from the eye may meet [default: the shot's]
+    /// Maximum number of mirror reflections and refractions along a camera path [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
 
-    /// Which kept samples a cell shows [default: the shot's]
-    #[arg(long, value_enum, value_name = "RULE")]
-    pub reuse: Option<ReuseArg>,
-
-    /// A frame traced in full every K frames, counted from the shot's first; 0: the first alone
+    /// Trace every K-th frame in full, counted from the shot's first; 0: only the first. For chunks of a farm
     /// [default: the shot's]
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
 
-    /// What to make and write beside R G B A: `all`, `none`, or some of diffuse, specular, reflection,
-    /// refraction, albedo, Z, P, N, id, status, rays, with commas [default: the shot's]
+    /// Layers to render and write beside R G B A: `all`, `none`, or a comma-separated list of diffuse, specular,
+    /// reflection, refraction, albedo, Z, P, N, id, status, rays [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 
-    /// Trace every sample of every frame again and count what differs; any difference is a failure
+    /// Trace every sample of every frame again and count differences; any difference is a failure
     #[arg(long)]
     pub audit: bool,
 
-    /// Write an 8-bit PNG beside each EXR
+    /// Also write an 8-bit sRGB PNG beside each EXR
     #[arg(long)]
     pub png: bool,
 
-    /// Take missing textures and the like for errors instead of showing a stand-in
+    /// Treat missing textures, materials and MTL files, and invalid MTL values, as errors
     #[arg(long)]
     pub strict: bool,
 
-    /// Who answers the rays [default: embree; `compare` takes all]
+    /// Ray-tracing backend [default: embree; `compare`: all]
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
 
-    /// How Embree's structures are built
+    /// Build quality of Embree's BVH
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub build: BuildArg,
 
-    /// Threads that work [default: one for each core]
+    /// Number of rendering threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
 
-    /// What to say on stderr while frames are rendered
+    /// Progress on stderr
     #[arg(long, value_enum, default_value_t, value_name = "KIND")]
     pub progress: ProgressKind,
 
-    /// Say nothing but errors and warnings
+    /// Print only errors and warnings
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -122,10 +118,10 @@ impl From<ReuseArg> for Reuse {
 /// Ways to build by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum BuildArg {
-    /// Whichever renders the whole shot sooner, whatever frames are asked for
+    /// Whichever renders the whole shot faster, regardless of the requested frames
     #[default]
     Auto,
-    /// With care, for fast rays
+    /// High quality, for fast rays
     Best,
     /// Fast, for a short shot of a big model
     Quick,
@@ -150,7 +146,7 @@ impl BuildArg {
 pub enum Backend {
     /// Intel's Embree
     Embree,
-    /// Written in Rust alone, for comparison
+    /// Written in Rust, for comparison
     Rust,
 }
 
@@ -174,7 +170,7 @@ pub struct Job {
     pub settings: Settings,
     /// Asked for; the chains of a schedule need the runs.
     pub frames: Frames,
-    /// Who answers the rays, if that was said.
+    /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
 }
 
