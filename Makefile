@@ -1,4 +1,4 @@
-# Each target works alone on a fresh machine: it calls `setup`, which is quick when all is there.
+# Each target works alone on a fresh machine: it calls `setup`, which exits immediately if everything is installed.
 
 CARGO := scripts/cargo
 SHELL := /bin/bash
@@ -9,16 +9,16 @@ DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png
 .PHONY: help setup build demo test bench clean
 .DEFAULT_GOAL := help
 
-help: ## say what there is
+help: ## list the targets
 	@sed -n 's/^\([a-z]*\):[a-z ]*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 8
 
-setup: ## install what is missing: build tools, Rust, OpenEXR, Embree
+setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree
 	@scripts/setup
 
 build: setup ## build the program: target/release/afterimage
 	$(CARGO) build --release --locked
 
-demo: setup ## render the city, reprojected and in full, and compare: out/city/
+demo: setup ## render the city with reuse and in full, and compare: out/city/
 	$(CARGO) run --release --locked -- $(DEMO)
 
 # cargo-nextest runs the tests faster, but no doctests.
@@ -30,9 +30,9 @@ test: setup ## run all tests
 	fi
 
 # `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
-bench: setup ## measure: each kind of shot, each phase
+bench: setup ## benchmark each kind of shot and each phase
 	$(CARGO) bench --locked --bench shots -- $(SHOTS)
 	$(CARGO) bench --locked --bench phases
 
-clean: ## remove what was built and rendered; what `setup` fetched stays
+clean: ## remove what was built and rendered, but not what `setup` fetched
 	rm -rf target out
