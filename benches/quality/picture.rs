@@ -1,0 +1,62 @@
+//! Pictures as a display shows them, and how much two of them differ.
+
+use afterimage::film::{Film, Plane, PlaneKind};
+use glam::Vec3;
+
+/// Linear R, G and B, cut to 0 to 1, of `width` pixels a row, top row first.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    pub width: usize,
+    pub colors: Vec<Vec3>,
+}
+
+impl Picture {
+    /// Of colours as they are.
+    pub fn new(width: usize, colors: impl Iterator<Item = Vec3>) -> Self {
+        Self { width, colors: colors.map(|color| color.clamp(Vec3::ZERO, Vec3::ONE)).collect() }
+    }
+
+    /// Of a film's `R G B`.
+    pub fn of(film: &Film) -> Self {
+        let [r, g, b] = ["R", "G", "B"].map(|name| film.values(name).expect("every film has it"));
+        let colors = r.iter().zip(&g).zip(&b).map(|((r, g), b)| Vec3::new(*r, *g, *b));
+        Self::new(film.width as usize, colors)
+    }
+
+    /// This less another, pixel by pixel.
+    pub fn less(&self, other: &Self) -> Vec<Vec3> {
+        self.colors.iter().zip(&other.colors).map(|(a, b)| *a - *b).collect()
+    }
+
+    /// Root mean square difference over pixels and channels.
+    pub fn rmse(&self, other: &Self) -> f64 {
+        rms(&self.less(other))
+    }
+}
+
+/// Root mean square over all parts.
+pub fn rms(values: &[Vec3]) -> f64 {
+    let sum: f64 = values.iter().map(|value| f64::from(value.length_squared())).sum();
+    (sum / (3 * values.len().max(1)) as f64).sqrt()
+}
+
+/// Reference, picture, and four times their difference about grey, side by side.
+pub fn side_by_side(reference: &Picture, picture: &Picture) -> Film {
+    const TIMES: f32 = 4.0;
+    let width = reference.width;
+    let difference: Vec<Vec3> =
+        picture.less(reference).iter().map(|less| Vec3::splat(0.5) + *less * TIMES).collect();
+    let panels = [&reference.colors, &picture.colors, &difference];
+    let rows = (0..reference.colors.len()).step_by(width);
+    let all: Vec<Vec3> =
+        rows.flat_map(|row| panels.map(|panel| &panel[row..row + width])).flatten().copied().collect();
+    let plane = |name, axis: usize| {
+        Plane::new(name, PlaneKind::Float, &all.iter().map(|color| color[axis]).collect::<Vec<f32>>())
+    };
+    Film {
+        width: 3 * width as u32,
+        height: (reference.colors.len() / width) as u32,
+        planes: vec![plane("R", 0), plane("G", 1), plane("B", 2)],
+        stamp: 0,
+    }
+}

@@ -1,0 +1,150 @@
+//! Worlds that are made in code: discs and wires before a chequered plane, at rest or moving. All light is ambient, so
+//! that a point of a surface has one colour, from wherever it is seen.
+
+use afterimage::motion::{Track, TransformTrack};
+use afterimage::scene::{Material, Mesh, Model, Scene, Texture};
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::flows::{Flow, Stand, there_and_back};
+use crate::toy;
+
+/// A world, and how the camera moves in it.
+pub struct Subject {
+    pub name: &'static str,
+    /// With any camera: that of a flow takes its place.
+    pub scene: Scene,
+    pub stand: Stand,
+    pub flows: &'static [Flow],
+    /// Material 0 is that of an object whose coverage is told by itself, in percent of this.
+    pub object: Option<Unit>,
+}
+
+/// What an object's coverage is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// The pixels that it covers in part.
+    Rim,
+    /// All that it covers: for what is as thin as a pixel.
+    Area,
+}
+
+impl Subject {
+    /// The world, seen by the camera of a flow.
+    pub fn scene(&self, flow: Flow) -> Scene {
+        Scene { camera: flow.camera(&self.stand), ..self.scene.clone() }
+    }
+}
+
+/// The camera looks along -Z at a plane 10 before it; objects are 6 before it. 100 frames inwards take it 2 on.
+const STAND: Stand = Stand {
+    eye: DVec3::new(0.0, 0.0, 10.0),
+    target: DVec3::ZERO,
+    fov: 40.0,
+    stride: 0.02,
+    aside: 0.03,
+    turn: 0.25,
+};
+const OBJECTS: f32 = 4.0;
+const CAMERA_FLOWS: &[Flow] = &[Flow::In, Flow::Out, Flow::Sideways, Flow::Turn];
+
+/// Discs of a fifth of the picture's height.
+pub fn discs() -> Subject {
+    let model = toy::still("discs", disc_mesh(), Vec3::new(0.11, 0.07, OBJECTS));
+    subject("discs", model, CAMERA_FLOWS, Unit::Rim)
+}
+
+/// Wires 1.2 pixels wide where the camera stands furthest, in pictures `height` pixels high.
+pub fn wires(height: u32) -> Subject {
+    let distance = STAND.eye.z as f32 - OBJECTS;
+    let pixel = 2.0 * distance * (STAND.fov as f32 * 0.5).to_radians().tan() / height as f32;
+    let model = toy::still("wires", wire_mesh(1.2 * pixel), Vec3::new(0.0, 0.0, OBJECTS));
+    subject("wires", model, CAMERA_FLOWS, Unit::Area)
+}
+
+/// The same discs, which move and turn themselves.
+pub fn movers() -> Subject {
+    let from = DVec3::new(0.11, 0.07, f64::from(OBJECTS));
+    let track = TransformTrack {
+        translate: there_and_back(from, from + DVec3::new(2.0, 0.7, 0.5)),
+        rotate: there_and_back(DVec3::ZERO, DVec3::Z * 20.0),
+        ..TransformTrack::identity()
+    };
+    subject("movers", toy::moving("discs", disc_mesh(), track), &[Flow::Rest, Flow::In], Unit::Rim)
+}
+
+fn subject(name: &'static str, model: Model, flows: &'static [Flow], unit: Unit) -> Subject {
+    let flat = Vec3::new(0.9, 0.4, 0.1);
+    let object = Material { diffuse: flat, ambient: flat, ..Material::fallback() };
+    let plane = Material { diffuse_map: Some(0), ..toy::matt(1.0) };
+    let unused = toy::camera(Track::constant(STAND.eye), Track::constant(STAND.target));
+    let mut scene = toy::scene(unused, vec![plane_model(), model], vec![object, plane], vec![]);
+    scene.textures = vec![chequers()];
+    scene.ambient = Vec3::ONE;
+    Subject { name, scene, stand: STAND, flows, object: Some(unit) }
+}
+
+/// A texture of 2 x 2 squares, whose borders are an eighth of a square wide.
+fn chequers() -> Texture {
+    const SIDE: usize = 16;
+    let texel = |at: usize| {
+        let is_dark = (at % SIDE < SIDE / 2) == (at / SIDE < SIDE / 2);
+        if is_dark { [60, 60, 60, 255] } else { [210, 220, 230, 255] }
+    };
+    Texture {
+        path: "chequers".into(),
+        width: SIDE as u32,
+        height: SIDE as u32,
+        texels: (0..SIDE * SIDE).map(texel).collect(),
+        scale: Vec2::ONE,
+        offset: Vec2::ZERO,
+        clamp: false,
+    }
+}
+
+/// The plane z = 0, slightly turned against the picture's rows, with squares of 0.4.
+fn plane_model() -> Model {
+    const HALF: f32 = 60.0;
+    let turned = |x: f32, y: f32| Vec2::from_angle(0.2).rotate(Vec2::new(x, y) * HALF);
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let places = corners.map(|(x, y)| turned(x, y).extend(0.0).to_array());
+    let mesh = toy::mesh(&places, &[[0, 1, 2], [0, 2, 3]], 1, true);
+    let uvs = corners.map(|(x, y)| Vec2::new(x, y) * HALF / 0.8).to_vec();
+    toy::still("plane", Mesh { uvs, ..mesh }, Vec3::ZERO)
+}
+
+/// Discs of radius 0.4 in a grid that is wider than any picture of it.
+fn disc_mesh() -> Mesh {
+    const EDGES: u32 = 64;
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for centre in (-8..=8).flat_map(|x| (-4..=4).map(move |y| Vec2::new(x as f32, y as f32) * 1.3)) {
+        let first = corners.len() as u32;
+        corners.push(centre.extend(0.0).to_array());
+        for edge in 0..EDGES {
+            let rim = Vec2::from_angle(std::f32::consts::TAU * edge as f32 / EDGES as f32) * 0.4;
+            corners.push((centre + rim).extend(0.0).to_array());
+            triangles.push([first, first + 1 + edge, first + 1 + (edge + 1) % EDGES]);
+        }
+    }
+    toy::mesh(&corners, &triangles, 0, true)
+}
+
+/// Flat wires, upright and lying, each at an angle of its own.
+fn wire_mesh(width: f32) -> Mesh {
+    const LENGTH: f32 = 20.0;
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for (number, upright) in (-16..=16).flat_map(|number| [(number, true), (number, false)]) {
+        let angle = (number * 7_i32).rem_euclid(33) as f32 / 33.0 * 0.6 - 0.3;
+        // the upright ones a little before the others: what crosses does not coincide
+        let (middle, along, z) = match upright {
+            true => (Vec2::X, Vec2::from_angle(angle).perp(), 0.02),
+            false => (Vec2::Y, Vec2::from_angle(angle), 0.0),
+        };
+        let (middle, along, across) = (middle * number as f32 * 0.7, along * LENGTH / 2.0, along.perp());
+        let first = corners.len() as u32;
+        for (end, side) in [(-1.0, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.0, 0.5)] {
+            corners.push((middle + along * end + across * side * width).extend(z).to_array());
+        }
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    toy::mesh(&corners, &triangles, 0, true)
+}

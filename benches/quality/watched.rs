@@ -1,0 +1,123 @@
+//! Frames of many samples beside which other frames are judged in time: their error flickers and jumps, or does not.
+
+use std::collections::BTreeMap;
+
+use afterimage::frame::{RenderError, Renderer};
+use afterimage::layers::Layers;
+use afterimage::motion::CameraPose;
+use afterimage::scene::Scene;
+use afterimage::settings::Settings;
+use glam::{Vec2, Vec3};
+
+use crate::picture::{Picture, rms};
+
+/// Frames by number.
+pub type Pictures = BTreeMap<i32, Picture>;
+
+/// A frame, and where its pixels are.
+struct Watched {
+    picture: Picture,
+    camera: CameraPose,
+    /// World space, of the sample nearest to each pixel's centre.
+    places: Vec<Vec3>,
+    /// Along the view axis.
+    depths: Vec<f32>,
+    /// Whether it is on a model that never moves.
+    are_still: Vec<bool>,
+}
+
+/// Several frames.
+pub struct Watch(BTreeMap<i32, Watched>);
+
+/// Points of still surfaces: the pixels that they fall into, from frame to frame.
+pub struct Tracks {
+    pub frames: Vec<i32>,
+    pixels: Vec<Vec<usize>>,
+}
+
+impl Watch {
+    /// Renders `frames`, with `side` x `side` samples a pixel.
+    pub fn of(
+        scene: &Scene,
+        settings: &Settings,
+        frames: impl IntoIterator<Item = i32>,
+        side: u32,
+    ) -> Result<Self, RenderError> {
+        let layers = Layers::of(["P", "Z", "id"]).expect("these are layers");
+        let mut renderer = Renderer::new(scene, &Settings { samples: side, layers, ..settings.clone() })?;
+        let is_still = |id: f32| {
+            let model = (id as usize).checked_sub(1).and_then(|number| scene.models.get(number));
+            model.is_some_and(|model| model.track.is_constant())
+        };
+        let watched = |frame| {
+            let finished = renderer.render(frame, false)?;
+            let plane = |name| finished.film.values(name).expect("it was asked for");
+            let [x, y, z] = ["P.X", "P.Y", "P.Z"].map(plane);
+            let place = |pixel: usize| Vec3::new(x[pixel], y[pixel], z[pixel]);
+            let watched = Watched {
+                picture: Picture::of(&finished.film),
+                camera: finished.camera,
+                places: (0..x.len()).map(place).collect(),
+                depths: plane("Z"),
+                are_still: plane("id.object").into_iter().map(is_still).collect(),
+            };
+            Ok((frame, watched))
+        };
+        Ok(Self(frames.into_iter().map(watched).collect::<Result<_, RenderError>>()?))
+    }
+
+    /// Tracks through `frames` of every second pixel across and down of the first, where it stays in sight.
+    pub fn tracks(&self, frames: impl IntoIterator<Item = i32>) -> Tracks {
+        let frames: Vec<i32> = frames.into_iter().collect();
+        let first = &self.0[&frames[0]];
+        let starts = (0..first.places.len()).filter(|pixel| {
+            pixel % first.picture.width % 2 == 0
+                && pixel / first.picture.width % 2 == 0
+                && first.are_still[*pixel]
+        });
+        let track =
+            |start: usize| frames.iter().map(|frame| self.0[frame].pixel_of(first.places[start])).collect();
+        let pixels = starts.filter_map(track).collect();
+        Tracks { frames, pixels }
+    }
+
+    /// The variance in time of the error of `pictures` along the tracks; mean over tracks and channels.
+    pub fn flicker(&self, tracks: &Tracks, pictures: &Pictures) -> f64 {
+        let errors: Vec<Vec<Vec3>> = tracks.frames.iter().map(|frame| self.error(*frame, pictures)).collect();
+        let count = errors.len() as f32;
+        let variance = |track: &Vec<usize>| {
+            let along = || errors.iter().zip(track).map(|(error, pixel)| error[*pixel]);
+            let mean = along().sum::<Vec3>() / count;
+            f64::from(along().map(|error| (error - mean).length_squared()).sum::<f32>() / (3.0 * count))
+        };
+        tracks.pixels.iter().map(variance).sum::<f64>() / tracks.pixels.len().max(1) as f64
+    }
+
+    /// Root mean square of how much the error of `pictures` changes from the frame before `frame` to it.
+    pub fn jump(&self, frame: i32, pictures: &Pictures) -> f64 {
+        let [before, after] = [frame - 1, frame].map(|frame| self.error(frame, pictures));
+        rms(&after.iter().zip(&before).map(|(after, before)| *after - *before).collect::<Vec<Vec3>>())
+    }
+
+    fn error(&self, frame: i32, pictures: &Pictures) -> Vec<Vec3> {
+        pictures[&frame].less(&self.0[&frame].picture)
+    }
+}
+
+impl Watched {
+    /// The pixel that a point falls into, if its surface is in sight there or beside: pixels at a rim show one of two.
+    fn pixel_of(&self, point: Vec3) -> Option<usize> {
+        let (camera, offset) = (&self.camera, point - self.camera.eye);
+        let [width, height] = [self.picture.width, self.depths.len() / self.picture.width];
+        let size = Vec2::new(width as f32, height as f32);
+        let depth = offset.dot(camera.forward);
+        let seen =
+            Vec2::new(offset.dot(camera.right), -offset.dot(camera.up)) / (depth * camera.tan_half_fov);
+        let at = (seen * size.y + size) * 0.5;
+        let is_inside = depth > 0.0 && at.cmpge(Vec2::ONE).all() && at.cmplt(size - 1.0).all();
+        let pixel = is_inside.then(|| at.y as usize * width + at.x as usize)?;
+        let is_here = |near: usize| self.are_still[near] && (self.depths[near] - depth).abs() < 0.01 * depth;
+        let around = [0, 1, 2].into_iter().flat_map(|down| [0, 1, 2].map(|across| down * width + across));
+        around.map(|step| pixel + step - width - 1).any(is_here).then_some(pixel)
+    }
+}
