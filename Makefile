@@ -6,7 +6,7 @@ SHELL := /bin/bash
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
 DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png -o out/city/city.\#\#\#\#.exr --report out/city/report.html
 
-.PHONY: help setup build demo test bench clean
+.PHONY: help setup build demo test bench quality clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -34,5 +34,9 @@ bench: setup ## benchmark each kind of shot and each phase
 	$(CARGO) bench --locked --bench shots -- $(SHOTS)
 	$(CARGO) bench --locked --bench phases
 
-clean: ## remove what was built and rendered, but not what `setup` fetched
+# `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.
+quality: setup ## measure how good pictures of reused samples are
+	$(CARGO) bench --locked --bench quality -- $(QUALITY)
+
+clean: ## remove what was built and rendered; what `setup` fetched stays
 	rm -rf target out

@@ -52,7 +52,7 @@ pub fn kitchen() -> Result<Subject, Box<dyn Error>> {
         fov: 40.0,
         stride: 0.012,
         aside: -0.008,
-        turn: 0.4,
+        turn: -0.3,
     };
     let flows = &[Flow::In, Flow::Out, Flow::Sideways, Flow::Turn];
     Ok(Subject { name: "kitchen", scene: matt(scene), stand, flows, object: None })

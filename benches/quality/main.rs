@@ -7,6 +7,7 @@ mod fine;
 mod flows;
 mod kitchen;
 mod measure;
+mod panels;
 mod picture;
 mod subjects;
 mod table;
@@ -52,6 +53,10 @@ struct Arguments {
     /// Writes a picture of each row: reference, inferred frame, and four times their difference
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
+
+    /// Tells of each row which materials cover too much or too little, those that are furthest off first
+    #[arg(long)]
+    objects: bool,
 
     /// Small enough for a minute: to see that all works, not to quote
     #[arg(long)]
@@ -146,6 +151,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 fn measure(subject: &Subject, arguments: &Arguments, extent: &Extent) -> Result<(), Box<dyn Error>> {
     let is_asked = |flow: &&Flow| arguments.flow.is_empty() || arguments.flow.contains(flow);
+    let names: Vec<String> = subject.scene.materials.iter().map(|material| material.name.clone()).collect();
     let mut jumps = Vec::new();
     table::print_head(subject.name, extent.size);
     for flow in subject.flows.iter().filter(is_asked) {
@@ -153,12 +159,15 @@ fn measure(subject: &Subject, arguments: &Arguments, extent: &Extent) -> Result<
         for samples in arguments.samples() {
             for (number, row) in yardstick.rows(samples)?.iter().enumerate() {
                 table::print_row(row);
+                if arguments.objects {
+                    table::print_materials(row, &names);
+                }
                 if let Some(folder) = &arguments.png {
                     let name =
                         format!("{}-{}-{samples}x{samples}-{}.png", subject.name, flow.name(), row.frame);
                     write_png(
                         &folder.join(name),
-                        &picture::side_by_side(yardstick.reference(number), &row.picture),
+                        &panels::side_by_side(yardstick.reference(number), &row.picture),
                     )?;
                 }
             }

@@ -52,9 +52,11 @@ pub struct Row {
     pub coverage: Option<Coverage>,
     /// Half of what materials gain and lose, in percent of the picture: inferred, centred, jittered.
     pub moved: [f64; 3],
-    /// Variance in time of the error on still surfaces, over that of centred frames.
-    pub flicker: f64,
+    /// Variance in time of the error on still surfaces, over that of centred frames, and of jittered ones.
+    pub flicker: [f64; 2],
     pub picture: Picture,
+    /// Of each material: inferred, centred, reference.
+    pub areas: [Areas; 3],
 }
 
 /// In percent of the object's rim or area; positive where it covers too much.
@@ -77,6 +79,9 @@ pub struct Jumps {
     /// The same two, over the change between centred frames of the same numbers.
     pub over_centred: [f64; 2],
 }
+
+/// The material of a subject's object.
+const OBJECT: usize = 0;
 
 /// The base frame in the middle of the chain that [`Jumps`] are measured in.
 const AGAIN: i32 = 25;
@@ -123,25 +128,21 @@ impl<'s> Yardstick<'s> {
         let wanted = self.tracks.iter().flat_map(|tracks| tracks.frames.iter().copied()).collect();
         let (inferred, counts) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: 1 })?;
         let (centred, _) = pictures(&self.scene, &settings, &wanted, Way::Full)?;
-        let covered = areas(&self.scene, &settings, frames, true)?;
-        let covered_centred = areas(&self.scene, &settings, frames, false)?;
-        let row = |(number, frame): (usize, &i32)| {
-            let (fine, reference) = (&self.fine[number], &self.references[number]);
-            let jittered: Vec<_> =
-                (0..self.extent.seeds).map(|seed| fine.jittered(samples as usize, seed)).collect();
-            // of the square of every distance between a jittered frame and the reference
-            let unbiased = (1.0 - fine.share_of_its_own(samples as usize)).sqrt();
-            let over_seeds = |squared: &dyn Fn(&(Picture, Areas)) -> f64| {
-                (jittered.iter().map(squared).sum::<f64>() / jittered.len() as f64).sqrt() / unbiased
-            };
-            let error = over_seeds(&|(picture, _)| picture.rmse(reference).powi(2));
-            let right = fine.areas();
+        let [covered, covered_centred] =
+            [true, false].map(|reuse| areas(&self.scene, &settings, frames, reuse));
+        let areas = covered?.into_iter().zip(covered_centred?);
+        let row = |((number, frame), (covered, covered_centred)): ((usize, &i32), (Areas, Areas))| {
+            let (fresh, reference) = (self.jittered(number, samples), &self.references[number]);
+            let right = self.fine[number].areas();
             let whole = self.subject.object.map(|unit| match unit {
-                Unit::Rim => fine.rim(0),
-                Unit::Area => right[0],
+                Unit::Rim => self.fine[number].rim(OBJECT),
+                Unit::Area => right[OBJECT],
             });
-            let signed = |areas: &Areas, whole: f64| 100.0 * (areas[0] - right[0]) / whole;
-            let still = |pictures| self.watch.flicker(&self.tracks[number], pictures);
+            let signed = |areas: &Areas, whole: f64| 100.0 * (areas[OBJECT] - right[OBJECT]) / whole;
+            let error = fresh.root(|(picture, _)| picture.rmse(reference).powi(2));
+            let tracks = &self.tracks[number];
+            let noise = fresh.root(|(picture, _)| Watch::noise(tracks, &picture.less(reference)));
+            let flicker = self.watch.flicker(tracks, &inferred);
             Row {
                 flow: self.flow,
                 samples,
@@ -151,20 +152,27 @@ impl<'s> Yardstick<'s> {
                 inferred: inferred[frame].rmse(reference) / error,
                 centred: centred[frame].rmse(reference) / error,
                 coverage: whole.map(|whole| Coverage {
-                    inferred: signed(&covered[number], whole),
-                    centred: signed(&covered_centred[number], whole),
-                    jittered: over_seeds(&|(_, areas)| signed(areas, whole).powi(2)),
+                    inferred: signed(&covered, whole),
+                    centred: signed(&covered_centred, whole),
+                    jittered: fresh.root(|(_, areas)| signed(areas, whole).powi(2)),
                 }),
                 moved: [
-                    moved(&covered[number], &right),
-                    moved(&covered_centred[number], &right),
-                    over_seeds(&|(_, areas)| moved(areas, &right).powi(2)),
+                    moved(&covered, &right),
+                    moved(&covered_centred, &right),
+                    fresh.root(|(_, areas)| moved(areas, &right).powi(2)),
                 ],
-                flicker: still(&inferred) / still(&centred),
+                flicker: [self.watch.flicker(tracks, &centred), noise.powi(2)].map(|other| flicker / other),
                 picture: inferred[frame].clone(),
+                areas: [covered, covered_centred, right],
             }
         };
-        Ok(frames.iter().enumerate().map(row).collect())
+        Ok(frames.iter().enumerate().zip(areas).map(row).collect())
+    }
+
+    fn jittered(&self, number: usize, samples: u32) -> Jittered {
+        let (fine, samples) = (&self.fine[number], samples as usize);
+        let frames = (0..self.extent.seeds).map(|seed| fine.jittered(samples, seed)).collect();
+        Jittered { frames, unbiased: 1.0 - fine.share_of_its_own(samples) }
     }
 
     /// How the error jumps at base frames.
@@ -180,6 +188,20 @@ impl<'s> Yardstick<'s> {
             again: jump(AGAIN) / jump(AGAIN - 1),
             over_centred: [2, AGAIN].map(|frame| jump(frame) / self.watch.jump(frame, &centred)),
         })
+    }
+}
+
+/// Frames of which each cell has its sample at a random place.
+struct Jittered {
+    frames: Vec<(Picture, Areas)>,
+    /// By so much are squares of distances to the reference too small.
+    unbiased: f64,
+}
+
+impl Jittered {
+    /// The root of the mean of `square`, the square of a distance to the reference.
+    fn root(&self, square: impl Fn(&(Picture, Areas)) -> f64) -> f64 {
+        (self.frames.iter().map(square).sum::<f64>() / self.frames.len() as f64 / self.unbiased).sqrt()
     }
 }
 

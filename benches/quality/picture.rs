@@ -1,6 +1,6 @@
 //! Pictures as a display shows them, and how much two of them differ.
 
-use afterimage::film::{Film, Plane, PlaneKind};
+use afterimage::film::Film;
 use glam::Vec3;
 
 /// Linear R, G and B, cut to 0 to 1, of `width` pixels a row, top row first.
@@ -38,25 +38,4 @@ impl Picture {
 pub fn rms(values: &[Vec3]) -> f64 {
     let sum: f64 = values.iter().map(|value| f64::from(value.length_squared())).sum();
     (sum / (3 * values.len().max(1)) as f64).sqrt()
-}
-
-/// Reference, picture, and four times their difference about grey, side by side.
-pub fn side_by_side(reference: &Picture, picture: &Picture) -> Film {
-    const TIMES: f32 = 4.0;
-    let width = reference.width;
-    let difference: Vec<Vec3> =
-        picture.less(reference).iter().map(|less| Vec3::splat(0.5) + *less * TIMES).collect();
-    let panels = [&reference.colors, &picture.colors, &difference];
-    let rows = (0..reference.colors.len()).step_by(width);
-    let all: Vec<Vec3> =
-        rows.flat_map(|row| panels.map(|panel| &panel[row..row + width])).flatten().copied().collect();
-    let plane = |name, axis: usize| {
-        Plane::new(name, PlaneKind::Float, &all.iter().map(|color| color[axis]).collect::<Vec<f32>>())
-    };
-    Film {
-        width: 3 * width as u32,
-        height: (reference.colors.len() / width) as u32,
-        planes: vec![plane("R", 0), plane("G", 1), plane("B", 2)],
-        stamp: 0,
-    }
 }

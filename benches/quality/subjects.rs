@@ -74,8 +74,8 @@ pub fn movers() -> Subject {
 
 fn subject(name: &'static str, model: Model, flows: &'static [Flow], unit: Unit) -> Subject {
     let flat = Vec3::new(0.9, 0.4, 0.1);
-    let object = Material { diffuse: flat, ambient: flat, ..Material::fallback() };
-    let plane = Material { diffuse_map: Some(0), ..toy::matt(1.0) };
+    let object = Material { name: name.into(), diffuse: flat, ambient: flat, ..Material::fallback() };
+    let plane = Material { name: "plane".into(), diffuse_map: Some(0), ..toy::matt(1.0) };
     let unused = toy::camera(Track::constant(STAND.eye), Track::constant(STAND.target));
     let mut scene = toy::scene(unused, vec![plane_model(), model], vec![object, plane], vec![]);
     scene.textures = vec![chequers()];
@@ -112,11 +112,13 @@ fn plane_model() -> Model {
     toy::still("plane", Mesh { uvs, ..mesh }, Vec3::ZERO)
 }
 
-/// Discs of radius 0.4 in a grid that is wider than any picture of it.
+/// Discs of radius 0.4 in a grid that is wider than any picture of it, each a little aside, so that no two of them lie
+/// alike on the pixels.
 fn disc_mesh() -> Mesh {
     const EDGES: u32 = 64;
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
-    for centre in (-8..=8).flat_map(|x| (-4..=4).map(move |y| Vec2::new(x as f32, y as f32) * 1.3)) {
+    for (x, y) in (-8..=8).flat_map(|x| (-4..=4).map(move |y| (x as f32, y as f32))) {
+        let centre = Vec2::new(x, y) * 1.3 + Vec2::from_angle(x * 2.4 + y * 5.1) * 0.12;
         let first = corners.len() as u32;
         corners.push(centre.extend(0.0).to_array());
         for edge in 0..EDGES {

@@ -93,6 +93,13 @@ impl Watch {
         tracks.pixels.iter().map(variance).sum::<f64>() / tracks.pixels.len().max(1) as f64
     }
 
+    /// What it would be if each frame had the error `error` at the ends of the tracks, and no two the same one: the mean
+    /// square of it.
+    pub fn noise(tracks: &Tracks, error: &[Vec3]) -> f64 {
+        let ends: Vec<Vec3> = tracks.pixels.iter().filter_map(|track| Some(error[*track.last()?])).collect();
+        rms(&ends).powi(2)
+    }
+
     /// Root mean square of how much the error of `pictures` changes from the frame before `frame` to it.
     pub fn jump(&self, frame: i32, pictures: &Pictures) -> f64 {
         let [before, after] = [frame - 1, frame].map(|frame| self.error(frame, pictures));
