@@ -1,67 +1,69 @@
-//! How far are pictures of reused samples from the truth? A small version of `make quality`: docs/quality.md says what
-//! the figures mean. The bounds below leave room for chance; what they hold is what the renderer does, and no more.
+//! The picture quality of frames that reuse samples: a small version of `make quality`. docs/quality.md explains the
+//! figures.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 #![allow(dead_code, reason = "the bench uses all of what is shared with it")]
 
 #[path = "../benches/quality/coverage.rs"]
 mod coverage;
-#[path = "../benches/quality/fine.rs"]
-mod fine;
 #[path = "../benches/quality/flows.rs"]
 mod flows;
 #[path = "../benches/quality/measure.rs"]
 mod measure;
 #[path = "../benches/quality/picture.rs"]
 mod picture;
+#[path = "../benches/quality/reference.rs"]
+mod reference;
+#[path = "../benches/quality/sequence.rs"]
+mod sequence;
 #[path = "../benches/quality/subjects.rs"]
 mod subjects;
 mod toy;
-#[path = "../benches/quality/watched.rs"]
-mod watched;
 
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::settings::Settings;
 
-use fine::Fine;
 use flows::Flow;
-use measure::{Extent, Row, Yardstick};
+use measure::{Comparison, Options, Row};
 use picture::Picture;
+use reference::Reference;
 use subjects::Subject;
 
-/// Numbers of samples along a pixel's edge that the bounds are for, in this order.
+// The bounds: what the renderer reaches, with some room. Those that are lists have an entry for each of `SAMPLES`.
+
+/// Samples along a pixel's edge.
 const SAMPLES: [u32; 2] = [1, 2];
 
-/// Of the RMSE of an inferred frame, over that of a jittered one.
+/// RMSE of an inferred frame, over that of a jittered one.
 const MOST_ERROR: [f64; 2] = [1.1, 1.3];
 
-/// Percent of their rims by which discs may cover too much, or too little.
+/// Signed coverage error of discs, in percent of their rim; of either sign.
 const MOST_OF_RIM: [f64; 2] = [20.0, 12.0];
 
-/// Percent of their area by which wires may cover too much, or too little.
+/// Signed coverage error of wires, in percent of their area; of either sign.
 const MOST_OF_WIRES: [f64; 2] = [25.0, 16.0];
 
-/// Percent of the picture that may be of another material than it should be.
+/// Area moved, in percent of the picture.
 const MOST_MOVED: [f64; 2] = [6.0, 4.0];
 
-/// Variance in time of the error on still surfaces, over that of jittered frames.
+/// Flicker, over that of jittered frames.
 const MOST_FLICKER: [f64; 2] = [1.0, 1.4];
 
-/// How much the error jumps between base and inferred frames, over how much between frames that are traced anew.
-const MOST_JUMP: [f64; 2] = [3.5, 3.5];
+/// How much the error pops between base and inferred frames, over how much between frames that are traced anew.
+const MOST_POP: [f64; 2] = [3.5, 3.5];
 
 const SIZE: [u32; 2] = [128, 72];
 
-fn extent() -> Extent {
-    Extent { size: SIZE, frames: vec![24], fine: 16, watched: 4, window: 8, seeds: 4 }
+fn options() -> Options {
+    Options { size: SIZE, frames: vec![24], reference: 16, sequence: 4, window: 8, seeds: 4 }
 }
 
-/// Measures frame 24 of a chain, holds it against the bounds, and its coverage against `most_coverage`.
+/// Compares frame 24 of a chain with the bounds, and its coverage with `most_coverage`.
 fn hold(subject: &Subject, flow: Flow, most_coverage: [f64; 2]) {
-    let extent = extent();
-    let yardstick = Yardstick::new(subject, flow, &extent).unwrap();
+    let options = options();
+    let comparison = Comparison::new(subject, flow, &options).unwrap();
     for (number, samples) in SAMPLES.into_iter().enumerate() {
-        let rows = yardstick.rows(samples).unwrap();
+        let rows = comparison.rows(samples).unwrap();
         let [Row { inferred, centred, traced, coverage, moved, flicker, .. }] = &rows[..] else {
             panic!("one frame was asked for");
         };
@@ -69,20 +71,20 @@ fn hold(subject: &Subject, flow: Flow, most_coverage: [f64; 2]) {
         println!(
             "{what}: {inferred:.2} {centred:.2}, {traced:.2}, {coverage:.2?}, {moved:.3?}, {flicker:.2?}"
         );
-        assert!(*traced < 0.5, "{what}: {traced}: most is reused, or nothing was measured");
+        assert!(*traced < 0.5, "{what}: {traced} traced, so that reuse was not measured");
         assert!(*inferred > 0.0 && *inferred < MOST_ERROR[number], "{what}: error {inferred}");
         let coverage = coverage.unwrap();
         assert!(coverage.inferred.abs() < most_coverage[number], "{what}: {coverage:?}");
-        // fresh samples lie where they should: what they cover too much is chance
+        // or the picture is too small to say anything
         assert!(coverage.jittered < 3.0, "{what}: {coverage:?}");
         assert!(moved[0] < MOST_MOVED[number], "{what}: {moved:?} moved");
         assert!(flicker[1] > 0.0 && flicker[1] < MOST_FLICKER[number], "{what}: flicker {flicker:?}");
-        let jumps = yardstick.jumps(samples).unwrap();
-        println!("{what}: {:.2} {:.2} {:.2?}", jumps.first, jumps.again, jumps.over_centred);
+        let pops = comparison.pops(samples).unwrap();
+        println!("{what}: {:.2} {:.2} {:.2?}", pops.from_base, pops.to_base, pops.over_centred);
         assert!(
-            jumps.over_centred.iter().all(|jump| *jump < MOST_JUMP[number]),
+            pops.over_centred.iter().all(|jump| *jump < MOST_POP[number]),
             "{what}: {:?}",
-            jumps.over_centred
+            pops.over_centred
         );
     }
 }
@@ -112,20 +114,19 @@ fn what_moves_keeps_its_size_before_a_camera_at_rest() {
     hold(&subjects::movers(), Flow::Rest, MOST_OF_RIM);
 }
 
-/// The reference has its samples one by one; the renderer's own frame of as many has their means. Both must be one
-/// picture, and cover the same areas.
+/// A reference and the renderer's own frame with as many samples have the same picture and the same areas.
 #[test]
-fn the_yardstick_is_right() {
+fn references_agree_with_the_renderer() {
     let scene = subjects::wires(SIZE[1]).scene(Flow::Turn);
     let settings = Settings { width: SIZE[0], height: SIZE[1], layers: Layers::NONE, ..toy::settings(16) };
-    let [fine] = &Fine::of(&scene, &settings, &[7], 16).unwrap()[..] else {
+    let [reference] = &Reference::of(&scene, &settings, &[7], 16).unwrap()[..] else {
         panic!("one frame was asked for")
     };
     let own = Renderer::new(&scene, &settings).unwrap().render(7, false).unwrap();
-    let error = fine.picture().rmse(&Picture::of(&own.film));
+    let (picture, reference) = reference.whole();
+    let error = picture.rmse(&Picture::of(&own.film));
     assert!(error < 1e-3, "{error}: more than rounding to halves");
     let areas = coverage::areas(&scene, &settings, &[7], false).unwrap();
-    let reference = fine.areas();
     assert_eq!(areas[0].len(), 3, "two materials and the background");
     for (area, wanted) in areas[0].iter().zip(&reference) {
         assert!((area - wanted).abs() < 0.01, "{areas:?}, {reference:?}");
@@ -135,7 +136,7 @@ fn the_yardstick_is_right() {
     assert!((moved - 1.0).abs() < 1e-6, "{moved}: one of a hundred pixels");
 }
 
-/// Codes of many materials are told apart, whatever the number of samples.
+/// Codes of many materials give the same counts in any base.
 #[test]
 fn every_material_is_counted() {
     let mut scene = subjects::discs().scene(Flow::In);
@@ -149,7 +150,7 @@ fn every_material_is_counted() {
         }
         model.mesh = std::sync::Arc::new(mesh);
     }
-    // the same samples, counted by codes of other bases
+    // always the same samples
     let counts = |samples: u32| {
         let settings = Settings { width: 512 / samples, height: 288 / samples, ..toy::settings(samples) };
         let areas = coverage::areas(&scene, &settings, &[1], false).unwrap().remove(0);

@@ -1,9 +1,9 @@
-//! How much of the picture each material covers, exactly: from frames whose materials show codes instead of colours.
+//! The exact area that each material covers, from frames in which materials have codes instead of colours.
 //!
-//! A pixel is the mean of its samples. If material number `k` shows the base-th power of `k`, with one more than the
-//! samples of a pixel for a base, the digits of the pixel's sum are the counts of its samples by material. Emission
-//! and reflectance have three channels each, and each holds a few digits; several passes hold all materials. Where
-//! samples lie depends on no colour, so that all passes show the same samples.
+//! A pixel is the mean of its n samples. If material k has the colour (n + 1)^k, then the digits of the pixel's sum, in
+//! base n + 1, are its numbers of samples of each material. A channel has room for a few digits; emission and
+//! reflectance have three channels each; several passes cover all materials. Where samples lie does not depend on
+//! colours, so that all passes have the same samples.
 
 use afterimage::film::Film;
 use afterimage::frame::{RenderError, Renderer};
@@ -13,19 +13,20 @@ use afterimage::scene::{Background, Material, Scene};
 use afterimage::settings::Settings;
 use glam::Vec3;
 
-/// Planes hold halves, which have 11 bits: the largest sum leaves one for rounding.
+/// Planes are half floats, with 11 significant bits; one is left for rounding.
 const LARGEST_SUM: usize = 1000;
 
-/// Emission and reflectance.
+/// Emission and diffuse reflectance, which the film keeps apart.
 const PLANES: [&str; 6] = ["R", "G", "B", "albedo.R", "albedo.G", "albedo.B"];
 
-/// Pixels that each material covers, by number; the background comes last.
+/// Area that each material covers, in pixels; the background comes last.
 pub type Areas = Vec<f64>;
 
-/// Which material shows what.
+/// The codes of a scene's materials.
 struct Code {
+    /// Samples of a pixel.
     of_pixel: usize,
-    /// Of one plane.
+    /// Materials that a channel has room for.
     digits: usize,
     materials: usize,
 }
@@ -47,7 +48,7 @@ impl Code {
         self.materials.div_ceil(self.of_pass())
     }
 
-    /// The scene, with the codes of pass `pass` for colours, and no light.
+    /// `scene` with the codes of pass `pass` as colours, without lights.
     fn scene(&self, scene: &Scene, pass: usize) -> Scene {
         let coded = |(number, material): (usize, &Material)| {
             let mut planes = [0.0; PLANES.len()];
@@ -73,7 +74,7 @@ impl Code {
         }
     }
 
-    /// Gives `put` each pixel with a material of pass `pass` and how many of its samples show it.
+    /// Calls `put` with pixel, material and number of samples, for all materials of pass `pass`.
     fn read(&self, film: &Film, pass: usize, mut put: impl FnMut(usize, usize, usize)) {
         let base = self.of_pixel + 1;
         for (channel, name) in PLANES.iter().enumerate() {
@@ -91,8 +92,8 @@ impl Code {
     }
 }
 
-/// Renders `frames` (in rising order) in codes and gives `put` each number in the list with a pixel, a material, and how
-/// many samples of the pixel show it. With `reuse` all frames from the first on are rendered, as one chain.
+/// Renders `frames` (rising) in codes and calls `put` with an index into `frames`, a pixel, a material and its number of
+/// samples in that pixel. With `reuse` the frames belong to one chain that starts at frame 1.
 pub fn count(
     scene: &Scene,
     settings: &Settings,
@@ -120,7 +121,7 @@ pub fn count(
     Ok(())
 }
 
-/// The areas of all materials in each of `frames`.
+/// The areas in each of `frames`: see [`count`].
 pub fn areas(
     scene: &Scene,
     settings: &Settings,
@@ -139,7 +140,7 @@ pub fn areas(
     Ok(areas)
 }
 
-/// Half of what materials gain and lose, in percent of the picture.
+/// Half the sum of what materials gain and lose, in percent of the picture.
 pub fn moved(areas: &Areas, reference: &Areas) -> f64 {
     let moved: f64 = areas.iter().zip(reference).map(|(a, b)| (a - b).abs()).sum();
     50.0 * moved / reference.iter().sum::<f64>()

@@ -1,4 +1,4 @@
-//! How the camera moves: one way for a hundred frames, then back, and so on, so that a chain may have any length.
+//! Camera moves: one way for a hundred frames, then back, and so on, so that chains can be long.
 
 use afterimage::motion::{Interpolation, Keyed, Track};
 use afterimage::scene::CameraTrack;
@@ -6,28 +6,28 @@ use afterimage::scene::camera::Aim;
 use clap::ValueEnum;
 use glam::DVec3;
 
-/// Frames from turning point to turning point. Frames 24, 96 and 300 of a shot are on legs of the same direction.
+/// Frames from one turning point to the next. Frames 24, 96 and 300 are on legs of the same direction.
 pub const LEG: i32 = 100;
 
-/// Legs that tracks have.
+/// Legs of a track.
 const LEGS: i32 = 20;
 
 /// What the camera does on the first leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Flow {
-    /// It rests.
+    /// It does not move.
     Rest,
-    /// It travels to where it looks: the picture grows.
+    /// It travels along its view axis.
     In,
     /// It travels backwards.
     Out,
     /// It travels to the right.
     Sideways,
-    /// It turns to the left where it stands.
+    /// It turns left about its vertical axis.
     Turn,
 }
 
-/// Where a camera starts, and how fast it is. World space.
+/// Where a camera starts and how fast it moves. World space.
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {
     pub eye: DVec3,
@@ -43,12 +43,12 @@ pub struct Stand {
 }
 
 impl Flow {
-    /// As the command line and the tables name it.
+    /// Its name on the command line and in tables.
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 
-    /// The camera that starts at `stand`. `Out` goes the way of `In` backwards.
+    /// The camera that starts at `stand`; `Out` starts where `In` turns.
     pub fn camera(self, stand: &Stand) -> CameraTrack {
         let way = (stand.target - stand.eye).normalize();
         let leg = f64::from(LEG);
@@ -66,7 +66,7 @@ impl Flow {
     }
 }
 
-/// At `from` in frame 1, at `to` a leg later, and so on, at constant speed.
+/// At `from` in frame 1, at `to` a leg later, and so on, with constant speed.
 pub fn there_and_back<T: Keyed>(from: T, to: T) -> Track<T> {
     let key = |leg: i32| (f64::from(1 + LEG * leg), if leg % 2 == 0 { from } else { to });
     Track::through((0..=LEGS).map(key).collect(), Interpolation::Linear).expect("frames rise")

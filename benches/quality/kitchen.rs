@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use crate::flows::{Flow, Stand};
 use crate::subjects::Subject;
 
-/// One point light and ambient light. The camera is where the bench of shots has it, too.
+/// The camera stands where that of the bench `shots` starts.
 const SHOT: &str = r#"
 [render]
 filter = "box"
@@ -29,7 +29,10 @@ eye = [1.211, 1.80475, 3.85239]
 target = [0.335, 1.72, 2.056]
 "#;
 
-/// The kitchen, or why it is not there.
+/// Loads the kitchen.
+///
+/// # Errors
+/// Its OBJ is not on this machine, or cannot be read.
 pub fn kitchen() -> Result<Subject, Box<dyn Error>> {
     let folder = match std::env::var_os("AFTERIMAGE_SCENES") {
         Some(folder) => PathBuf::from(folder),
@@ -58,7 +61,7 @@ pub fn kitchen() -> Result<Subject, Box<dyn Error>> {
     Ok(Subject { name: "kitchen", scene: matt(scene), stand, flows, object: None })
 }
 
-/// Without highlights, mirrors and glass: what is seen in them changes with the eye, and is never reused.
+/// Without highlights, mirrors and glass: they depend on the view and are never reused.
 fn matt(mut scene: Scene) -> Scene {
     for material in &mut scene.materials {
         (material.specular, material.optics) = (Vec3::ZERO, Optics::Opaque);

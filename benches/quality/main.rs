@@ -1,19 +1,19 @@
-//! `cargo bench --bench quality`: how good frames are that reuse samples, beside frames that were traced anew.
+//! `cargo bench --bench quality`: the picture quality of frames that reuse samples. It measures no times.
 //!
-//! docs/quality.md says what is measured, and has the tables. No time is measured.
+//! docs/quality.md says what is measured, and has the results.
 
 mod coverage;
-mod fine;
 mod flows;
 mod kitchen;
 mod measure;
 mod panels;
 mod picture;
+mod reference;
+mod sequence;
 mod subjects;
 mod table;
 #[path = "../../tests/toy/mod.rs"]
 mod toy;
-mod watched;
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -23,18 +23,18 @@ use afterimage::output::png::write_png;
 use clap::{Parser, ValueEnum};
 
 use flows::Flow;
-use measure::{Extent, Yardstick};
+use measure::{Comparison, Options};
 use subjects::Subject;
 
 /// Measures the quality of frames that reuse samples
 #[derive(Debug, Clone, Parser)]
 #[command(name = "quality", bin_name = "cargo bench --bench quality --")]
 struct Arguments {
-    /// What is seen [default: all]
+    /// Scenes [default: all]
     #[arg(long, value_enum, value_delimiter = ',')]
     shot: Vec<Shot>,
 
-    /// How the camera moves [default: all that the shot has]
+    /// Camera moves [default: all of the shot's]
     #[arg(long, value_enum, value_delimiter = ',')]
     flow: Vec<Flow>,
 
@@ -42,27 +42,27 @@ struct Arguments {
     #[arg(long, value_delimiter = ',', value_parser = one_of_samples)]
     samples: Vec<u32>,
 
-    /// Frames that are measured; the chain begins with frame 1 [default: 24,96,300; with --quick 24]
+    /// Frames to measure, of a chain that starts at frame 1 [default: 24,96,300; with --quick 24]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(i32).range(2..=2000))]
     frames: Vec<i32>,
 
-    /// Pixels; the reference takes 60 bytes for each of its 256 samples a pixel [default: 320x180; with --quick 160x90]
+    /// Pixels; memory: some 25 KB a pixel [default: 320x180; with --quick 160x90]
     #[arg(long, value_parser = size, value_name = "WxH")]
     size: Option<[u32; 2]>,
 
-    /// Writes a picture of each row: reference, inferred frame, and four times their difference
+    /// Write a picture for each row: reference, inferred frame, and four times their difference
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
 
-    /// Tells of each row which materials cover too much or too little, those that are furthest off first
+    /// List the materials with the largest area errors below each row
     #[arg(long)]
     objects: bool,
 
-    /// Small enough for a minute: to see that all works, not to quote
+    /// A minute's worth: to see that everything works, not to quote
     #[arg(long)]
     quick: bool,
 
-    /// What cargo says to every benchmark
+    /// Passed by cargo to every benchmark
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -82,7 +82,7 @@ enum Shot {
 fn one_of_samples(text: &str) -> Result<u32, String> {
     match text.parse() {
         Ok(samples @ (1 | 2 | 4 | 8)) => Ok(samples),
-        _ => Err(String::from("cells must hold whole samples of the reference: 1, 2, 4 or 8")),
+        _ => Err(String::from("must be 1, 2, 4 or 8, so that 16 is a multiple")),
     }
 }
 
@@ -96,7 +96,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 impl Arguments {
-    fn extent(&self) -> Extent {
+    fn options(&self) -> Options {
         let mut frames = if self.frames.is_empty() {
             if self.quick { vec![24] } else { vec![24, 96, 300] }
         } else {
@@ -105,7 +105,7 @@ impl Arguments {
         frames.sort_unstable();
         frames.dedup();
         let size = self.size.unwrap_or(if self.quick { [160, 90] } else { [320, 180] });
-        Extent { size, frames, fine: 16, watched: 8, window: 16, seeds: 8 }
+        Options { size, frames, reference: 16, sequence: 8, window: 16, seeds: 8 }
     }
 
     fn samples(&self) -> Vec<u32> {
@@ -128,13 +128,13 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let extent = arguments.extent();
+    let options = arguments.options();
     arguments.png.as_ref().map_or(Ok(()), std::fs::create_dir_all)?;
     let shots = if arguments.shot.is_empty() { Shot::value_variants() } else { &arguments.shot };
     for shot in shots {
         let subject = match shot {
             Shot::Discs => subjects::discs(),
-            Shot::Wires => subjects::wires(extent.size[1]),
+            Shot::Wires => subjects::wires(options.size[1]),
             Shot::Movers => subjects::movers(),
             Shot::Kitchen => match kitchen::kitchen() {
                 Ok(subject) => subject,
@@ -144,36 +144,36 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                 }
             },
         };
-        measure(&subject, arguments, &extent)?;
+        measure(&subject, arguments, &options)?;
     }
     Ok(())
 }
 
-fn measure(subject: &Subject, arguments: &Arguments, extent: &Extent) -> Result<(), Box<dyn Error>> {
+fn measure(subject: &Subject, arguments: &Arguments, options: &Options) -> Result<(), Box<dyn Error>> {
     let is_asked = |flow: &&Flow| arguments.flow.is_empty() || arguments.flow.contains(flow);
     let names: Vec<String> = subject.scene.materials.iter().map(|material| material.name.clone()).collect();
-    let mut jumps = Vec::new();
-    table::print_head(subject.name, extent.size);
+    let (mut all, mut pops) = (Vec::new(), Vec::new());
+    table::print_head(subject.name, options.size);
     for flow in subject.flows.iter().filter(is_asked) {
-        let yardstick = Yardstick::new(subject, *flow, extent)?;
+        let comparison = Comparison::new(subject, *flow, options)?;
         for samples in arguments.samples() {
-            for (number, row) in yardstick.rows(samples)?.iter().enumerate() {
-                table::print_row(row);
+            for (number, row) in comparison.rows(samples)?.into_iter().enumerate() {
+                table::print_row(&row);
                 if arguments.objects {
-                    table::print_materials(row, &names);
+                    table::print_materials(&row, &names);
                 }
                 if let Some(folder) = &arguments.png {
                     let name =
                         format!("{}-{}-{samples}x{samples}-{}.png", subject.name, flow.name(), row.frame);
-                    write_png(
-                        &folder.join(name),
-                        &panels::side_by_side(yardstick.reference(number), &row.picture),
-                    )?;
+                    let panels = panels::side_by_side(&comparison.reference(number), &row.picture);
+                    write_png(&folder.join(name), &panels)?;
                 }
+                all.push(row);
             }
-            jumps.push(yardstick.jumps(samples)?);
+            pops.push(comparison.pops(samples)?);
         }
     }
-    table::print_jumps(&jumps);
+    table::print_summary(&all);
+    table::print_pops(&pops);
     Ok(())
 }

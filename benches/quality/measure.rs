@@ -1,4 +1,4 @@
-//! What is measured of one subject in one flow.
+//! What is measured of a subject in one flow.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,216 +9,213 @@ use afterimage::settings::Settings;
 use afterimage::stats::SampleCounts;
 
 use crate::coverage::{Areas, areas, moved};
-use crate::fine::Fine;
 use crate::flows::Flow;
 use crate::picture::Picture;
+use crate::reference::Reference;
+use crate::sequence::{Pictures, Sequence, Tracks};
 use crate::subjects::{Subject, Unit};
 use crate::toy;
-use crate::watched::{Pictures, Tracks, Watch};
 
-/// How much is measured.
 #[derive(Debug, Clone)]
-pub struct Extent {
+pub struct Options {
     /// Pixels.
     pub size: [u32; 2],
-    /// Numbers of the frames that are measured, rising; the chain begins with frame 1.
+    /// The frames that are measured, rising; the chain starts at frame 1.
     pub frames: Vec<i32>,
-    /// Along a pixel's edge, of the reference.
-    pub fine: u32,
-    /// The same where many frames are watched.
-    pub watched: u32,
-    /// Frames over which flicker is measured: up to each of `frames`.
+    /// Samples along a pixel's edge, of the references.
+    pub reference: u32,
+    /// The same for the references of all frames that are compared over time.
+    pub sequence: u32,
+    /// Frames over which flicker is measured, the last of them one of `frames`.
     pub window: i32,
-    /// Jittered frames, of which the mean is told.
+    /// Jittered frames to average.
     pub seeds: u64,
 }
 
-/// One frame of a chain, compared with the same frame traced anew: in the centres of its cells, as the program does, and
-/// with a random place in each cell, as is usual.
+/// One frame of a chain, beside two fresh frames: *centred*, traced through the centres of the cells, as the program
+/// does, and *jittered*, with a random place in each cell.
 pub struct Row {
     pub flow: Flow,
     /// Along a pixel's edge.
     pub samples: u32,
     pub frame: i32,
-    /// Share of the samples that were traced in this frame.
+    /// Share of the samples that were traced for this frame.
     pub traced: f64,
     /// RMSE of a jittered frame.
     pub jittered: f64,
-    /// RMSE over that of a jittered frame.
+    /// RMSE of the inferred frame over `jittered`.
     pub inferred: f64,
-    /// The same of the centred frame.
+    /// RMSE of the centred frame over `jittered`.
     pub centred: f64,
-    /// What the object covers too much; in percent.
+    /// Of the subject's object, if it has one.
     pub coverage: Option<Coverage>,
-    /// Half of what materials gain and lose, in percent of the picture: inferred, centred, jittered.
+    /// Half the sum of what materials gain and lose, in percent of the picture: inferred, centred, jittered.
     pub moved: [f64; 3],
-    /// Variance in time of the error on still surfaces, over that of centred frames, and of jittered ones.
+    /// Flicker over that of centred frames, and over that of jittered ones.
     pub flicker: [f64; 2],
     pub picture: Picture,
     /// Of each material: inferred, centred, reference.
     pub areas: [Areas; 3],
 }
 
-/// In percent of the object's rim or area; positive where it covers too much.
+/// Signed coverage error, in percent of the object's rim or area; positive if it covers too much.
 #[derive(Debug, Clone, Copy)]
 pub struct Coverage {
     pub inferred: f64,
     pub centred: f64,
-    /// Root mean square of jittered frames: what chance does.
+    /// Standard deviation of jittered frames.
     pub jittered: f64,
 }
 
-/// How much the error changes in one frame, over how much it changes in another one.
-pub struct Jumps {
+/// Pops: how much the error changes between a base frame and an inferred one, compared with other changes.
+pub struct Pops {
     pub flow: Flow,
     pub samples: u32,
-    /// From the base frame to the first inferred one, over the change to the second.
-    pub first: f64,
-    /// To a base frame in the middle of the chain, over the change in the frame before.
-    pub again: f64,
-    /// The same two, over the change between centred frames of the same numbers.
+    /// From frame 1, a base frame, to frame 2; over the change from 2 to 3.
+    pub from_base: f64,
+    /// To a base frame in the middle of a chain; over the change to the frame before it.
+    pub to_base: f64,
+    /// Both changes, over the change between centred frames of the same numbers.
     pub over_centred: [f64; 2],
 }
 
 /// The material of a subject's object.
 const OBJECT: usize = 0;
 
-/// The base frame in the middle of the chain that [`Jumps`] are measured in.
-const AGAIN: i32 = 25;
+/// The base frame in the middle of the chain in which [`Pops`] are measured.
+const SECOND_BASE: i32 = 25;
 
-/// Of one flow: what everything is compared with.
-pub struct Yardstick<'s> {
+/// The references of one flow, with which chains are compared.
+pub struct Comparison<'s> {
     subject: &'s Subject,
     flow: Flow,
-    extent: &'s Extent,
+    options: &'s Options,
     scene: Scene,
-    fine: Vec<Fine>,
-    references: Vec<Picture>,
-    watch: Watch,
+    references: Vec<Reference>,
+    sequence: Sequence,
     tracks: Vec<Tracks>,
 }
 
-/// The settings of all that is rendered here. What decides how samples are reused is said here, too.
-fn settings(extent: &Extent, samples: u32) -> Settings {
-    let [width, height] = extent.size;
+/// The settings of everything that is rendered here: the place for a setting that decides how samples are reused.
+fn settings(options: &Options, samples: u32) -> Settings {
+    let [width, height] = options.size;
     Settings { width, height, samples, audit: false, layers: Layers::NONE, ..toy::settings(samples) }
 }
 
-impl<'s> Yardstick<'s> {
-    pub fn new(subject: &'s Subject, flow: Flow, extent: &'s Extent) -> Result<Self, RenderError> {
+impl<'s> Comparison<'s> {
+    pub fn new(subject: &'s Subject, flow: Flow, options: &'s Options) -> Result<Self, RenderError> {
         let scene = subject.scene(flow);
-        let (settings, frames) = (settings(extent, 1), &extent.frames);
-        let fine = Fine::of(&scene, &settings, frames, extent.fine)?;
-        let references = fine.iter().map(Fine::picture).collect();
-        let windows = || frames.iter().map(|frame| (frame - extent.window + 1).max(1)..=*frame);
-        let watched: BTreeSet<i32> = windows().flatten().chain(jump_frames()).collect();
-        let watch = Watch::of(&scene, &settings, watched, extent.watched)?;
-        let tracks = windows().map(|window| watch.tracks(window)).collect();
-        Ok(Self { subject, flow, extent, scene, fine, references, watch, tracks })
+        let (settings, frames) = (settings(options, 1), &options.frames);
+        let references = Reference::of(&scene, &settings, frames, options.reference)?;
+        let windows = || frames.iter().map(|frame| (frame - options.window + 1).max(1)..=*frame);
+        let compared: BTreeSet<i32> = windows().flatten().chain(pop_frames()).collect();
+        let sequence = Sequence::of(&scene, &settings, compared, options.sequence)?;
+        let tracks = windows().map(|window| sequence.tracks(window)).collect();
+        Ok(Self { subject, flow, options, scene, references, sequence, tracks })
     }
 
-    /// The picture of number `number` of the frames.
-    pub fn reference(&self, number: usize) -> &Picture {
-        &self.references[number]
+    /// The reference picture of `options.frames[number]`.
+    pub fn reference(&self, number: usize) -> Picture {
+        self.references[number].whole().0
     }
 
-    /// All frames with so many samples.
+    /// Compares all frames, with `samples` x `samples` samples a pixel.
     pub fn rows(&self, samples: u32) -> Result<Vec<Row>, RenderError> {
-        let (settings, frames) = (settings(self.extent, samples), &self.extent.frames);
+        let (settings, frames) = (settings(self.options, samples), &self.options.frames);
         let wanted = self.tracks.iter().flat_map(|tracks| tracks.frames.iter().copied()).collect();
         let (inferred, counts) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: 1 })?;
         let (centred, _) = pictures(&self.scene, &settings, &wanted, Way::Full)?;
-        let [covered, covered_centred] =
-            [true, false].map(|reuse| areas(&self.scene, &settings, frames, reuse));
-        let areas = covered?.into_iter().zip(covered_centred?);
-        let row = |((number, frame), (covered, covered_centred)): ((usize, &i32), (Areas, Areas))| {
-            let (fresh, reference) = (self.jittered(number, samples), &self.references[number]);
-            let right = self.fine[number].areas();
-            let whole = self.subject.object.map(|unit| match unit {
-                Unit::Rim => self.fine[number].rim(OBJECT),
-                Unit::Area => right[OBJECT],
+        let inferred_areas = areas(&self.scene, &settings, frames, true)?;
+        let centred_areas = areas(&self.scene, &settings, frames, false)?;
+        let row = |(number, frame): (usize, &i32)| {
+            let (reference, tracks) = (&self.references[number], &self.tracks[number]);
+            let (truth, area) = reference.whole();
+            let fresh = Jittered::of(reference, samples as usize, self.options.seeds);
+            let error = fresh.rms(|(picture, _)| picture.rmse(&truth));
+            let unit = self.subject.object.map(|unit| match unit {
+                Unit::Rim => reference.rim(OBJECT),
+                Unit::Area => area[OBJECT],
             });
-            let signed = |areas: &Areas, whole: f64| 100.0 * (areas[OBJECT] - right[OBJECT]) / whole;
-            let error = fresh.root(|(picture, _)| picture.rmse(reference).powi(2));
-            let tracks = &self.tracks[number];
-            let noise = fresh.root(|(picture, _)| Watch::noise(tracks, &picture.less(reference)));
-            let flicker = self.watch.flicker(tracks, &inferred);
+            let signed = |areas: &Areas, unit: f64| 100.0 * (areas[OBJECT] - area[OBJECT]) / unit;
+            let noise = fresh.rms(|(picture, _)| Sequence::noise(tracks, &picture.less(&truth)).sqrt());
+            let flicker = self.sequence.flicker(tracks, &inferred);
+            let [ours, centres] = [&inferred_areas, &centred_areas].map(|areas| areas[number].clone());
             Row {
                 flow: self.flow,
                 samples,
                 frame: *frame,
                 traced: traced(&counts[frame]),
                 jittered: error,
-                inferred: inferred[frame].rmse(reference) / error,
-                centred: centred[frame].rmse(reference) / error,
-                coverage: whole.map(|whole| Coverage {
-                    inferred: signed(&covered, whole),
-                    centred: signed(&covered_centred, whole),
-                    jittered: fresh.root(|(_, areas)| signed(areas, whole).powi(2)),
+                inferred: inferred[frame].rmse(&truth) / error,
+                centred: centred[frame].rmse(&truth) / error,
+                coverage: unit.map(|unit| Coverage {
+                    inferred: signed(&ours, unit),
+                    centred: signed(&centres, unit),
+                    jittered: fresh.rms(|(_, areas)| signed(areas, unit)),
                 }),
                 moved: [
-                    moved(&covered, &right),
-                    moved(&covered_centred, &right),
-                    fresh.root(|(_, areas)| moved(areas, &right).powi(2)),
+                    moved(&ours, &area),
+                    moved(&centres, &area),
+                    fresh.rms(|(_, areas)| moved(areas, &area)),
                 ],
-                flicker: [self.watch.flicker(tracks, &centred), noise.powi(2)].map(|other| flicker / other),
+                flicker: [self.sequence.flicker(tracks, &centred), noise.powi(2)]
+                    .map(|other| flicker / other),
                 picture: inferred[frame].clone(),
-                areas: [covered, covered_centred, right],
+                areas: [ours, centres, area],
             }
         };
-        Ok(frames.iter().enumerate().zip(areas).map(row).collect())
+        Ok(frames.iter().enumerate().map(row).collect())
     }
 
-    fn jittered(&self, number: usize, samples: u32) -> Jittered {
-        let (fine, samples) = (&self.fine[number], samples as usize);
-        let frames = (0..self.extent.seeds).map(|seed| fine.jittered(samples, seed)).collect();
-        Jittered { frames, unbiased: 1.0 - fine.share_of_its_own(samples) }
-    }
-
-    /// How the error jumps at base frames.
-    pub fn jumps(&self, samples: u32) -> Result<Jumps, RenderError> {
-        let (settings, wanted) = (settings(self.extent, samples), jump_frames().collect());
-        let (chain, _) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: AGAIN })?;
+    /// Measures pops, with `samples` x `samples` samples a pixel.
+    pub fn pops(&self, samples: u32) -> Result<Pops, RenderError> {
+        let (settings, wanted) = (settings(self.options, samples), pop_frames().collect());
+        let (chain, _) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: SECOND_BASE })?;
         let (centred, _) = pictures(&self.scene, &settings, &wanted, Way::Full)?;
-        let jump = |frame| self.watch.jump(frame, &chain);
-        Ok(Jumps {
+        let change = |frame| self.sequence.change(frame, &chain);
+        Ok(Pops {
             flow: self.flow,
             samples,
-            first: jump(2) / jump(3),
-            again: jump(AGAIN) / jump(AGAIN - 1),
-            over_centred: [2, AGAIN].map(|frame| jump(frame) / self.watch.jump(frame, &centred)),
+            from_base: change(2) / change(3),
+            to_base: change(SECOND_BASE) / change(SECOND_BASE - 1),
+            over_centred: [2, SECOND_BASE].map(|frame| change(frame) / self.sequence.change(frame, &centred)),
         })
     }
 }
 
-/// Frames of which each cell has its sample at a random place.
+/// Fresh frames with a random place in each cell.
 struct Jittered {
     frames: Vec<(Picture, Areas)>,
-    /// By so much are squares of distances to the reference too small.
-    unbiased: f64,
+    bias: f64,
 }
 
 impl Jittered {
-    /// The root of the mean of `square`, the square of a distance to the reference.
-    fn root(&self, square: impl Fn(&(Picture, Areas)) -> f64) -> f64 {
-        (self.frames.iter().map(square).sum::<f64>() / self.frames.len() as f64 / self.unbiased).sqrt()
+    fn of(reference: &Reference, samples: usize, seeds: u64) -> Self {
+        let frames = (0..seeds).map(|seed| reference.jittered(samples, seed)).collect();
+        Self { frames, bias: reference.bias(samples) }
+    }
+
+    /// Root mean square of a distance from the reference.
+    fn rms(&self, distance: impl Fn(&(Picture, Areas)) -> f64) -> f64 {
+        let squares: f64 = self.frames.iter().map(|frame| distance(frame).powi(2)).sum();
+        (squares / self.frames.len() as f64 / self.bias).sqrt()
     }
 }
 
-/// Those that [`Jumps`] are measured in.
-fn jump_frames() -> impl Iterator<Item = i32> {
-    (1..=3).chain(AGAIN - 2..=AGAIN)
+/// The frames in which [`Pops`] are measured.
+fn pop_frames() -> impl Iterator<Item = i32> {
+    (1..=3).chain(SECOND_BASE - 2..=SECOND_BASE)
 }
 
 /// How frames are made.
 enum Way {
-    /// Each from the one before, but for the first and `base`.
+    /// Inferred from the frame before, except for frames 1 and `base`.
     Chain { base: i32 },
-    /// Each traced anew.
+    /// Traced in full.
     Full,
 }
 
-/// The frames that are wanted.
+/// The `wanted` frames.
 fn pictures(
     scene: &Scene,
     settings: &Settings,

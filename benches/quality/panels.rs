@@ -1,11 +1,11 @@
-//! Pictures of what was measured.
+//! Pictures for people to look at.
 
 use afterimage::film::{Film, Plane, PlaneKind};
 use glam::Vec3;
 
 use crate::picture::Picture;
 
-/// Reference, picture, and four times their difference about grey, side by side.
+/// Reference, picture, and grey plus four times their difference, side by side.
 pub fn side_by_side(reference: &Picture, picture: &Picture) -> Film {
     const TIMES: f32 = 4.0;
     let width = reference.width;

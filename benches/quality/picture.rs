@@ -1,9 +1,9 @@
-//! Pictures as a display shows them, and how much two of them differ.
+//! Pictures as a display shows them, and their differences.
 
 use afterimage::film::Film;
 use glam::Vec3;
 
-/// Linear R, G and B, cut to 0 to 1, of `width` pixels a row, top row first.
+/// Linear RGB, clamped to 0..1, row-major, top row first.
 #[derive(Debug, Clone)]
 pub struct Picture {
     pub width: usize,
@@ -11,19 +11,19 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Of colours as they are.
+    /// From colours that are not clamped yet.
     pub fn new(width: usize, colors: impl Iterator<Item = Vec3>) -> Self {
         Self { width, colors: colors.map(|color| color.clamp(Vec3::ZERO, Vec3::ONE)).collect() }
     }
 
-    /// Of a film's `R G B`.
+    /// From a film's `R G B`.
     pub fn of(film: &Film) -> Self {
         let [r, g, b] = ["R", "G", "B"].map(|name| film.values(name).expect("every film has it"));
         let colors = r.iter().zip(&g).zip(&b).map(|((r, g), b)| Vec3::new(*r, *g, *b));
         Self::new(film.width as usize, colors)
     }
 
-    /// This less another, pixel by pixel.
+    /// This picture minus another one.
     pub fn less(&self, other: &Self) -> Vec<Vec3> {
         self.colors.iter().zip(&other.colors).map(|(a, b)| *a - *b).collect()
     }
@@ -34,7 +34,7 @@ impl Picture {
     }
 }
 
-/// Root mean square over all parts.
+/// Root mean square over pixels and channels.
 pub fn rms(values: &[Vec3]) -> f64 {
     let sum: f64 = values.iter().map(|value| f64::from(value.length_squared())).sum();
     (sum / (3 * values.len().max(1)) as f64).sqrt()

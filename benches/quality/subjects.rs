@@ -1,5 +1,5 @@
-//! Worlds that are made in code: discs and wires before a chequered plane, at rest or moving. All light is ambient, so
-//! that a point of a surface has one colour, from wherever it is seen.
+//! Generated scenes: discs and wires before a chequered plane. All light is ambient, so that the colour of a point does
+//! not depend on the view.
 
 use afterimage::motion::{Track, TransformTrack};
 use afterimage::scene::{Material, Mesh, Model, Scene, Texture};
@@ -8,34 +8,34 @@ use glam::{DVec3, Vec2, Vec3};
 use crate::flows::{Flow, Stand, there_and_back};
 use crate::toy;
 
-/// A world, and how the camera moves in it.
+/// A scene with its camera moves.
 pub struct Subject {
     pub name: &'static str,
-    /// With any camera: that of a flow takes its place.
+    /// Its camera is replaced by that of a flow.
     pub scene: Scene,
     pub stand: Stand,
     pub flows: &'static [Flow],
-    /// Material 0 is that of an object whose coverage is told by itself, in percent of this.
+    /// If material 0 belongs to an object whose coverage is reported: in percent of what.
     pub object: Option<Unit>,
 }
 
-/// What an object's coverage is compared with.
+/// The unit of an object's coverage error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
-    /// The pixels that it covers in part.
+    /// Pixels that it covers in part.
     Rim,
-    /// All that it covers: for what is as thin as a pixel.
+    /// Its area: for objects about as thin as a pixel.
     Area,
 }
 
 impl Subject {
-    /// The world, seen by the camera of a flow.
+    /// The scene with the camera of `flow`.
     pub fn scene(&self, flow: Flow) -> Scene {
         Scene { camera: flow.camera(&self.stand), ..self.scene.clone() }
     }
 }
 
-/// The camera looks along -Z at a plane 10 before it; objects are 6 before it. 100 frames inwards take it 2 on.
+/// The camera looks along -Z at a plane at distance 10; objects are at distance 6, from which `In` takes 2.
 const STAND: Stand = Stand {
     eye: DVec3::new(0.0, 0.0, 10.0),
     target: DVec3::ZERO,
@@ -53,7 +53,7 @@ pub fn discs() -> Subject {
     subject("discs", model, CAMERA_FLOWS, Unit::Rim)
 }
 
-/// Wires 1.2 pixels wide where the camera stands furthest, in pictures `height` pixels high.
+/// Wires 1.2 pixels wide at the largest distance, in pictures `height` pixels high.
 pub fn wires(height: u32) -> Subject {
     let distance = STAND.eye.z as f32 - OBJECTS;
     let pixel = 2.0 * distance * (STAND.fov as f32 * 0.5).to_radians().tan() / height as f32;
@@ -61,7 +61,7 @@ pub fn wires(height: u32) -> Subject {
     subject("wires", model, CAMERA_FLOWS, Unit::Area)
 }
 
-/// The same discs, which move and turn themselves.
+/// Discs that move and rotate.
 pub fn movers() -> Subject {
     let from = DVec3::new(0.11, 0.07, f64::from(OBJECTS));
     let track = TransformTrack {
@@ -83,7 +83,7 @@ fn subject(name: &'static str, model: Model, flows: &'static [Flow], unit: Unit)
     Subject { name, scene, stand: STAND, flows, object: Some(unit) }
 }
 
-/// A texture of 2 x 2 squares, whose borders are an eighth of a square wide.
+/// 2 x 2 squares of 8 x 8 texels.
 fn chequers() -> Texture {
     const SIDE: usize = 16;
     let texel = |at: usize| {
@@ -101,7 +101,7 @@ fn chequers() -> Texture {
     }
 }
 
-/// The plane z = 0, slightly turned against the picture's rows, with squares of 0.4.
+/// The plane z = 0, at an angle to the pixel rows, with squares of 0.4.
 fn plane_model() -> Model {
     const HALF: f32 = 60.0;
     let turned = |x: f32, y: f32| Vec2::from_angle(0.2).rotate(Vec2::new(x, y) * HALF);
@@ -112,8 +112,7 @@ fn plane_model() -> Model {
     toy::still("plane", Mesh { uvs, ..mesh }, Vec3::ZERO)
 }
 
-/// Discs of radius 0.4 in a grid that is wider than any picture of it, each a little aside, so that no two of them lie
-/// alike on the pixels.
+/// Discs of radius 0.4 in a grid that fills every picture; offsets keep them from all lying alike on the pixel grid.
 fn disc_mesh() -> Mesh {
     const EDGES: u32 = 64;
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
@@ -130,13 +129,13 @@ fn disc_mesh() -> Mesh {
     toy::mesh(&corners, &triangles, 0, true)
 }
 
-/// Flat wires, upright and lying, each at an angle of its own.
+/// Flat wires, about upright and about level, at various angles.
 fn wire_mesh(width: f32) -> Mesh {
     const LENGTH: f32 = 20.0;
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
     for (number, upright) in (-16..=16).flat_map(|number| [(number, true), (number, false)]) {
         let angle = (number * 7_i32).rem_euclid(33) as f32 / 33.0 * 0.6 - 0.3;
-        // the upright ones a little before the others: what crosses does not coincide
+        // in two layers, so that crossing wires do not coincide
         let (middle, along, z) = match upright {
             true => (Vec2::X, Vec2::from_angle(angle).perp(), 0.02),
             false => (Vec2::Y, Vec2::from_angle(angle), 0.0),

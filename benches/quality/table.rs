@@ -1,11 +1,11 @@
-//! What was measured, as tables of plain text. docs/quality.md says what the columns are.
+//! Tables of plain text. docs/quality.md explains their columns.
 
-use crate::measure::{Jumps, Row};
+use crate::measure::{Pops, Row};
 
-/// Materials that are told by name.
+/// Materials listed for a frame.
 const MOST_MATERIALS: usize = 12;
 
-/// The head of a subject's table of frames.
+/// The head of a subject's table.
 pub fn print_head(subject: &str, [width, height]: [u32; 2]) {
     println!("\n{subject}, {width}x{height}");
     println!(
@@ -32,7 +32,7 @@ pub fn print_head(subject: &str, [width, height]: [u32; 2]) {
     );
 }
 
-/// A frame.
+/// One frame.
 pub fn print_row(row: &Row) {
     let coverage = row.coverage.map_or_else(
         || format!("{:>7} {:>6} {:>6}", "-", "-", "-"),
@@ -53,7 +53,7 @@ pub fn print_row(row: &Row) {
     );
 }
 
-/// The materials whose areas are furthest from the reference's in a frame, by `names`.
+/// The materials with the largest area errors.
 pub fn print_materials(row: &Row, names: &[String]) {
     let [inferred, centred, reference] = &row.areas;
     let gain = |areas: &[f64], number: usize| areas[number] - reference[number];
@@ -67,22 +67,47 @@ pub fn print_materials(row: &Row, names: &[String]) {
     }
 }
 
-/// A subject's table of jumps at base frames.
-pub fn print_jumps(all: &[Jumps]) {
-    println!("\n{:16} |{:^17} |{:^17}", "error jumps", "base to inferred", "inferred to base");
+/// The largest figures of a subject over all flows and frames, by samples.
+pub fn print_summary(rows: &[Row]) {
+    println!(
+        "\n{:<8} {:>8} {:>10} {:>14} {:>13}",
+        "largest", "RMSE/j", "covers, %", "area moved/j", "flicker/j"
+    );
+    let mut counts: Vec<u32> = rows.iter().map(|row| row.samples).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    for samples in counts {
+        let largest = |of: &dyn Fn(&Row) -> f64| {
+            let values = rows.iter().filter(|row| row.samples == samples).map(of);
+            values.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(f64::NAN)
+        };
+        println!(
+            "{:<8} {:>8.2} {:>+10.2} {:>14.2} {:>13.2}",
+            pair(samples),
+            largest(&|row| row.inferred),
+            largest(&|row| row.coverage.map_or(f64::NAN, |coverage| coverage.inferred)),
+            largest(&|row| row.moved[0] / row.moved[2]),
+            largest(&|row| row.flicker[1]),
+        );
+    }
+}
+
+/// A subject's pops.
+pub fn print_pops(all: &[Pops]) {
+    println!("\n{:16} |{:^17} |{:^17}", "pops", "base to inferred", "inferred to base");
     println!(
         "{:<8} {:>7} | {:>7} {:>8} | {:>7} {:>8}",
         "flow", "samples", "/next", "/centred", "/before", "/centred"
     );
-    for jumps in all {
+    for pops in all {
         println!(
             "{:<8} {:>7} | {:>7.2} {:>8.2} | {:>7.2} {:>8.2}",
-            jumps.flow.name(),
-            pair(jumps.samples),
-            jumps.first,
-            jumps.over_centred[0],
-            jumps.again,
-            jumps.over_centred[1],
+            pops.flow.name(),
+            pair(pops.samples),
+            pops.from_base,
+            pops.over_centred[0],
+            pops.to_base,
+            pops.over_centred[1],
         );
     }
 }

@@ -1,5 +1,5 @@
-//! The reference: a frame of many samples a pixel of which each is known by itself, because it is rendered as a bigger
-//! picture of one sample a pixel.
+//! Reference frames with many samples a pixel, each of which can be read by itself: they are rendered as a larger
+//! picture with one sample a pixel.
 
 use afterimage::film::Film;
 use afterimage::frame::{RenderError, Renderer};
@@ -10,19 +10,19 @@ use glam::Vec3;
 use crate::coverage::{self, Areas};
 use crate::picture::Picture;
 
-/// A frame of `side` x `side` samples a pixel.
-pub struct Fine {
+/// A frame with `side` x `side` samples a pixel.
+pub struct Reference {
     side: usize,
     /// Pixels across and down.
     size: [usize; 2],
     film: Film,
-    /// Material of each sample; the background is one more than the last.
+    /// Material of each sample; for the background one more than the last.
     material: Vec<u16>,
     materials: usize,
 }
 
-impl Fine {
-    /// Of `frames`, in pictures of the size that `settings` have. About 60 bytes a sample while it is made, ten later.
+impl Reference {
+    /// References of `frames`, for pictures of the size in `settings`.
     pub fn of(
         scene: &Scene,
         settings: &Settings,
@@ -30,28 +30,29 @@ impl Fine {
         side: u32,
     ) -> Result<Vec<Self>, RenderError> {
         let size = [settings.width, settings.height];
-        let big = Settings { width: size[0] * side, height: size[1] * side, samples: 1, ..settings.clone() };
+        let large =
+            Settings { width: size[0] * side, height: size[1] * side, samples: 1, ..settings.clone() };
         let materials = scene.materials.len();
-        let mut renderer = Renderer::new(scene, &big)?;
-        let fine = |frame: &i32| {
+        let mut renderer = Renderer::new(scene, &large)?;
+        let reference = |frame: &i32| {
             let film = renderer.render(*frame, false)?.film;
             let material = vec![materials as u16; film.width as usize * film.height as usize];
             Ok(Self { side: side as usize, size: size.map(|side| side as usize), film, material, materials })
         };
-        let mut all = frames.iter().map(fine).collect::<Result<Vec<_>, RenderError>>()?;
-        drop(renderer);
-        coverage::count(scene, &big, frames, false, |number, sample, material, _| {
+        let mut all = frames.iter().map(reference).collect::<Result<Vec<_>, RenderError>>()?;
+        drop(renderer); // its samples and those of the next one need not be in memory together
+        coverage::count(scene, &large, frames, false, |number, sample, material, _| {
             all[number].material[sample] = material as u16;
         })?;
         Ok(all)
     }
 
-    /// The reference: all samples.
-    pub fn picture(&self) -> Picture {
-        self.jittered(self.side, 0).0
+    /// The mean of all samples, and what each material covers.
+    pub fn whole(&self) -> (Picture, Areas) {
+        self.jittered(self.side, 0)
     }
 
-    /// A frame of `samples` x `samples` samples a pixel, each at a random place in its cell: fresh sampling at its best.
+    /// A frame with `samples` x `samples` samples a pixel, each at a random place in its cell (stratified sampling).
     pub fn jittered(&self, samples: usize, seed: u64) -> (Picture, Areas) {
         let planes = ["R", "G", "B"].map(|name| &self.film.plane(name).expect("every film has it").values);
         let weight = (samples * samples) as f32;
@@ -69,15 +70,10 @@ impl Fine {
         (picture, areas)
     }
 
-    /// Of all materials.
-    pub fn areas(&self) -> Areas {
-        self.jittered(self.side, 0).1
-    }
-
-    /// A jittered frame's samples are some of the reference's: by so much its distance from the reference, squared, is
-    /// less than if they were not.
-    pub fn share_of_its_own(&self, samples: usize) -> f64 {
-        (samples as f64 / self.side as f64).powi(2)
+    /// Mean squared distance of jittered frames from this reference, over that from the truth: below 1, because their
+    /// samples are some of the reference's (finite population correction).
+    pub fn bias(&self, samples: usize) -> f64 {
+        1.0 - (samples as f64 / self.side as f64).powi(2)
     }
 
     /// Pixels that `material` covers in part.
@@ -88,12 +84,12 @@ impl Fine {
         pixels.filter(|pixel| (1..self.side * self.side).contains(&count(*pixel))).count() as f64
     }
 
-    /// One sample in each cell of `pixel`, of `samples` x `samples` cells.
+    /// One sample in each of the `samples` x `samples` cells of `pixel`.
     fn chosen(&self, pixel: usize, samples: usize, seed: u64) -> impl Iterator<Item = usize> + '_ {
         let cell = self.side / samples;
         let [x, y] = [pixel % self.size[0], pixel / self.size[0]].map(|at| at * self.side);
         (0..samples * samples).map(move |number| {
-            let random = mixed(seed << 40 ^ (pixel * samples * samples + number) as u64) as usize;
+            let random = hash(seed << 40 ^ (pixel * samples * samples + number) as u64) as usize;
             let across = x + number % samples * cell + random % cell;
             let down = y + number / samples * cell + (random >> 16) % cell;
             down * self.size[0] * self.side + across
@@ -101,8 +97,8 @@ impl Fine {
     }
 }
 
-/// A hash: the last steps of SplitMix64.
-fn mixed(number: u64) -> u64 {
+/// The output function of SplitMix64.
+fn hash(number: u64) -> u64 {
     let mut x = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,4 +1,4 @@
-//! Frames of many samples beside which other frames are judged in time: their error flickers and jumps, or does not.
+//! Errors over time: how much they vary along tracked points, and how much they change from frame to frame.
 
 use std::collections::BTreeMap;
 
@@ -11,32 +11,31 @@ use glam::{Vec2, Vec3};
 
 use crate::picture::{Picture, rms};
 
-/// Frames by number.
+/// Pictures by frame number.
 pub type Pictures = BTreeMap<i32, Picture>;
 
-/// A frame, and where its pixels are.
-struct Watched {
+/// Reference frames by number.
+pub struct Sequence(BTreeMap<i32, Frame>);
+
+struct Frame {
     picture: Picture,
     camera: CameraPose,
     /// World space, of the sample nearest to each pixel's centre.
-    places: Vec<Vec3>,
+    points: Vec<Vec3>,
     /// Along the view axis.
     depths: Vec<f32>,
-    /// Whether it is on a model that never moves.
+    /// Whether the point is on a model that never moves.
     are_still: Vec<bool>,
 }
 
-/// Several frames.
-pub struct Watch(BTreeMap<i32, Watched>);
-
-/// Points of still surfaces: the pixels that they fall into, from frame to frame.
+/// Points of still surfaces, as the pixels in which they are seen from frame to frame.
 pub struct Tracks {
     pub frames: Vec<i32>,
     pixels: Vec<Vec<usize>>,
 }
 
-impl Watch {
-    /// Renders `frames`, with `side` x `side` samples a pixel.
+impl Sequence {
+    /// Renders `frames` with `side` x `side` samples a pixel.
     pub fn of(
         scene: &Scene,
         settings: &Settings,
@@ -49,39 +48,37 @@ impl Watch {
             let model = (id as usize).checked_sub(1).and_then(|number| scene.models.get(number));
             model.is_some_and(|model| model.track.is_constant())
         };
-        let watched = |frame| {
-            let finished = renderer.render(frame, false)?;
+        let render = |number| {
+            let finished = renderer.render(number, false)?;
             let plane = |name| finished.film.values(name).expect("it was asked for");
             let [x, y, z] = ["P.X", "P.Y", "P.Z"].map(plane);
-            let place = |pixel: usize| Vec3::new(x[pixel], y[pixel], z[pixel]);
-            let watched = Watched {
+            let frame = Frame {
                 picture: Picture::of(&finished.film),
                 camera: finished.camera,
-                places: (0..x.len()).map(place).collect(),
+                points: (0..x.len()).map(|pixel| Vec3::new(x[pixel], y[pixel], z[pixel])).collect(),
                 depths: plane("Z"),
                 are_still: plane("id.object").into_iter().map(is_still).collect(),
             };
-            Ok((frame, watched))
+            Ok((number, frame))
         };
-        Ok(Self(frames.into_iter().map(watched).collect::<Result<_, RenderError>>()?))
+        Ok(Self(frames.into_iter().map(render).collect::<Result<_, RenderError>>()?))
     }
 
-    /// Tracks through `frames` of every second pixel across and down of the first, where it stays in sight.
+    /// Tracks through `frames`: one from every second pixel, across and down, of the first frame, if its point stays in
+    /// sight.
     pub fn tracks(&self, frames: impl IntoIterator<Item = i32>) -> Tracks {
         let frames: Vec<i32> = frames.into_iter().collect();
         let first = &self.0[&frames[0]];
-        let starts = (0..first.places.len()).filter(|pixel| {
-            pixel % first.picture.width % 2 == 0
-                && pixel / first.picture.width % 2 == 0
-                && first.are_still[*pixel]
-        });
+        let width = first.picture.width;
+        let is_start =
+            |pixel: &usize| pixel % width % 2 == 0 && pixel / width % 2 == 0 && first.are_still[*pixel];
         let track =
-            |start: usize| frames.iter().map(|frame| self.0[frame].pixel_of(first.places[start])).collect();
-        let pixels = starts.filter_map(track).collect();
+            |start: usize| frames.iter().map(|frame| self.0[frame].pixel_of(first.points[start])).collect();
+        let pixels = (0..first.points.len()).filter(is_start).filter_map(track).collect();
         Tracks { frames, pixels }
     }
 
-    /// The variance in time of the error of `pictures` along the tracks; mean over tracks and channels.
+    /// Variance over time of the error of `pictures` along `tracks`; mean over tracks and channels.
     pub fn flicker(&self, tracks: &Tracks, pictures: &Pictures) -> f64 {
         let errors: Vec<Vec<Vec3>> = tracks.frames.iter().map(|frame| self.error(*frame, pictures)).collect();
         let count = errors.len() as f32;
@@ -93,15 +90,15 @@ impl Watch {
         tracks.pixels.iter().map(variance).sum::<f64>() / tracks.pixels.len().max(1) as f64
     }
 
-    /// What it would be if each frame had the error `error` at the ends of the tracks, and no two the same one: the mean
-    /// square of it.
+    /// The flicker of frames that have an error like `error` each, independent of one another: its mean square at the
+    /// ends of `tracks`.
     pub fn noise(tracks: &Tracks, error: &[Vec3]) -> f64 {
         let ends: Vec<Vec3> = tracks.pixels.iter().filter_map(|track| Some(error[*track.last()?])).collect();
         rms(&ends).powi(2)
     }
 
-    /// Root mean square of how much the error of `pictures` changes from the frame before `frame` to it.
-    pub fn jump(&self, frame: i32, pictures: &Pictures) -> f64 {
+    /// RMS change of the error of `pictures` from frame `frame - 1` to frame `frame`.
+    pub fn change(&self, frame: i32, pictures: &Pictures) -> f64 {
         let [before, after] = [frame - 1, frame].map(|frame| self.error(frame, pictures));
         rms(&after.iter().zip(&before).map(|(after, before)| *after - *before).collect::<Vec<Vec3>>())
     }
@@ -111,8 +108,9 @@ impl Watch {
     }
 }
 
-impl Watched {
-    /// The pixel that a point falls into, if its surface is in sight there or beside: pixels at a rim show one of two.
+impl Frame {
+    /// The pixel in which `point` is seen. Its surface must be in sight there or in a pixel beside it, because pixels at
+    /// silhouettes show a point of one of two surfaces.
     fn pixel_of(&self, point: Vec3) -> Option<usize> {
         let (camera, offset) = (&self.camera, point - self.camera.eye);
         let [width, height] = [self.picture.width, self.depths.len() / self.picture.width];
