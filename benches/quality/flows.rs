@@ -1,6 +1,6 @@
 //! Camera moves: one way for a hundred frames, then back, and so on, so that chains can be long.
 
-use afterimage::motion::{Interpolation, Keyed, Track};
+use afterimage::animation::{Interpolation, Keyed, Track};
 use afterimage::scene::CameraTrack;
 use afterimage::scene::camera::Aim;
 use clap::ValueEnum;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use afterimage::frame::{RenderError, Renderer};
 use afterimage::layers::Layers;
-use afterimage::motion::CameraPose;
+use afterimage::pose::CameraPose;
 use afterimage::scene::Scene;
 use afterimage::settings::Settings;
 use glam::{Vec2, Vec3};

@@ -1,7 +1,7 @@
 //! Generated scenes: discs and wires before a chequered plane. All light is ambient, so that the colour of a point does
 //! not depend on the view.
 
-use afterimage::motion::{Track, TransformTrack};
+use afterimage::animation::{Track, TransformTrack};
 use afterimage::scene::{Material, Mesh, Model, Scene, Texture};
 use glam::{DVec3, Vec2, Vec3};
 

@@ -45,6 +45,10 @@ pub struct ShotArgs {
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
 
+    /// Which kept samples a cell shows [default: the shot's]
+    #[arg(long, value_enum, value_name = "RULE")]
+    pub reuse: Option<ReuseArg>,
+
     /// Trace every K-th frame in full, counted from the shot's first; 0: only the first. For chunks of a farm
     /// [default: the shot's]
     #[arg(long, value_name = "K")]
