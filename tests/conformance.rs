@@ -296,7 +296,9 @@ fn few_clear_triangles_and_many_are_passed_alike() {
                     assert_eq!(moved, [blocked && model == 2], "{model} {purpose:?}");
                 }
                 let hit = closest(tracer, way, &to_floor)[0].unwrap();
-                assert_eq!((hit.model, hit.t), (model, 1.0), "the roof is met first");
+                // not all instruction sets round alike
+                let is_near = (hit.t - 1.0).abs() < 1e-6;
+                assert!(hit.model == model && is_near, "the roof is met first: {hit:?}");
                 assert!(hit.triangle >= casters + 2, "{hit:?}");
                 // its own triangle does not block a segment
                 let (from, to) = (Vec3::new(x, 2.0, 0.3), Vec3::new(x, 1.0, 0.3));

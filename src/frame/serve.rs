@@ -426,6 +426,9 @@ impl Serving {
         tile: &mut Tile,
         tiles: &impl Fn(u32) -> Option<&'t Tile>,
     ) -> Option<[u16; CELLS / 16]> {
+        if self.candidates.is_empty() {
+            return None;
+        }
         let mut next = [0; CELLS / 16];
         for cell in 0..CELLS {
             if tile.status[cell] != Status::Obscured || self.asked[cell] == u64::MAX {

@@ -265,7 +265,7 @@ impl Tile {
         let is_copy = self.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         if !is_copy && self.spares.len() < MOST_SPARES {
             let mut spare = self.slot(cell);
-            spare.record.flags = spare.record.flags.with(Flags::UNSEEN).with(Flags::STALE);
+            spare.record.flags = spare.record.flags.with(Flags::STALE);
             self.spares.push_untagged(spare);
         }
     }

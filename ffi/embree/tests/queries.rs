@@ -152,7 +152,8 @@ fn of_two_coincident_triangles_one_is_closest_and_both_occlude<const N: usize>(d
     let mut scene = medium(device);
     scene.attach(&mesh(device, &[UNIT_TRIANGLE, UNIT_TRIANGLE], 1)).unwrap();
     let (t, ids, _) = drop_ray(&mut scene, 0.25, 0.25, 1);
-    assert!(t == 1.0 && ids[0] < 2);
+    // not all instruction sets round alike
+    assert!((t - 1.0).abs() < 1e-6 && ids[0] < 2);
 
     // Excluding one of them leaves the other in the way.
     let tracer = scene.commit().unwrap();
