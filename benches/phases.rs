@@ -125,6 +125,45 @@ fn trace_blocked(bencher: Bencher) {
         });
 }
 
+/// One thread. Segments to what the eye sees, pushed and traced in runs of so many packets: 64 are a tile's, and more
+/// than most first-level caches hold.
+#[divan::bench(args = [4, 8, 16, 64])]
+fn push_and_block(bencher: Bencher, run: usize) {
+    let folder = files();
+    let (scene, settings) = shot(folder.path());
+    let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
+    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
+    tracer.closest(&primary, Among::All, Coherence::Coherent, &mut hits);
+    let eye = Pose::of(&scene, 1).camera.eye;
+    let segments: Vec<_> = primary
+        .packets()
+        .zip(hits.packets)
+        .map(|((packet, lanes), hit)| {
+            let [x, y, z] = &packet.direction;
+            let half = |first| {
+                (Vec3x8::load([x, y, z], first), F32x8::load(&hit.t, first) * F32x8::splat(1.0 - 1e-5))
+            };
+            ([half(0), half(LANES)], hit.model, hit.triangle, lanes)
+        })
+        .collect();
+    let mut batch = RayBatch::default();
+    bencher.counter(ItemsCount::new(primary.len())).bench_local(|| {
+        let mut blocked = 0;
+        for run in segments.chunks(run) {
+            batch.clear();
+            for (ways, models, triangles, lanes) in run {
+                batch.push_packet_to_samples(eye, *ways, [models, triangles], *lanes);
+            }
+            let mut words = [0; 64];
+            let words = &mut words[..run.len()];
+            tracer.blocked(&batch, Blockers::Still, Purpose::Sight, Coherence::Coherent, words);
+            blocked += words.iter().map(|bits| bits.count_ones()).sum::<u32>();
+        }
+        blocked
+    });
+}
+
 #[divan::bench]
 fn base_frame(bencher: Bencher) {
     let folder = files();

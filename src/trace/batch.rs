@@ -54,6 +54,17 @@ impl RayPacket {
         own_model: [NO_HIT; LANES],
         own_triangle: [NO_HIT; LANES],
     };
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, origin: Vec3, direction: Vec3, [near, far]: [f32; 2]) {
+        let (origin, direction) = (origin.to_array(), direction.to_array());
+        for axis in 0..3 {
+            self.origin[axis][lane] = origin[axis];
+            self.direction[axis][lane] = direction[axis];
+        }
+        self.near[lane] = near;
+        self.far[lane] = far;
+    }
 }
 
 /// Any number of rays, packed in the order in which they were pushed: rays that were pushed together
@@ -151,22 +162,14 @@ impl RayBatch {
         model: u32,
         triangle: u32,
     ) {
-        self.make_room();
-        let packet = &mut self.packets[self.len / LANES];
-        packet.own_model[self.len % LANES] = model;
-        packet.own_triangle[self.len % LANES] = triangle;
-        self.put(origin, direction, near, far);
-    }
-
-    #[inline(always)]
-    fn put(&mut self, origin: Vec3, direction: Vec3, near: f32, far: f32) {
-        let (packet, lane) = (&mut self.packets[self.len / LANES], self.len % LANES);
-        for axis in 0..3 {
-            packet.origin[axis][lane] = origin[axis];
-            packet.direction[axis][lane] = direction[axis];
+        let (at, lane) = (self.len / LANES, self.len % LANES);
+        if at == self.packets.len() {
+            self.packets.push(RayPacket::EMPTY);
         }
-        packet.near[lane] = near;
-        packet.far[lane] = far;
+        let packet = &mut self.packets[at];
+        packet.put(lane, origin, direction, [near, far]);
+        packet.own_model[lane] = model;
+        packet.own_triangle[lane] = triangle;
         self.len += 1;
     }
 
@@ -192,7 +195,9 @@ impl RayBatch {
             return;
         }
         for i in (0..HALF).filter(|i| wanted >> i & 1 != 0) {
-            self.put(origin.lane(i), direction.lane(i), 0.0, far.lane(i));
+            let packet = &mut self.packets[self.len / LANES];
+            packet.put(self.len % LANES, origin.lane(i), direction.lane(i), [0.0, far.lane(i)]);
+            self.len += 1;
         }
     }
 

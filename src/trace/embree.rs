@@ -29,7 +29,7 @@ use super::{
     Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
     TraceError, Tracer, has_many_clear,
 };
-use crate::lanes::F32x8;
+use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
@@ -363,13 +363,15 @@ impl EmbreeTracer<'_> {
         both.ray.mask = [mask::ALL; N];
         for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
             for part in 0..LANES / N {
-                let (first, valid) = (part * N, Valid::from_bits(part_of::<N>(lanes, part)));
-                if part_of::<N>(lanes, part) == 0 {
+                let (first, in_part) = (part * N, part_of::<N>(lanes, part));
+                if in_part == 0 {
                     out.model[first..first + N].fill(NO_HIT);
                     continue;
                 }
                 load(&mut both.ray, packet, first);
-                (both.hit.geom_id, both.hit.u, both.hit.v) = ([INVALID; N], [0.0; N], [0.0; N]);
+                let valid = Valid::from_bits(in_part);
+                both.hit.clear();
+                (both.hit.u, both.hit.v) = ([0.0; N], [0.0; N]);
                 self.still.intersect(&valid, &mut both, way);
                 if let Some(movable) = movable {
                     movable.intersect(&valid, &mut both, movable_way);
@@ -415,6 +417,13 @@ impl EmbreeTracer<'_> {
     /// The models and triangles that N rays met.
     #[inline(always)]
     fn name_triangles<const N: usize>(&self, hit: &Hit<N>, (models, triangles): (&mut [u32], &mut [u32])) {
+        let (geometry, instance) = (hit.geom_id[0], hit.inst_id[0]);
+        if geometry != INVALID && are_same(&hit.geom_id) && are_same(&hit.inst_id) {
+            let part = self.part(instance, geometry);
+            models.fill(part.model);
+            triangles.iter_mut().zip(&hit.prim_id).for_each(|(triangle, id)| *triangle = part.first + id);
+            return;
+        }
         for lane in 0..N {
             if hit.geom_id[lane] == INVALID {
                 models[lane] = NO_HIT;
@@ -494,5 +503,67 @@ fn to_embree_coherence(coherence: Coherence, by: Blockers) -> EmbreeCoherence {
 impl From<embree::Error> for TraceError {
     fn from(error: embree::Error) -> Self {
         Self(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene;
+
+    /// Bundles through the box of `scene`: sixteen rays from a point to its neighbours.
+    fn bundles(scene: &Scene) -> RayBatch {
+        let points = scene.models.iter().flat_map(|model| model.mesh.positions.as_slice());
+        let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {
+            (low.min(Vec3::from(*point)), high.max(Vec3::from(*point)))
+        });
+        // always the same places, evenly spread
+        let place = |i: f32| low + (high - low) * (Vec3::new(0.618_034, 0.414_214, 0.732_051) * i).fract();
+        let mut rays = RayBatch::default();
+        for bundle in 0..500 {
+            let (from, to) = (place(bundle as f32 + 0.3), place(bundle as f32 + 7.7));
+            for ray in 0..16 {
+                let beside = (high - low) * 0.002 * Vec3::new(ray as f32, (ray % 4) as f32, (ray % 3) as f32);
+                rays.push_to_sample(from, to + beside - from, 0.0, 2.0, ray % 5, 7 * ray);
+            }
+        }
+        rays.push(place(0.5), Vec3::X, 0.0, f32::INFINITY);
+        rays
+    }
+
+    #[test]
+    fn parts_of_packets_are_answered_as_whole_ones() {
+        let scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
+        let (pose, moved) = (Pose::of(&scene, 1), vec![true; scene.models.len()]);
+        let rays = bundles(&scene);
+        let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("it builds");
+        let native = backend.width;
+        let mut answers = |width: PacketWidth| {
+            backend.width = width;
+            let tracer = backend.commit(&pose, &moved).expect("it builds");
+            let mut hits = HitBatch::default();
+            tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits);
+            let hits: Vec<_> = (0..rays.len()).map(|ray| hits.get(ray).map(|hit| hit.t.to_bits())).collect();
+            let blocked = [Purpose::Sight, Purpose::Shadow].map(|purpose| {
+                let mut blocked = vec![0b100; rays.packet_count()];
+                tracer.blocked(&rays, Blockers::Still, purpose, Coherence::Coherent, &mut blocked);
+                tracer.blocked(&rays, Blockers::Movable, purpose, Coherence::Coherent, &mut blocked);
+                blocked
+            });
+            (hits, blocked)
+        };
+        let whole = answers(native);
+        let met = whole.0.iter().flatten().count();
+        assert!(met > 1000 && met < rays.len(), "{met} of {} rays meet something", rays.len());
+        for width in [PacketWidth::Four, PacketWidth::Eight].into_iter().filter(|width| *width < native) {
+            let parts = answers(width);
+            let apart = parts.0.iter().zip(&whole.0).filter(|(part, whole)| part != whole).count();
+            assert_eq!(apart, 0, "of {} rays, in packets of {}", rays.len(), width.lanes());
+            assert!(parts.1 == whole.1, "other rays are blocked in packets of {}", width.lanes());
+        }
     }
 }
