@@ -18,11 +18,11 @@
 use glam::Vec3;
 
 use super::bits::{set_bits, surface_bits};
+use super::candidates::REACH;
 use super::grid::place;
 use super::light::sum_light;
 use super::placed::Placed;
 use super::plan::ShadowCheck;
-use super::serve::REACH;
 use super::shadow::ShadowQueue;
 use super::stage::Stage;
 use super::trace_missed::is_traced;

@@ -7,12 +7,12 @@
 
 use std::ops::Range;
 
+use super::candidates::REACH;
 use super::channels::{Channel, Picture, Source, Written, data, sums};
 use super::enhance::{Light, Radiance};
 use super::grid::Grid;
 use super::mitchell::{TileFilm, spread};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
-use super::serve::REACH;
 use super::stage::{Stage, Workbench};
 use super::window::Window;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};

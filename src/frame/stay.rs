@@ -162,7 +162,7 @@ pub fn merge(
         serving.add(ITSELF, &own);
         let tiles = tiles(detached, Some(before));
         serving.serve(stage.reuse, grid.extent_of(number), &tiles);
-        serving.merge(stage.reuse, before, tile, &tiles);
+        serving.merge(before, tile, &tiles);
         true
     })
 }

@@ -16,10 +16,11 @@ use super::mitchell::TileFilm;
 use super::rest::Memo;
 use super::stage::{Stage, Workbench, WorkerSeconds};
 use super::stay::{self, Detached};
+use super::verify::CellSet;
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{CELLS, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
+use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::{Filter, Reuse, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
@@ -390,12 +391,12 @@ fn update_samples(
     };
     bench.seconds.gather += lap();
     let among = stage.in_sight(number);
-    let mut probes = [0; CELLS / 16];
+    let mut probes = CellSet::default();
     if !matches!(source, Source::Nothing) {
         let around = memo.rest.as_ref().map(|rest| &rest.around);
         let mut serving = std::mem::take(&mut bench.serving);
         let before = bench.before.take();
-        let mut cells = verify::ALL;
+        let mut cells = CellSet::ALL;
         for asked in 1.. {
             verify::verify(stage, among, tile, &cells, around, serving.flags(), bench);
             let next = match source {

@@ -1,7 +1,7 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
 use super::bits::{set_bits, status_bits};
-use super::serve::DEPTH_STEP;
+use super::edges::DEPTH_STEP;
 use super::stage::{Stage, Workbench};
 use super::verify::CellSet;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
@@ -9,9 +9,6 @@ use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile
 use crate::scene::Mesh;
 use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
 use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
-
-/// Cells of a block.
-const BLOCK: usize = trace::LANES;
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
@@ -31,7 +28,7 @@ pub fn trace_missed(
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         let traced = status_bits(status, is_traced);
         tile.copies[first / LANES] &= !traced;
-        let probed = (probes[first / BLOCK] >> (first % BLOCK)) as u8;
+        let probed = probes.eight(first);
         for lane in set_bits(probed) {
             bench.cell_rays.probes[first + lane] += 1;
         }

@@ -24,10 +24,36 @@ pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 const BLOCK: usize = crate::trace::LANES;
 
 /// Cells of a tile, a bit each.
-pub type CellSet = [u16; CELLS / BLOCK];
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellSet([u16; CELLS / BLOCK]);
 
-/// All cells.
-pub const ALL: CellSet = [u16::MAX; CELLS / BLOCK];
+impl CellSet {
+    /// All cells.
+    pub const ALL: Self = Self([u16::MAX; CELLS / BLOCK]);
+
+    /// Adds a cell.
+    #[inline(always)]
+    pub fn insert(&mut self, cell: usize) {
+        self.0[cell / BLOCK] |= 1 << (cell % BLOCK);
+    }
+
+    /// Of eight cells from `first` on, those in it, a bit each.
+    #[inline(always)]
+    pub fn eight(&self, first: usize) -> u8 {
+        (self.0[first / BLOCK] >> (first % BLOCK)) as u8
+    }
+
+    /// Whether no cell is in it.
+    pub fn is_empty(&self) -> bool {
+        self.0 == [0; CELLS / BLOCK]
+    }
+}
+
+impl Default for CellSet {
+    fn default() -> Self {
+        Self([0; CELLS / BLOCK])
+    }
+}
 
 /// Turns those of `cells` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
 /// `around` has at least the samples of models that did not move, if that is known; `flags`: those that any sample has.
@@ -42,7 +68,7 @@ pub fn verify(
 ) {
     for first in (0..CELLS).step_by(LANES) {
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
-        let asked = reused & (cells[first / BLOCK] >> (first % BLOCK)) as u8;
+        let asked = reused & cells.eight(first);
         if asked != 0 {
             for lane in set_bits(asked & seen_from_behind(stage, tile, first, flags)) {
                 tile.status[first + lane] = Status::Obscured;
@@ -80,7 +106,7 @@ fn verify_against(
         return;
     }
     bench.begin_rays();
-    let asked: CellSet = std::array::from_fn(|block| {
+    let asked: [u16; CELLS / BLOCK] = std::array::from_fn(|block| {
         let bits = |half: usize| {
             let first = block * BLOCK + half;
             let moved = stage.moved_bits(&tile.model[first..first + LANES]);
@@ -88,7 +114,7 @@ fn verify_against(
             let seen = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
             let checked = seen & !unseen | if for_unseen { unseen } else { 0 };
             let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
-            may_be_hidden_bits(check, stage, tile, first, reused & (cells[block] >> half) as u8)
+            may_be_hidden_bits(check, stage, tile, first, reused & cells.eight(first))
         };
         u16::from_le_bytes([bits(0), bits(LANES)])
     });
@@ -124,7 +150,7 @@ fn may_be_hidden_bits(check: SightCheck, stage: &Stage, tile: &Tile, first: usiz
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
 /// packets that they are, and what is left one after the other.
-fn push_segments(stage: &Stage, tile: &Tile, asked: &CellSet, bench: &mut Workbench) {
+fn push_segments(stage: &Stage, tile: &Tile, asked: &[u16; CELLS / BLOCK], bench: &mut Workbench) {
     // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {

@@ -18,7 +18,7 @@ pub use octahedral::Octahedral;
 pub use pool::{LeavingStore, TilePool};
 pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{
-    BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Record, SampleStore, TILE, Tile, full_color,
+    BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Move, Record, SampleStore, TILE, Tile, full_color,
     half_colors,
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};

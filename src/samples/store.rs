@@ -22,6 +22,15 @@ pub const EMPTY: u32 = u32::MAX - 1;
 /// One value for each cell of a tile.
 pub type Column<T> = [T; CELLS];
 
+/// A sample goes from a slot of one tile to a cell of another.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Move {
+    /// Its new cell.
+    pub to: u16,
+    /// Its old [slot](Tile::slots).
+    pub from: u16,
+}
+
 /// A colour as the store keeps it: R, G and B in half floats.
 pub type HalfColor = [f16; 3];
 
@@ -158,10 +167,40 @@ impl Tile {
         }
     }
 
+    /// What the sample in a slot shows: its model, and what else is kept.
+    #[inline(always)]
+    pub fn surface_in(&self, slot: usize) -> (u32, &Record) {
+        match slot.checked_sub(CELLS) {
+            None => (self.model[slot], &self.record[slot]),
+            Some(number) => (self.spares.samples[number].model, &self.spares.samples[number].record),
+        }
+    }
+
+    /// Copies samples, with their light and tags, from slots of `from` to cells. Status and whether they are copies are the
+    /// caller's. Returns the flags that any of them has.
+    pub fn copy_slots(&mut self, from: &Self, moves: &[Move]) -> Flags {
+        let mut flags = Flags::default();
+        for way in moves {
+            let (to, slot) = (usize::from(way.to) % CELLS, usize::from(way.from));
+            if slot < CELLS {
+                self.x[to] = from.x[slot];
+                self.y[to] = from.y[slot];
+                self.z[to] = from.z[slot];
+                self.model[to] = from.model[slot];
+                self.record[to] = from.record[slot];
+                flags = flags.with(self.record[to].flags);
+            } else {
+                flags = flags.with(self.copy_slot(to, from, slot));
+            }
+        }
+        self.tags.copy_all(&from.tags, moves);
+        flags
+    }
+
     /// Copies the sample in `slot` of `from`, with its light and its tags, to `cell`. Status and whether it is a copy are
-    /// the caller's.
+    /// the caller's. Returns its flags.
     #[inline]
-    pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) {
+    pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
         let Spare { point, model, record } = from.slot(slot);
         [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
         self.model[cell] = model;
@@ -170,6 +209,7 @@ impl Tile {
             None => self.tags.take_over(cell, &from.tags, slot),
             Some(number) => from.spares.copy_tags(number, &mut self.tags, cell),
         }
+        record.flags
     }
 
     /// Where the sample is: see [`Tile::x`].

@@ -1,6 +1,6 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY};
+use super::{CELLS, Column, EMPTY, Move};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -277,6 +277,12 @@ impl Tags {
         }
     }
 
+    /// Copies the tags of those samples that come from a cell.
+    pub fn copy_all(&mut self, from: &Self, moves: &[Move]) {
+        copy_all(&mut self.single, &from.single, moves);
+        copy_all(&mut self.area, &from.area, moves);
+    }
+
     /// Forgets what is known of some cells.
     pub fn forget(&mut self, cells: &[u32]) {
         for column in &mut self.single {
@@ -291,6 +297,16 @@ impl Tags {
     pub fn forget_all(&mut self) {
         self.single.iter_mut().for_each(|column| column.fill(Tag::Unknown));
         self.area.iter_mut().for_each(|column| column.fill(AreaTag::UNKNOWN));
+    }
+}
+
+fn copy_all<T: Copy>(to: &mut [Column<T>], from: &[Column<T>], moves: &[Move]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        for Move { to: cell, from: slot } in moves {
+            if let Some(tag) = from.get(usize::from(*slot)) {
+                to[usize::from(*cell) % CELLS] = *tag;
+            }
+        }
     }
 }
 
