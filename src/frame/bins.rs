@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::bits::set_bits;
 use super::grid::Grid;
-use crate::lanes::{F32x8, LANES};
+use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::CELLS;
 
 /// Steps of a cell in which bins keep places. A power of two.
@@ -162,24 +162,24 @@ impl BinWriter {
     #[inline(always)]
     pub fn add(&mut self, grid: &Grid, slot: usize, samples: &Projected8, halo: bool) {
         let Projected8 { which, depth, x, y } = samples;
+        let mut left = *which;
         // neighbours are projected into the same tile, mostly, and away from its rim
-        if self.used > 0 && *which == u8::MAX {
-            let Pile { origin: [left, top], words, .. } = &mut self.piles[self.latest];
-            let inner = 2 * STEPS..(grid.tile_edge() as i32) * STEPS;
-            let (x, y) = (x.map(|x| x - *left), y.map(|y| y - *top));
-            let is_inner = |at: &[i32; LANES]| {
-                at.iter().fold(true, |all, at| all & ((*at >= inner.start) & (*at < inner.end)))
-            };
-            if is_inner(&x) & is_inner(&y) {
-                let words: &mut Vec<u64> = words;
-                let new: [u64; LANES] = std::array::from_fn(|lane| {
-                    Binned::new(depth.lane(lane), [x[lane], y[lane]], slot + lane).0
-                });
+        if self.used > 0 {
+            let Pile { origin, words, .. } = &mut self.piles[self.latest];
+            let end = grid.tile_edge() as i32 * STEPS;
+            let (x, y) = (x.map(|x| x - origin[0]), y.map(|y| y - origin[1]));
+            let is_inner = |at: i32| (at >= 2 * STEPS) & (at < end);
+            let inner = Mask::of(|lane| is_inner(x[lane]) & is_inner(y[lane])).bits() & left;
+            let new: [u64; LANES] =
+                std::array::from_fn(|lane| Binned::new(depth.lane(lane), [x[lane], y[lane]], slot + lane).0);
+            if inner == u8::MAX {
                 words.extend_from_slice(&new);
                 return;
             }
+            words.extend(set_bits(inner).map(|lane| new[lane]));
+            left &= !inner;
         }
-        for lane in set_bits(*which) {
+        for lane in set_bits(left) {
             self.add_one(grid, slot + lane, depth.lane(lane), [x[lane], y[lane]], halo);
         }
     }

@@ -1,8 +1,8 @@
 //! Where the nearest sample need not show what a cell's target shows: at edges.
 
-use wide::u16x8;
+use wide::{i16x8, u16x8};
 
-use super::candidates::{ACROSS, AROUND, Candidates, Sources};
+use super::candidates::{ACROSS, AROUND, Candidates, ROW, Sources};
 use super::grid::Extent;
 use crate::samples::{BACKGROUND, Octahedral, Tile};
 
@@ -12,10 +12,8 @@ pub const DEPTH_STEP: f32 = 0.1;
 /// Edges in a tile. Keeps its memory.
 #[derive(Debug, Default)]
 pub struct Edges {
-    /// For each cell in and around the tile, what its candidates show.
+    /// For each cell in and around the tile, what its candidates show; rows are filled up to [`ROW`].
     shown: Vec<Shown>,
-    /// The same of the cells beside each other, three at a time, in the three rows at hand.
-    rows: [Vec<Shown>; 3],
     /// Which quarters of each cell in and around the tile have a candidate, a bit each: 1 left above, 2 right above, 4 left
     /// below, 8 right below.
     quarters: Vec<u8>,
@@ -27,6 +25,9 @@ pub struct Edges {
 /// of the normal.
 #[derive(Debug, Clone, Copy)]
 struct Shown(u16x8);
+
+/// The same of the cells of a row, each of the eight values by itself.
+type Row = [[u16; ROW]; 8];
 
 impl Shown {
     const NOTHING: Self = Self(u16x8::MAX);
@@ -40,18 +41,47 @@ impl Shown {
     fn with(self, other: Self) -> Self {
         Self(self.0.min(other.0))
     }
+}
 
-    /// Whether all that is shown may be one surface.
-    #[inline(always)]
-    fn is_one_surface(self) -> bool {
-        let values = self.0.to_array();
-        let range = |i: usize| (!values[i + 4]).wrapping_sub(values[i]);
-        (range(0) == 0)
-            & (range(1) < DEPTH_STEPS)
-            & (range(2) < Octahedral::FOLD as u16)
-            & (range(3) < Octahedral::FOLD as u16)
+/// For each cell of a row what is shown in it and beside it.
+#[inline(always)]
+fn join_row(shown: &[Shown], joined: &mut Row) {
+    let mut row: Row = [[0; ROW]; 8];
+    for (first, eight) in (0..).step_by(8).zip(shown.chunks_exact(8)) {
+        let eight: [i16x8; 8] = std::array::from_fn(|cell| bytemuck::cast(eight[cell].0));
+        for (values, column) in row.iter_mut().zip(i16x8::transpose(eight)) {
+            values[first..first + 8].copy_from_slice(&column.to_array().map(|value| value as u16));
+        }
+    }
+    for (values, joined) in row.iter().zip(joined) {
+        for ((joined, left), (own, right)) in joined[1..ROW - 1]
+            .iter_mut()
+            .zip(&values[..ROW - 2])
+            .zip(values[1..ROW - 1].iter().zip(&values[2..]))
+        {
+            *joined = *left.min(own).min(right);
+        }
     }
 }
+
+/// For each cell of the middle one of three rows whether all that is shown around it may be one surface.
+#[inline(always)]
+fn one_surface([above, own, below]: [&Row; 3]) -> [bool; ROW] {
+    const LEAST_STEP: [u16; 4] = [1, DEPTH_STEPS, Octahedral::FOLD as u16, Octahedral::FOLD as u16];
+    let mut is_one = [true; ROW];
+    for (value, step) in LEAST_STEP.into_iter().enumerate() {
+        let join = |value: usize, at: usize| above[value][at].min(own[value][at]).min(below[value][at]);
+        let range: [u16; ROW] =
+            std::array::from_fn(|at| (!join(value + 4, at)).wrapping_sub(join(value, at)));
+        for (is_one, range) in is_one.iter_mut().zip(range) {
+            *is_one &= range < step;
+        }
+    }
+    is_one
+}
+
+/// Candidates ahead of the one at work whose records are fetched: some lie in memory that no cache has.
+const AHEAD: usize = 48;
 
 /// Low bits of a [depth](super::bins::Binned::depth) that are not looked at: 16 are left, 8 of them below the point.
 const DEPTH_LOST: u32 = 13;
@@ -75,23 +105,23 @@ impl Edges {
     pub fn find<'t>(&mut self, candidates: &Candidates, extent: Extent, sources: &impl Sources<'t>) {
         self.take(candidates, sources);
         mark_beyond(extent, &mut self.quarters);
-        let Self { shown, rows, quarters, is_edge } = self;
+        let Self { shown, quarters, is_edge } = self;
         is_edge.clear();
         is_edge.resize(AROUND, false);
         let [columns, count] = extent.cells.map(|count| count as usize);
-        let join_row = |row: usize, joined: &mut Vec<Shown>| {
-            let shown = &shown[row * ACROSS..(row + 1) * ACROSS];
-            joined.clear();
-            joined.extend(shown.windows(3).map(|three| three[0].with(three[1]).with(three[2])));
-        };
-        join_row(0, &mut rows[0]);
-        join_row(1, &mut rows[1]);
+        let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
+        let shown_in = |row: usize| &shown[row * ROW..(row + 1) * ROW];
+        join_row(shown_in(0), &mut rows[0]);
+        join_row(shown_in(1), &mut rows[1]);
         for row in 1..=count {
-            join_row(row + 1, &mut rows[(row + 1) % 3]);
-            for column in 0..columns {
-                let cell = row * ACROSS + column + 1;
-                let all = rows[0][column].with(rows[1][column]).with(rows[2][column]);
-                is_edge[cell] = !(all.is_one_surface() & has_all_quadrants(quarters, cell));
+            join_row(shown_in(row + 1), &mut rows[(row + 1) % 3]);
+            let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
+            let is_round = has_all_quadrants(quarters, row);
+            let cells = row * ACROSS + 1..row * ACROSS + 1 + columns;
+            for ((is_edge, is_one), is_round) in
+                is_edge[cells].iter_mut().zip(&is_one[1..]).zip(&is_round[1..])
+            {
+                *is_edge = !(*is_one & *is_round);
             }
         }
     }
@@ -100,18 +130,23 @@ impl Edges {
     fn take<'t>(&mut self, candidates: &Candidates, sources: &impl Sources<'t>) {
         let Self { shown, quarters, .. } = self;
         shown.clear();
-        shown.resize(AROUND, Shown::NOTHING);
+        shown.resize(ACROSS * ROW, Shown::NOTHING);
         quarters.clear();
         quarters.resize(AROUND, 0);
         for (source, numbers) in candidates.runs() {
             let Some(tile) = sources(source) else { continue };
+            let end = numbers.end;
             for number in numbers {
+                if number + AHEAD < end {
+                    tile.prefetch_record(candidates.get(number + AHEAD).0.slot());
+                }
                 let (word, cell) = candidates.get(number);
                 let (model, record) = Tile::surface_in(tile, word.slot());
                 let [across, down] = record.normal.steps().map(|step| step as u16);
                 let depth = (word.depth() >> DEPTH_LOST) as u16;
                 let values = [surface(model, record.material), depth, across, down];
-                shown[cell] = shown[cell].with(Shown::of(values));
+                let shown = &mut shown[cell + cell / ACROSS * (ROW - ACROSS)];
+                *shown = shown.with(Shown::of(values));
                 quarters[cell] |= word.quarter();
             }
         }
@@ -142,16 +177,24 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     }
 }
 
-/// Whether each of the four quadrants around the target of a cell has a sample, within a cell and a half.
+/// For each cell of a row whether each of the four quadrants around its target has a sample, within a cell and a half.
 #[inline(always)]
-fn has_all_quadrants(quarters: &[u8], cell: usize) -> bool {
-    let row = |first: usize| [quarters[first - 1], quarters[first], quarters[first + 1]];
-    let (above, own, below) = (row(cell - ACROSS), row(cell), row(cell + ACROSS));
-    let left_above = own[1] & 1 | own[0] & 3 | above[1] & 5 | above[0];
-    let right_above = own[1] & 2 | own[2] & 3 | above[1] & 10 | above[2];
-    let left_below = own[1] & 4 | own[0] & 12 | below[1] & 5 | below[0];
-    let right_below = own[1] & 8 | own[2] & 12 | below[1] & 10 | below[2];
-    (left_above != 0) & (right_above != 0) & (left_below != 0) & (right_below != 0)
+fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; ACROSS] {
+    let of_row = |row: usize| -> [u8; ACROSS] {
+        let quarters = &quarters[row * ACROSS..(row + 1) * ACROSS];
+        std::array::from_fn(|at| quarters[at])
+    };
+    let (above, own, below) = (of_row(row - 1), of_row(row), of_row(row + 1));
+    let mut all = [true; ACROSS];
+    for at in 1..ACROSS - 1 {
+        let (left, right) = (at - 1, at + 1);
+        let left_above = own[at] & 1 | own[left] & 3 | above[at] & 5 | above[left];
+        let right_above = own[at] & 2 | own[right] & 3 | above[at] & 10 | above[right];
+        let left_below = own[at] & 4 | own[left] & 12 | below[at] & 5 | below[left];
+        let right_below = own[at] & 8 | own[right] & 12 | below[at] & 10 | below[right];
+        all[at] = (left_above != 0) & (right_above != 0) & (left_below != 0) & (right_below != 0);
+    }
+    all
 }
 
 #[cfg(test)]
@@ -161,6 +204,8 @@ mod tests {
     #[test]
     fn an_empty_quadrant_is_seen_whichever_it_is() {
         let middle = 5 * ACROSS + 5;
+        let has_all_quadrants =
+            |quarters: &[u8], cell: usize| has_all_quadrants(quarters, cell / ACROSS)[cell % ACROSS];
         assert!(has_all_quadrants(&[15; AROUND], middle));
         // each quadrant: a quarter of the own cell, halves of two beside it, and all of the one at the corner
         let quadrants = [
@@ -186,7 +231,20 @@ mod tests {
     #[test]
     fn one_surface_has_one_material_one_depth_and_one_normal() {
         let values = [7, 1000, 30000, 40000];
-        let joined = |other: [u16; 4]| Shown::of(values).with(Shown::of(other)).is_one_surface();
+        let joined = |other: [u16; 4]| {
+            let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
+            for (number, row) in rows.iter_mut().enumerate() {
+                let mut shown = [Shown::of(values); ROW];
+                if number == 2 {
+                    shown[17] = Shown::of(other);
+                }
+                join_row(&shown, row);
+            }
+            let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
+            assert!(is_one[1..15].iter().chain(&is_one[19..ROW - 1]).all(|is_one| *is_one));
+            assert!(is_one[16] == is_one[17] && is_one[17] == is_one[18]);
+            is_one[17]
+        };
         assert!(joined(values) && joined([7, 1000 + DEPTH_STEPS / 2, 31000, 39000]));
         assert!(!joined([8, 1000, 30000, 40000]), "another material");
         assert!(!joined([7, 1000 + 2 * DEPTH_STEPS, 30000, 40000]), "a step");

@@ -81,15 +81,13 @@ impl Serving {
         let Self { candidates, edges, asked, .. } = self;
         asked.clear();
         asked.resize(CELLS, Asked::Nobody);
-        candidates.sort();
         match reuse {
             Reuse::Target => {
                 edges.find(candidates, extent, sources);
-                for cell in cells(extent) {
-                    asked[cell] = Asked::of(candidates.nearest(cell, None));
-                }
+                nearest_to_targets(candidates, extent, asked);
             }
             Reuse::Paper => {
+                candidates.sort();
                 for cell in cells(extent) {
                     asked[cell] = nearest_to_eye(candidates, cell);
                 }
@@ -145,7 +143,7 @@ impl Serving {
                 continue;
             };
             tile.status[cell] = if *is_contested { Status::Overlapped } else { Status::Good };
-            let number = candidates.number(*rank);
+            let number = rank.number();
             if serves[number] == NOWHERE {
                 serves[number] = cell as u16;
                 kept[candidates.get(number).1] += 1;
@@ -161,13 +159,13 @@ impl Serving {
         let Self { candidates, asked, serves, flags, .. } = self;
         serves.clear();
         serves.resize(candidates.len(), NOWHERE);
-        for cell in 0..CELLS {
+        for (cell, asked) in asked.iter_mut().enumerate() {
             if tile.model[cell] != EMPTY {
-                asked[cell] = Asked::Own;
+                *asked = Asked::Own;
                 continue;
             }
-            let Asked::One(rank, is_contested) = asked[cell] else { continue };
-            let number = candidates.number(rank);
+            let Asked::One(rank, is_contested) = *asked else { continue };
+            let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
             let is_first = std::mem::replace(&mut serves[number], cell as u16) == NOWHERE;
@@ -189,6 +187,9 @@ impl Serving {
             return None;
         }
         let mut next = CellSet::default();
+        if tile.status.contains(&Status::Obscured) {
+            candidates.sort();
+        }
         for (cell, asked) in asked.iter_mut().enumerate() {
             if tile.status[cell] != Status::Obscured {
                 continue;
@@ -200,7 +201,7 @@ impl Serving {
             };
             *asked = Asked::of(candidates.nearest(cell, after));
             let Asked::One(rank, _) = asked else { continue };
-            let number = candidates.number(*rank);
+            let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
             // whoever keeps it, it is not this cell
@@ -226,6 +227,32 @@ impl Serving {
 impl Asked {
     fn of((rank, is_contested): (Rank, bool)) -> Self {
         if rank == Rank::NONE { Self::Nobody } else { Self::One(rank, is_contested) }
+    }
+}
+
+/// The candidate nearest to each cell's target.
+fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, asked: &mut [Asked]) {
+    candidates.pair();
+    let [columns, rows] = extent.cells;
+    for row in 0..rows {
+        candidates.nearest_in_row(row as usize, columns as usize, |column, rank, is_contested| {
+            asked[cell_number([column as u32, row])] = Asked::of((rank, is_contested));
+        });
+    }
+    if candidates.crowded().is_empty() {
+        return;
+    }
+    // few: each cell beside a crowded one looks at all that are there
+    candidates.sort();
+    for crowded in candidates.crowded() {
+        let [column, row] = [usize::from(*crowded) % ACROSS, usize::from(*crowded) / ACROSS];
+        let beside = |at: usize, count: u32| at.saturating_sub(2)..(at + 1).min(count as usize);
+        for row in beside(row, rows) {
+            for column in beside(column, columns) {
+                let cell = cell_number([column as u32, row as u32]);
+                asked[cell] = Asked::of(candidates.nearest(cell, None));
+            }
+        }
     }
 }
 

@@ -52,7 +52,7 @@ pub fn detach(
     let rows = store.tiles.len() / tiles_x;
     detached.tiles_x = tiles_x;
     detached.rows.resize_with(rows, Row::default);
-    store.tiles.iter_mut().filter(|tile| tile.spares.len() > 0).for_each(|tile| tile.spares.clear());
+    store.tiles.iter_mut().filter(|tile| !tile.spares.is_empty()).for_each(|tile| tile.spares.clear());
     if !stage.plan.any_moved {
         detached.rows.iter_mut().for_each(|row| row.len = 0);
         return;

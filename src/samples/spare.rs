@@ -41,6 +41,11 @@ impl Spares {
         self.samples.len()
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
     /// Forgets all of them and keeps their memory.
     pub fn clear(&mut self) {
         self.samples.clear();

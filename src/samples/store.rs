@@ -6,6 +6,7 @@ use half::slice::HalfFloatSliceExt;
 
 use super::{MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::prefetch::prefetch;
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -164,6 +165,14 @@ impl Tile {
         match slot.checked_sub(CELLS) {
             None => Spare { point: self.point(slot), model: self.model[slot], record: self.record[slot] },
             Some(number) => self.spares.samples[number],
+        }
+    }
+
+    /// Fetches what will be asked of the sample in a slot.
+    #[inline(always)]
+    pub fn prefetch_record(&self, slot: usize) {
+        if let Some(record) = self.record.get(slot) {
+            prefetch(std::slice::from_ref(record));
         }
     }
 
