@@ -74,7 +74,7 @@ pub struct TracingSeconds {
 pub struct AuditCounts {
     /// Samples looked at.
     pub checked: u64,
-    /// Samples that do not hold. The claim is that this is 0.
+    /// Samples that do not hold, or whose pixel shows what no sample of it does. The claim is that this is 0.
     pub differing: u64,
     /// Samples that hold within the named tolerance only: on an edge, or where surfaces coincide.
     pub on_edge: u64,

@@ -3,8 +3,8 @@
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
-use afterimage::film::Values;
-use afterimage::frame::{Finished, Renderer};
+use afterimage::film::{Film, Values};
+use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::Aim;
 use afterimage::scene::material::Optics;
@@ -321,14 +321,68 @@ fn layers_that_are_left_out_change_no_other() {
 }
 
 #[test]
-fn an_audit_finds_what_was_spoilt() {
-    // the audit itself must be able to fail: render, move a model behind its back, and audit again
-    let scene = with_flyer(world());
-    let mut renderer = Renderer::new(&scene, &toy::settings(1)).expect("the scene builds");
-    renderer.render(1, true).expect("renders");
-    renderer.spoil_samples();
-    let audit = renderer.render(2, true).expect("renders").stats.audit.expect("asked for");
-    assert!(audit.differing > 100, "{audit:?}");
+fn an_audit_finds_each_kind_of_spoilt_sample() {
+    // Before a camera that stands no sample is looked at again. Tags are spoilt before one that turns: the light is summed
+    // anew there, as they say, so that nothing but a ray can tell
+    let kinds =
+        [Spoil::Place, Spoil::Sight, Spoil::Normal, Spoil::Triangle, Spoil::Reflectance, Spoil::Light];
+    for (spoil, turn) in kinds.map(|kind| (kind, 0.0)).into_iter().chain([(Spoil::Tags, 0.02)]) {
+        let mut scene = world();
+        scene.models.truncate(2);
+        scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
+        let scene = with_camera(scene, rests(EYE), goes(TARGET, TARGET + DVec3::X * turn));
+        let audited = |spoils: bool| {
+            let mut renderer = Renderer::new(&scene, &toy::settings(2)).expect("the scene builds");
+            renderer.render(1, true).expect("renders");
+            let spoilt = if spoils { renderer.spoil(spoil).expect("rays are cast") } else { 0 };
+            let stats = renderer.render(2, true).expect("renders").stats;
+            assert_eq!(stats.mode, "reproject");
+            (spoilt, stats.audit.expect("asked for"))
+        };
+        let (_, sound) = audited(false);
+        assert_eq!(sound.differing, 0, "{spoil:?}: {sound:?}");
+        let (spoilt, found) = audited(true);
+        // those on edges may be taken for their neighbours
+        assert!(spoilt > 50 && found.differing * 10 > spoilt * 9, "{spoil:?}: {spoilt}, {found:?}");
+        assert!(found.differing * 10 <= spoilt * 11, "and no others, {spoil:?}: {spoilt}, {found:?}");
+    }
+}
+
+#[test]
+fn an_audit_finds_a_pixel_that_should_not_stand() {
+    let mut scene = world();
+    scene.models.truncate(2);
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let settings = Settings { filter, ..toy::settings(2) };
+        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+        // every frame is the first one again, over the film before
+        let mut render = |used: Option<Film>| {
+            used.into_iter().for_each(|film| renderer.recycle(film));
+            let finished = renderer.render(1, true).expect("renders");
+            (finished.film, finished.stats.audit.expect("asked for").differing)
+        };
+        let mut film = None;
+        for _ in 0..3 {
+            let (made, differing) = render(film.take());
+            assert_eq!(differing, 0, "{filter:?}");
+            film = Some(made);
+        }
+        let mut film = film.expect("three are rendered");
+        let pixel = 40 * 96 + 50;
+        for plane in 0..film.planes.len() {
+            let name = film.planes[plane].name;
+            let value = film.planes[plane].values.get(pixel);
+            film.planes[plane].values.put(pixel, &[value + 1.0]);
+            let (mut made, differing) = render(Some(film));
+            // rays that were spared are not counted: those planes may differ
+            let expected = if name.starts_with("rays.") { 0 } else { 4 };
+            assert_eq!(differing, expected, "{filter:?}, {name}");
+            let older = if name == "status.age" { 1.0 } else { 0.0 };
+            made.planes[plane].values.put(pixel, &[value + older]);
+            film = made;
+        }
+        assert_eq!(render(Some(film)).1, 0, "{filter:?}");
+    }
 }
 
 #[test]
@@ -405,11 +459,12 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
     }
 }
 
-#[test]
-fn a_mirror_shows_what_moves_behind_the_eye() {
-    // a mirror before a camera that stands, and a screen behind it; the flyer is seen in the mirror alone, or its shadow
-    // on the screen is. In the last frame the light is stronger
-    const LAST: i32 = 12;
+/// Frames of [`before_a_mirror`].
+const LAST_BEFORE_MIRROR: i32 = 12;
+
+/// A mirror before a camera that stands, and a screen behind it; between them a flyer passes `middle` on its way to the
+/// right. In the last frame the light is stronger.
+fn before_a_mirror(middle: DVec3, mut light: Light) -> Scene {
     let mirror =
         Material { optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: false }, ..toy::matt(0.1) };
     let wall = |[left, right]: [f32; 2], [low, high]: [f32; 2], z: f32, material| {
@@ -417,25 +472,64 @@ fn a_mirror_shows_what_moves_behind_the_eye() {
         toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
     };
     let eye = DVec3::new(0.0, 1.5, 3.0);
-    let lamp = |x, y, z| toy::light("lamp", LightKind::Point { position: rests(DVec3::new(x, y, z)) }, 9.0);
-    let sight = (DVec3::new(0.0, 1.5, 4.0), lamp(0.0, 9.0, 7.5));
+    let last = f64::from(LAST_BEFORE_MIRROR);
+    light.power = toy::keys(&[(last - 1.0, 9.0), (last, 12.0)]);
+    let way = [-9.0, 9.0].map(|x| middle + DVec3::X * x);
+    let track = TransformTrack {
+        translate: toy::keys(&[(1.0, way[0]), (last, way[1])]),
+        scale: rests(DVec3::splat(0.3)),
+        ..TransformTrack::identity()
+    };
+    let models = vec![
+        toy::still("mirror", wall([-3.0, 3.0], [-1.0, 4.0], 0.0, 0), Vec3::ZERO),
+        toy::still("screen", wall([5.0, -5.0], [-1.0, 5.0], 8.0, 1), Vec3::ZERO),
+        toy::moving("flyer", toy::octahedron(1, true), track),
+    ];
+    let camera = toy::camera(rests(eye), rests(eye - DVec3::Z));
+    toy::scene(camera, models, vec![mirror, toy::matt(0.6)], vec![light])
+}
+
+fn lamp(x: f64, y: f64, z: f64) -> Light {
+    toy::light("lamp", LightKind::Point { position: rests(DVec3::new(x, y, z)) }, 9.0)
+}
+
+/// A flyer that a camera sees [in a mirror](before_a_mirror) alone.
+fn seen_in_a_mirror() -> (DVec3, Light) {
+    (DVec3::new(0.0, 1.5, 4.0), lamp(0.0, 9.0, 7.5))
+}
+
+#[test]
+fn an_audit_finds_a_mirror_that_should_not_stand() {
+    let (middle, light) = seen_in_a_mirror();
+    let scene = before_a_mirror(middle, light);
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let settings = Settings { width: 192, height: 144, filter, ..toy::settings(1) };
+        let differing = |spoils: bool| {
+            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+            let frames = (1..LAST_BEFORE_MIRROR).map(|frame| {
+                // while the flyer passes
+                if spoils && (6..8).contains(&frame) {
+                    assert!(renderer.spoil(Spoil::Ways).expect("no rays are cast") > 0);
+                }
+                let finished = renderer.render(frame, true).expect("renders");
+                renderer.recycle(finished.film);
+                finished.stats.audit.expect("asked for").differing
+            });
+            frames.sum::<u64>()
+        };
+        assert_eq!(differing(false), 0, "{filter:?}");
+        assert!(differing(true) > 20, "{filter:?}");
+    }
+}
+
+#[test]
+fn a_mirror_shows_what_moves_behind_the_eye() {
+    // the flyer is seen in the mirror alone, or its shadow on the screen is
+    const LAST: i32 = LAST_BEFORE_MIRROR;
     let above = DVec3::new(0.0, 7.2, 5.0);
     let (hard, soft) = ((above, lamp(0.0, 9.0, 4.0)), (above, panel(rests(DVec3::new(0.0, 9.0, 4.0)))));
-    for (flyer, mut light) in [sight, hard, soft] {
-        light.power = toy::keys(&[(f64::from(LAST - 1), 9.0), (f64::from(LAST), 12.0)]);
-        let way = [-9.0, 9.0].map(|x| flyer + DVec3::X * x);
-        let track = TransformTrack {
-            translate: toy::keys(&[(1.0, way[0]), (f64::from(LAST), way[1])]),
-            scale: rests(DVec3::splat(0.3)),
-            ..TransformTrack::identity()
-        };
-        let models = vec![
-            toy::still("mirror", wall([-3.0, 3.0], [-1.0, 4.0], 0.0, 0), Vec3::ZERO),
-            toy::still("screen", wall([5.0, -5.0], [-1.0, 5.0], 8.0, 1), Vec3::ZERO),
-            toy::moving("flyer", toy::octahedron(1, true), track),
-        ];
-        let camera = toy::camera(rests(eye), rests(eye - DVec3::Z));
-        let scene = toy::scene(camera, models, vec![mirror.clone(), toy::matt(0.6)], vec![light]);
+    for (flyer, light) in [seen_in_a_mirror(), hard, soft] {
+        let scene = before_a_mirror(flyer, light);
         let settings = Settings { width: 192, height: 144, ..toy::settings(1) };
         let run = |recycle: bool| {
             let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");

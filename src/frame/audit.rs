@@ -7,7 +7,8 @@
 //!    ([`check_shadows`]), and the light summed anew must be the light that was kept.
 //!
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
-//! still they are not made anew; that this is right is for tests/reuse.rs to say.
+//! still they are not made anew; that this is right, and all else that stands in the film, is checked by making the
+//! film again ([`film_audit`]).
 //!
 //! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a displacement by
 //! [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding
@@ -19,6 +20,7 @@ use glam::Vec3;
 
 use super::bits::{set_bits, surface_bits};
 use super::candidates::REACH;
+use super::film_audit;
 use super::grid::place;
 use super::light::sum_light;
 use super::placed::Placed;
@@ -100,12 +102,15 @@ impl Sample {
     }
 }
 
-/// Checks all samples of tile number `number`.
-pub fn audit(stage: &Stage, number: usize, tile: &Tile) -> AuditCounts {
+/// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film_audit`].
+pub fn audit(stage: &Stage, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
 
+    for cell in film_audit::differing_cells(&stage.view.grid, number, differs) {
+        raise(cell, Verdict::Differs);
+    }
     let sight = |cell: usize| sight(stage, number, tile, cell);
     let met = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, sight(cell))));
     for (ray, cell) in sampled().enumerate() {

@@ -21,6 +21,7 @@ mod develop;
 mod edges;
 pub mod enhance;
 mod estimate;
+mod film_audit;
 pub mod filter;
 pub mod grid;
 pub mod light;
@@ -33,7 +34,10 @@ pub mod plan;
 mod reproject;
 mod rest;
 mod serve;
+#[cfg(test)]
+mod serve_tests;
 mod shadow;
+mod spoil;
 mod stage;
 mod stay;
 mod tiles;
@@ -63,6 +67,8 @@ use movers::Movers;
 pub use need::need;
 use plan::{CameraChange, Plan};
 use rest::Memo;
+#[doc(hidden)]
+pub use spoil::Spoil;
 use stage::Stage;
 use stay::Detached;
 use tiles::{Source, Workshop, audit_tiles, run_tiles};
@@ -194,6 +200,7 @@ impl<'s> Renderer<'s> {
         let lists = (&mut self.bins, &mut self.detached);
         let (mut store, mut source) = begin(last, &stage, &self.layout, &mut shop.memos, lists);
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
+        let is_new = self.used_film.is_none();
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
         self.rendered += 1;
@@ -206,7 +213,14 @@ impl<'s> Renderer<'s> {
         };
         seconds.total = start.elapsed().as_secs_f64();
         let tracing = timed.seconds();
-        let audit = self.settings.audit.then(|| audit_tiles(&stage, &store));
+        let audit = self.settings.audit.then(|| {
+            // nothing was left standing in a film that is new
+            let differs = match is_new {
+                true => Vec::new(),
+                false => film_audit::differing_pixels(&stage, &store, &self.settings, &film),
+            };
+            audit_tiles(&stage, &store, &differs)
+        });
         drop(tracer);
         let camera = self.scene.space.camera_of_files(&pose.camera);
         self.last = Some((store, pose));
@@ -232,17 +246,6 @@ impl<'s> Renderer<'s> {
                 tile.tags.forget_all();
                 tile.spares.forget_tags();
             });
-            self.workshop.forget();
-        }
-    }
-
-    /// Displaces every sample and lightens what it keeps: for tests that the audit finds such things.
-    #[doc(hidden)]
-    pub fn spoil_samples(&mut self) {
-        if let Some((store, _)) = &mut self.last {
-            for tile in &mut store.tiles {
-                [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().flatten().for_each(|at| *at += 0.01);
-            }
             self.workshop.forget();
         }
     }

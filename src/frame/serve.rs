@@ -25,7 +25,7 @@ use crate::settings::Reuse;
 
 /// Samples that are kept of those that lie in a cell, unless they serve: enough for those that share a cell by chance
 /// while the cell beside it is empty. With three a frame traces a tenth less, and spare samples take half as much again.
-const KEPT: u8 = 2;
+pub const KEPT: u8 = 2;
 
 /// What a worker needs to serve the cells of one tile. Keeps its memory from tile to tile.
 #[derive(Debug, Default)]

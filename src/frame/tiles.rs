@@ -169,7 +169,7 @@ const TILES_AT_REST: u32 = 1024;
 
 /// Rows of tiles in a band: enough tiles for all threads, `least` at least, and more pixels than any filter reaches
 /// across, so that a row of pixels is reached by two bands at most.
-fn band_rows(grid: &Grid, least: u32) -> u32 {
+pub fn band_rows(grid: &Grid, least: u32) -> u32 {
     const TILES_A_THREAD: u32 = 32;
     const LEAST_PIXELS: u32 = 8;
     let tiles = least.max(TILES_A_THREAD * rayon::current_num_threads() as u32);
@@ -299,9 +299,11 @@ fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> Til
         .reduce(TileSum::default, TileSum::plus)
 }
 
-/// Audits every sample of a finished frame.
-pub fn audit_tiles(stage: &Stage, store: &SampleStore) -> AuditCounts {
-    let audit = store.tiles.par_iter().enumerate().map(|(number, tile)| audit::audit(stage, number, tile));
+/// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
+/// the samples do; empty if it is known not to.
+pub fn audit_tiles(stage: &Stage, store: &SampleStore, differs: &[bool]) -> AuditCounts {
+    let tiles = store.tiles.par_iter().enumerate();
+    let audit = tiles.map(|(number, tile)| audit::audit(stage, number, tile, differs));
     audit.reduce(AuditCounts::default, |mut a, b| {
         a += b;
         a

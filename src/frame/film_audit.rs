@@ -1,0 +1,103 @@
+//! The proof that what was left standing in the film is right: the film is made again from the finished samples, every
+//! tile of it, and compared with what is shown.
+//!
+//! Before a camera at rest most pixels stay from the frame before ([`rest`](super::rest), [`beyond`](super::beyond),
+//! [`develop`](super::develop)): a tile that is wrongly held to be at rest shows colours that no sample has any more. No
+//! look at samples finds that. Made again means highlights, reflections and refractions as well; the same rays meet the
+//! same surfaces, so that pixels must be the same to the bit. Planes that count rays are left out: rays that were spared
+//! are not counted.
+
+use rayon::prelude::*;
+
+use super::channels::{Channel, Picture};
+use super::develop::{Bands, Developer, Standing, blank};
+use super::grid::Grid;
+use super::mitchell::TileFilm;
+use super::stage::{Stage, Workbench};
+use super::tiles::band_rows;
+use super::window::cut;
+use super::{enhance, filter};
+use crate::film::{Film, Plane};
+use crate::samples::SampleStore;
+use crate::settings::{Filter, Settings};
+
+/// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of `store` do.
+/// Nothing but the result is changed, and no rays are counted.
+pub fn differing_pixels(stage: &Stage, store: &SampleStore, settings: &Settings, film: &Film) -> Vec<bool> {
+    let (anew, picture) = make_anew(stage, store, settings);
+    let mut differs = vec![false; film.width as usize * film.height as usize];
+    let planes = film.planes.iter().zip(&anew.planes).zip(&picture.channels);
+    for ((shown, anew), _) in planes.filter(|(_, channel)| !counts_rays(channel)) {
+        differs
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(pixel, differs)| *differs |= is_other(shown, anew, pixel));
+    }
+    differs
+}
+
+fn counts_rays(channel: &Channel) -> bool {
+    channel.name.starts_with("rays.")
+}
+
+fn is_other(shown: &Plane, anew: &Plane, pixel: usize) -> bool {
+    let [value, anew] = [shown, anew].map(|plane| plane.values.get(pixel).to_bits());
+    // what is known to be zero is not looked at by who writes files, nor cleared for the next frame
+    value != anew || shown.is_zero && value != 0
+}
+
+/// The cells of tile number `number` whose pixel differs. No pixel does if the list is empty.
+pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usize> {
+    let [columns, rows] = grid.pixels(number);
+    let [left, top] = grid.pixel_corner(number);
+    let mut cells = Vec::new();
+    for (y, x) in rows.flat_map(|y| columns.clone().map(move |x| (y, x))) {
+        if differs.get((y * grid.width + x) as usize) == Some(&true) {
+            let pixel = ((y - top) * grid.tile_pixels + x - left) as usize;
+            let of_pixel =
+                &grid.cells_of_pixels[pixel * grid.samples_of_pixel()..][..grid.samples_of_pixel()];
+            cells.extend(of_pixel.iter().map(|cell| usize::from(*cell)));
+        }
+    }
+    cells
+}
+
+/// The film that the samples of a finished frame give, with nothing in it that was there before.
+fn make_anew(stage: &Stage, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
+    let stage = &Stage { notes_ways: false, ..*stage };
+    let grid = &*stage.view.grid;
+    let mut film = blank(grid, settings.layers, None);
+    let picture = Picture::over(&film, settings);
+    let is_wide = settings.filter != Filter::Box;
+    let (mut developer, mut standing) = (Developer::default(), Standing::default());
+    if is_wide {
+        standing.set(grid, std::iter::repeat_n(true, grid.tiles()));
+    }
+    let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
+    let (width, pixels) = (grid.width as usize, grid.tile_pixels as usize);
+    let at_once = band_rows(grid, 0);
+    for first in (0..grid.tiles_y).step_by(at_once as usize) {
+        let rows = [first, (first + at_once).min(grid.tiles_y)];
+        let [start, end] = rows.map(|row| (row * grid.tiles_x) as usize);
+        let lines = rows.map(|row| (row * grid.tile_pixels).min(grid.height));
+        let [above, below] = lines.map(|line| line as usize);
+        let windows = cut(&mut film.planes, width, above..below, [pixels; 2], |_, _| true);
+        now.resize_with(end - start, TileFilm::default);
+        let tiles = store.tiles[start..end].par_iter().zip(&mut now).zip(windows).enumerate();
+        tiles.for_each_init(Workbench::default, |bench, (place, ((tile, sums), mut window))| {
+            let number = start + place;
+            bench.begin_tile();
+            enhance::enhance(stage, tile, bench);
+            if is_wide {
+                filter::sum(stage, number, tile, bench, sums);
+            }
+            filter::filter(stage, number, tile, bench, &picture, &mut window);
+        });
+        if is_wide {
+            let bands = Bands { before: &before, now: &now, first: start };
+            developer.develop(&mut film, &picture, grid, bands, &standing, lines[1]);
+            std::mem::swap(&mut now, &mut before);
+        }
+    }
+    (film, picture)
+}

@@ -1,0 +1,168 @@
+//! Ways to break what a frame leaves to the next one, one for each class of failure that the audit has to find. For
+//! tests of just that.
+
+use glam::Vec3;
+use half::f16;
+
+use super::beyond::Beyond;
+use super::{Last, RenderError, Renderer};
+use crate::lanes::Vec3x8;
+use crate::samples::{CELLS, EMPTY, Flags, Octahedral, Record, Tag, TagSlot, Tile, half_colors};
+use crate::scene::Scene;
+use crate::shade::surface::{Corners, reflectance, uv_at};
+use crate::trace::{Among, Backend, Coherence, HitBatch, RayBatch};
+
+/// What is broken. But for [`Ways`](Spoil::Ways) it is broken for every seventh cell that shows a surface, and in
+/// nothing else: other things that are kept stay as they are or are found out anew.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spoil {
+    /// The sample is displaced.
+    Place,
+    /// The sample is one of the surface behind, which is hidden.
+    Sight,
+    /// The normal is bent.
+    Normal,
+    /// The sample is said to be of another triangle.
+    Triangle,
+    /// The reflectance is halved.
+    Reflectance,
+    /// The light is brightened.
+    Light,
+    /// The tags say of lit points that something still hides them, and the other way round.
+    Tags,
+    /// The rays that go on from mirrors and glass are held to bring what they brought, whatever moves.
+    Ways,
+}
+
+impl Renderer<'_> {
+    /// Spoils what the frame rendered last has left. Says how many samples (or, for [`Ways`](Spoil::Ways), tiles) are
+    /// spoilt.
+    #[doc(hidden)]
+    pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
+        let Some(last) = &mut self.last else { return Ok(0) };
+        if what == Spoil::Ways {
+            let memos = self.workshop.memos.iter_mut().filter(|memo| memo.goes_on);
+            return Ok(memos.map(|memo| memo.beyond = Some(Beyond::default())).count() as u64);
+        }
+        self.workshop.forget();
+        if what == Spoil::Sight {
+            return hide(self.scene, &mut *self.backend, last);
+        }
+        let mut count = 0;
+        for tile in &mut last.0.tiles {
+            for cell in spoilt_cells(tile) {
+                count += u64::from(spoil_cell(what, &self.layout.slots, self.scene, tile, cell));
+            }
+        }
+        Ok(count)
+    }
+}
+
+/// Every seventh cell, where it shows a surface.
+fn spoilt_cells(tile: &Tile) -> Vec<usize> {
+    (0..CELLS).step_by(7).filter(|cell| tile.model[*cell] < EMPTY).collect()
+}
+
+/// Whether anything could be spoilt.
+fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, cell: usize) -> bool {
+    let record = &mut tile.record[cell];
+    // where tags are not known, they and the light that they give are found out anew
+    let forgets = matches!(what, Spoil::Normal | Spoil::Reflectance);
+    let is_spoilt = match what {
+        Spoil::Place => {
+            [&mut tile.x, &mut tile.y, &mut tile.z].into_iter().for_each(|at| at[cell] += 0.01);
+            true
+        }
+        Spoil::Normal => {
+            let normal = record.normal.unfold();
+            let aside = normal.any_orthonormal_vector();
+            record.normal = Octahedral::fold((normal + 0.1 * aside).normalize());
+            true
+        }
+        Spoil::Triangle => {
+            let count = scene.models[tile.model[cell] as usize].mesh.triangles.len() as u32;
+            record.triangle = (record.triangle + 1) % count;
+            count > 1
+        }
+        Spoil::Reflectance => {
+            let kept = record.reflectance;
+            record.reflectance = kept.map(|part| f16::from_f32(part.to_f32() * 0.5));
+            record.reflectance != kept
+        }
+        Spoil::Light => {
+            record.lit = record.lit.map(|part| f16::from_f32(part.to_f32() * 1.5 + 0.1));
+            true
+        }
+        Spoil::Tags => {
+            record.flags = record.flags.with(Flags::STALE);
+            slots.iter().fold(false, |any, slot| flip(tile, *slot, cell) | any)
+        }
+        Spoil::Sight | Spoil::Ways => false,
+    };
+    if forgets {
+        tile.tags.forget(&[cell as u32]);
+    }
+    is_spoilt
+}
+
+/// Turns the tags of a cell for one light over. Whether there was any to turn.
+fn flip(tile: &mut Tile, slot: TagSlot, cell: usize) -> bool {
+    if let Some(tags) = tile.tags.area_mut(slot).get_mut(cell) {
+        tags.learn(u16::MAX, !tags.lit(), 0);
+        return true;
+    }
+    let Some(tag) = tile.tags.single_mut(slot).get_mut(cell) else { return false };
+    let before = *tag;
+    *tag = match before {
+        Tag::Lit => Tag::ByStill,
+        Tag::ByStill => Tag::Lit,
+        other => other,
+    };
+    *tag != before
+}
+
+/// Puts samples of what is behind in the place of samples, seen on the same rays: all that is kept of them is right,
+/// but that they are seen.
+fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> Result<u64, RenderError> {
+    /// Of the distance from the eye: what is nearer than this is the sample itself.
+    const BEHIND: f32 = 1.001;
+    let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
+    let (eye, is_placed) = (pose.camera.eye, |model: u32| pose.models[model as usize].is_identity);
+    let mut count = 0;
+    for tile in &mut store.tiles {
+        let mut cells = spoilt_cells(tile);
+        cells.retain(|cell| is_placed(tile.model[*cell]));
+        let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());
+        cells.iter().for_each(|cell| rays.push(eye, tile.point(*cell) - eye, BEHIND, f32::INFINITY));
+        tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits);
+        for (ray, cell) in cells.into_iter().enumerate() {
+            let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
+            let sight = tile.point(cell) - eye;
+            let point = eye + hit.t * sight;
+            let mesh = &scene.models[hit.model as usize].mesh;
+            let corners = Corners::all(mesh, hit.triangle);
+            let weights = corners.weights_at(Vec3x8::splat(point));
+            let (normal, facet) = (corners.normal(weights).lane(0), corners.facet().lane(0));
+            let is_behind = facet.dot(sight) > 0.0;
+            let side = if is_behind { -1.0 } else { 1.0 };
+            let material = mesh.material_of[hit.triangle as usize];
+            let uv = || uv_at(mesh, hit.triangle, weights.map(|weight| weight.lane(0)));
+            let color: Vec3 = reflectance(scene, &scene.materials[usize::from(material)], uv);
+            [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
+            tile.model[cell] = hit.model;
+            tile.record[cell] = Record {
+                triangle: hit.triangle,
+                normal: Octahedral::fold(normal * side),
+                facet: Octahedral::fold(facet * side),
+                reflectance: half_colors(Vec3x8::splat(color))[0],
+                material,
+                flags: Flags::FROM_BEHIND.when(is_behind),
+                ..tile.record[cell]
+            };
+            tile.tags.forget(&[cell as u32]);
+            count += 1;
+        }
+    }
+    Ok(count)
+}
