@@ -20,15 +20,15 @@ use glam::Vec3;
 
 use super::bits::{set_bits, surface_bits};
 use super::candidates::REACH;
+use super::cells::is_traced;
 use super::film_audit;
+use super::frame_view::FrameView;
 use super::grid::place;
 use super::light::sum_light;
 use super::placed::Placed;
 use super::plan::ShadowCheck;
 use super::shadow::ShadowQueue;
-use super::stage::Stage;
-use super::trace_missed::is_traced;
-use super::verify::SEGMENT_END;
+use super::sight::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, Tag, Tile, full_color};
 use crate::shade::light::{Aim, arrival};
@@ -103,7 +103,7 @@ impl Sample {
 }
 
 /// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film_audit`].
-pub fn audit(stage: &Stage, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
+pub fn audit(stage: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
@@ -142,7 +142,7 @@ pub fn audit(stage: &Stage, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     }
 }
 
-fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
+fn trace_all(stage: &FrameView, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
     rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
     stage.tracer.closest(&batch, Among::All, Coherence::Coherent, &mut hits);
@@ -152,7 +152,7 @@ fn trace_all(stage: &Stage, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatc
 /// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame
 /// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
-fn sight(stage: &Stage, number: usize, tile: &Tile, cell: usize) -> Vec3 {
+fn sight(stage: &FrameView, number: usize, tile: &Tile, cell: usize) -> Vec3 {
     let offset = stage.offset(tile.point(cell), tile.model[cell]);
     if !is_traced(tile.status[cell]) {
         return offset;
@@ -163,7 +163,7 @@ fn sight(stage: &Stage, number: usize, tile: &Tile, cell: usize) -> Vec3 {
 }
 
 /// How far rounding may displace a sample, world units.
-fn reach(stage: &Stage, sample: &Sample) -> f32 {
+fn reach(stage: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
     offset.length() * TOLERANCE + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
 }
@@ -171,7 +171,7 @@ fn reach(stage: &Stage, sample: &Sample) -> f32 {
 /// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
 /// the ray. The corners count here, and here alone: if they did for displacements sideways, whatever hides a sample on
 /// a wide ground would be on an edge.
-fn rounding(stage: &Stage, sample: &Sample) -> f32 {
+fn rounding(stage: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
     if sample.model != BACKGROUND {
@@ -184,7 +184,7 @@ fn rounding(stage: &Stage, sample: &Sample) -> f32 {
     largest.max_element() * COORDINATE_TOLERANCE
 }
 
-fn offset(stage: &Stage, sample: &Sample) -> Vec3 {
+fn offset(stage: &FrameView, sample: &Sample) -> Vec3 {
     stage.offset(sample.point, sample.model)
 }
 
@@ -195,7 +195,7 @@ fn around(way: Vec3) -> [Vec3; 8] {
 }
 
 /// Whether the camera meets the sample first, on the ray along `sight`.
-fn check_sight(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
+fn check_sight(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
     Verdict::of(meets(stage, sample, sight, met)).or_on_edge(|| {
         let (eye, offset) = (stage.view.camera.eye, offset(stage, sample));
         // as long beside `sight` as it is beside the offset, up to all but sideways: the offset may be rounded to zero
@@ -210,7 +210,7 @@ fn check_sight(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) ->
 }
 
 /// Whether a ray along `sight` that met `met` met the sample.
-fn meets(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn meets(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     match met {
         None => sample.model == BACKGROUND,
         Some(hit) => {
@@ -222,7 +222,7 @@ fn meets(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool 
 
 /// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
 /// another surface in the same place, either of which may be met first.
-fn coincides(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn coincides(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
     let facet = stage.transform(sample.model).normal(sample.record.facet.unfold());
     let tolerance = reach(stage, sample) + rounding(stage, sample);
@@ -230,7 +230,7 @@ fn coincides(stage: &Stage, sample: &Sample, sight: Vec3, met: Option<Hit>) -> b
 }
 
 /// Whether the sample is as near to the centre of its cell as one must be that serves it.
-fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample) -> Verdict {
+fn check_position(stage: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
     let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
     let Some(seen) = stage.view.project_one(offset(stage, sample)) else { return Verdict::Differs };
     let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32 - 0.5;
@@ -238,13 +238,13 @@ fn check_position(stage: &Stage, number: usize, cell: usize, sample: &Sample) ->
 }
 
 /// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
-fn is_on(stage: &Stage, sample: &Sample, sight: Vec3) -> bool {
+fn is_on(stage: &FrameView, sample: &Sample, sight: Vec3) -> bool {
     offset(stage, sample).cross(sight).length() <= rounding(stage, sample) * sight.length()
 }
 
 /// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from
 /// the eye, any length.
-fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
+fn check_surface(stage: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &stage.scene.models[sample.model as usize].mesh;
     let mut lanes = Corners::NONE;
     lanes.set(0, mesh, sample.record.triangle);
@@ -272,7 +272,7 @@ fn check_surface(stage: &Stage, sample: &Sample, sight: Vec3, kept: Vec3) -> Ver
 
 /// Whether the light that eight samples keep is the light that the tags and lights give.
 fn check_light(
-    stage: &Stage,
+    stage: &FrameView,
     tile: &Tile,
     first: usize,
     placed: &Placed,
@@ -296,7 +296,7 @@ struct Source {
 }
 
 /// Whether the tags for one point of a light say what fresh shadow rays say.
-fn check_shadows(stage: &Stage, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
+fn check_shadows(stage: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
     let is_lit = |cell: usize| tile.tags.get(stage.slots[source.light], source.point, cell).is_lit();
     let mut queue = ShadowQueue::default();
     for first in (0..CELLS).step_by(LANES) {
@@ -339,7 +339,7 @@ fn check_shadows(stage: &Stage, tile: &Tile, source: Source, raise: &mut impl Fn
 /// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
 /// `places`: where they are on their models.
 fn ask(
-    stage: &Stage,
+    stage: &FrameView,
     source: Source,
     placed: &Placed,
     places: Vec3x8,
@@ -354,6 +354,6 @@ fn ask(
     faces
 }
 
-fn answer(stage: &Stage, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
+fn answer(stage: &FrameView, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
     queue.answer(ShadowCheck::StillThenMovable, Among::All, Coherence::Coherent, stage.tracer, say);
 }

@@ -1,15 +1,17 @@
 //! Rays beyond the first surface: what mirrors and glass show. They depend on the eye and are traced anew, unless
-//! they are known to bring what the film shows ([`beyond`](super::beyond)); breadth first: all rays of a tile that have
+//! they are known to bring what the film shows ([`path_bounds`](super::path_bounds)); breadth first: all rays of a tile that have
 //! bounced equally often go together.
 
 use glam::Vec3;
 
-use super::beyond::{Beyond, TOGETHER, Ways};
 use super::bits::set_bits;
-use super::enhance::Radiance;
+use super::frame_view::FrameView;
+use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::plan::ShadowCheck;
+use super::radiance::Radiance;
+use super::ray_tally::RayTally;
 use super::shadow::{ShadowQueue, facing};
-use super::stage::{CellRays, Stage, Workbench};
+use super::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::Tag;
@@ -17,7 +19,6 @@ use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::{Corners, off_surfaces, reflectance, uv_at};
 use crate::shade::{Surface, phong};
-use crate::stats::RayCounts;
 use crate::trace::{self, Among, Coherence, HitBatch, HitPacket, NO_HIT};
 
 /// A ray whose share in the picture is below this in all three colours is not followed: half the step of
@@ -67,8 +68,8 @@ pub struct Bounces {
     queue: ShadowQueue,
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
-    /// Where the rays of the tile at work went, if the stage wants that noted.
-    pub beyond: Beyond,
+    /// Where the rays of the tile at work went, if the frame records that.
+    pub paths: TilePaths,
 }
 
 impl Bounces {
@@ -87,27 +88,25 @@ impl Bounces {
     }
 }
 
-/// Follows the rays that were [started](Bounces::start), up to the stage's depth, and adds what they bring
+/// Follows the rays that were [started](Bounces::start), up to the frame's depth, and adds what they bring
 /// to the cells' radiance.
-pub fn follow(stage: &Stage, bench: &mut Workbench) {
-    let mut bounces = std::mem::take(&mut bench.bounces);
-    bounces.beyond.clear();
-    for _ in 0..stage.depth {
+pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
+    bounces.paths.clear();
+    for _ in 0..frame.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
         if bounces.now.is_empty() {
             break;
         }
-        meet(stage, &mut bounces, bench);
-        light(stage, &mut bounces, bench);
+        meet(frame, bounces, radiance, scratch);
+        light(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
-            add(&mut bench.radiance, &met.bounce, met.light);
-            go_on(stage, met, &mut bounces.next);
+            add(radiance, &met.bounce, met.light);
+            go_on(frame, met, &mut bounces.next);
         }
     }
     bounces.next.clear();
-    bench.bounces = bounces;
 }
 
 /// Puts rays side by side that came the same way: what a surface reflects and what it lets through part there, and
@@ -118,54 +117,54 @@ fn group(rays: &mut [Bounce]) {
 }
 
 /// Finds what the rays meet; those that meet nothing see the background.
-fn meet(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
-    bench.begin_rays();
+fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
+    scratch.begin_rays();
     for bounce in &bounces.now {
-        bench.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
-        count(bounce, &mut bench.counts, &mut bench.cell_rays);
+        scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
+        count(bounce, &mut scratch.tally);
     }
-    stage.tracer.closest(&bench.rays, Among::All, Coherence::Bounced, &mut bench.hits);
+    frame.tracer.closest(&scratch.rays, Among::All, Coherence::Bounced, &mut scratch.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
-            (&bench.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
+            (&scratch.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
         let models = &packet.model[from..from + LANES];
         for (bounce, _) in bounce.iter().zip(models).filter(|(_, model)| **model == NO_HIT) {
-            add(&mut bench.radiance, bounce, stage.scene.background.radiance(bounce.direction));
+            add(radiance, bounce, frame.scene.background.radiance(bounce.direction));
         }
-        meet_surfaces(stage, packet, from, bounce, &mut bounces.met);
+        meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
     }
-    if stage.notes_ways {
-        note_ways(stage, bounces, &bench.hits);
+    if frame.records_paths {
+        record_paths(frame, bounces, &scratch.hits);
     }
 }
 
-/// Notes where the rays went.
-fn note_ways(stage: &Stage, bounces: &mut Bounces, hits: &HitBatch) {
-    let Bounces { now, met, beyond, .. } = bounces;
-    let movable = stage.movable.models();
+/// Records where the rays went.
+fn record_paths(frame: &FrameView, bounces: &mut Bounces, hits: &HitBatch) {
+    let Bounces { now, met, paths, .. } = bounces;
+    let dynamic = frame.dynamic_bounds.models();
     let mut met = met.iter();
     for (first, some) in (0..).step_by(TOGETHER).zip(now.chunks(TOGETHER)) {
         // mirrors and glass send theirs different ways
-        let mut ways = [Ways::NONE; 2];
+        let mut bounds = [PathBounds::NONE; 2];
         for (number, bounce) in (first..).zip(some) {
-            let ways = &mut ways[bounce.kind as usize];
+            let bounds = &mut bounds[bounce.kind as usize];
             let model = hits.packets[number / trace::LANES].model[number % trace::LANES];
             if model == NO_HIT {
-                ways.add_to_sky(bounce.origin, bounce.direction);
+                bounds.add_to_sky(bounce.origin, bounce.direction);
             } else if let Some(met) = met.next() {
-                ways.add_to_surface(bounce.origin, met.surface.point);
-                beyond.note_movable(movable.may_hold(model));
+                bounds.add_to_surface(bounce.origin, met.surface.point);
+                paths.note_dynamic(dynamic.may_hold(model));
             }
         }
-        ways.into_iter().for_each(|ways| beyond.add(ways));
+        bounds.into_iter().for_each(|bounds| paths.add(bounds));
     }
 }
 
 /// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
-fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
+fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
     let is_hit = |lane: &usize| hits.model[from + lane] != NO_HIT;
-    let mesh = |lane: usize| &stage.scene.models[hits.model[from + lane] as usize].mesh;
+    let mesh = |lane: usize| &frame.scene.models[hits.model[from + lane] as usize].mesh;
     let mut corners = Corners::NONE;
     for lane in (0..bounces.len()).filter(is_hit) {
         corners.set(lane, mesh(lane), hits.triangle[from + lane]);
@@ -173,7 +172,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
     let weights = [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)];
     let (point, normal, facet) = (corners.point(weights), corners.normal(weights), corners.facet());
     for lane in (0..bounces.len()).filter(is_hit) {
-        let (transform, triangle) = (stage.transform(hits.model[from + lane]), hits.triangle[from + lane]);
+        let (transform, triangle) = (frame.transform(hits.model[from + lane]), hits.triangle[from + lane]);
         let material = mesh(lane).material_of[triangle as usize];
         let facet = transform.normal(facet.lane(lane));
         let from_behind = facet.dot(bounces[lane].direction) > 0.0;
@@ -183,7 +182,7 @@ fn meet_surfaces(stage: &Stage, hits: &HitPacket, from: usize, bounces: &[Bounce
             point: transform.point(point.lane(lane)),
             normal: transform.normal(normal.lane(lane)) * side,
             facet: facet * side,
-            reflectance: reflectance(stage.scene, &stage.scene.materials[usize::from(material)], uv),
+            reflectance: reflectance(frame.scene, &frame.scene.materials[usize::from(material)], uv),
             material,
             from_behind,
         };
@@ -225,27 +224,27 @@ impl MetLanes {
 }
 
 /// Lights what was met, highlights included.
-fn light(stage: &Stage, bounces: &mut Bounces, bench: &mut Workbench) {
+fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
     for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
-        let light = stage.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
+        let light = frame.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
         met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
     }
-    for light in &stage.pose.lights {
-        ask_light(stage, light, bounces, bench);
-        shine(stage, light, bounces);
+    for light in &frame.pose.lights {
+        ask_light(frame, light, bounces, tally);
+        shine(frame, light, bounces);
     }
 }
 
 /// Finds out whether `light`, or which of its points, reach what was met.
-fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mut Workbench) {
-    let Bounces { met, eights, queue, lit, beyond, .. } = bounces;
+fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Bounces { met, eights, queue, lit, paths, .. } = bounces;
     queue.clear();
     lit.clear();
     lit.resize(met.len(), 0);
     let mut count = |number: usize, rays: u32| {
-        let counted = &mut bench.cell_rays.shadow[met[number].bounce.cell as usize];
+        let counted = &mut tally.cells.shadow[met[number].bounce.cell as usize];
         // many panes under many panels may be more than a word holds
         *counted = counted.saturating_add(rays as u16);
     };
@@ -266,28 +265,28 @@ fn ask_light(stage: &Stage, light: &LightPose, bounces: &mut Bounces, bench: &mu
             count(first + lane, asked.count_ones());
         }
     }
-    bench.counts.shadow += queue.count();
+    tally.counts.shadow += queue.count();
     let check = ShadowCheck::StillThenMovable;
     if light.shape.is_area() {
-        queue.answer_sixteen(check, Among::All, Coherence::Fanned, stage.tracer, |owner, shadows| {
+        queue.answer_sixteen(check, Among::All, Coherence::Fanned, frame.tracer, |owner, shadows| {
             lit[owner as usize] = shadows.asked & !shadows.blocked;
-            beyond.note_movable(shadows.by_movable != 0);
+            paths.note_dynamic(shadows.by_movable != 0);
         });
     } else {
-        queue.answer(check, Among::All, Coherence::Bounced, stage.tracer, |owner, tag| {
+        queue.answer(check, Among::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
-            beyond.note_movable(tag == Tag::ByMovable);
+            paths.note_dynamic(tag == Tag::ByMovable);
         });
     }
 }
 
 /// Adds the light of those points of `light` that reach what was met.
-fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
+fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     let eights = bounces.met.chunks_mut(LANES).zip(&bounces.eights).zip(bounces.lit.chunks(LANES));
     for ((met, eight), lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
-        let (gloss, aim) = (stage.palette.gloss(&eight.materials), Aim::at(light, eight.point));
+        let (gloss, aim) = (frame.palette.gloss(&eight.materials), Aim::at(light, eight.point));
         let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
-        let albedo = stage.palette.albedo(&eight.materials, eight.reflectance);
+        let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         for point in 0..light.shape.points() {
             let reached =
@@ -306,8 +305,8 @@ fn shine(stage: &Stage, light: &LightPose, bounces: &mut Bounces) {
 }
 
 /// Starts the rays that leave what was met.
-fn go_on(stage: &Stage, met: &Met, next: &mut Vec<Bounce>) {
-    let optics = stage.scene.materials[usize::from(met.surface.material)].optics;
+fn go_on(frame: &FrameView, met: &Met, next: &mut Vec<Bounce>) {
+    let optics = frame.scene.materials[usize::from(met.surface.material)].optics;
     let branches = branch(optics, &met.surface, met.bounce.direction);
     grow(next, &met.surface, branches, |kind, weight, origin, direction| Bounce {
         kind,
@@ -336,11 +335,11 @@ fn grow(
     }
 }
 
-fn count(bounce: &Bounce, counts: &mut RayCounts, cells: &mut CellRays) {
-    cells.secondary[bounce.cell as usize] += 1;
+fn count(bounce: &Bounce, tally: &mut RayTally) {
+    tally.cells.secondary[bounce.cell as usize] += 1;
     match bounce.kind {
-        Kind::Reflection => counts.reflection += 1,
-        Kind::Refraction => counts.refraction += 1,
+        Kind::Reflection => tally.counts.reflection += 1,
+        Kind::Refraction => tally.counts.refraction += 1,
     }
 }
 

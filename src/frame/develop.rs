@@ -58,14 +58,14 @@ impl<'a> Bands<'a> {
 /// Which tiles add to their pixels what they added in the frame before: where nothing but such tiles reaches, the
 /// film may be left as it is.
 #[derive(Debug, Default)]
-pub struct Standing {
+pub struct DirtyTiles {
     /// By tile, whether it may add something else.
     is_changed: Vec<bool>,
     /// By tile, whether its sums are needed: it reaches a piece that is written.
     is_needed: Vec<bool>,
 }
 
-impl Standing {
+impl DirtyTiles {
     /// For a filter that does not reach across tiles: no sums are needed.
     pub fn clear(&mut self) {
         self.is_needed.clear();
@@ -120,16 +120,15 @@ impl Developer {
         picture: &Picture,
         grid: &Grid,
         bands: Bands,
-        standing: &Standing,
+        dirty: &DirtyTiles,
         end: u32,
     ) -> Written {
         let reached = if end < grid.height { end - HALO } else { grid.height };
         let rows = self.next as usize..reached as usize;
         self.next = reached;
         let width = film.width as usize;
-        let stands = |pixels: &[Range<usize>; 2]| {
-            !tiles_that_reach(grid, pixels).any(|tile| standing.is_changed[tile])
-        };
+        let stands =
+            |pixels: &[Range<usize>; 2]| !tiles_that_reach(grid, pixels).any(|tile| dirty.is_changed[tile]);
         let some_rows = rows.clone().step_by(PIECE[1]).map(|top| top..(top + PIECE[1]).min(rows.end));
         // rows, and whether nothing is to be written there
         let some_rows: Vec<(Range<usize>, bool)> =
@@ -245,8 +244,8 @@ mod tests {
             };
             let grid = Grid::new(&settings);
             let films = films(&grid);
-            let mut standing = Standing::default();
-            standing.set(&grid, std::iter::repeat_n(true, grid.tiles()));
+            let mut dirty = DirtyTiles::default();
+            dirty.set(&grid, std::iter::repeat_n(true, grid.tiles()));
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             let least = 8_u32.div_ceil(grid.tile_pixels);
             for band in [grid.tiles_y, least] {
@@ -259,8 +258,7 @@ mod tests {
                     let now = (row * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
                     let bands = Bands { before: &films[before], now: &films[now.clone()], first: now.start };
                     let end = (end * grid.tile_pixels).min(grid.height);
-                    written =
-                        written.plus(developer.develop(&mut film, &picture, &grid, bands, &standing, end));
+                    written = written.plus(developer.develop(&mut film, &picture, &grid, bands, &dirty, end));
                     before = now;
                 }
                 let values = |plane: usize| film.planes[plane].values.to_floats();
@@ -289,9 +287,9 @@ mod tests {
         for samples in [1, 2, 3, 11] {
             let grid = Grid::new(&settings(300, 200, samples));
             let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
-            let mut standing = Standing::default();
+            let mut dirty = DirtyTiles::default();
             let changed = tiles_y / 2 * tiles_x + tiles_x / 2;
-            standing.set(&grid, (0..grid.tiles()).map(|tile| tile == changed));
+            dirty.set(&grid, (0..grid.tiles()).map(|tile| tile == changed));
             // pieces may begin in any row
             for (left, top) in
                 (0..300).step_by(PIECE[0]).flat_map(|left| (0..200).map(move |top| (left, top)))
@@ -299,10 +297,10 @@ mod tests {
                 let pixels = [left..(left + PIECE[0]).min(300), top..(top + PIECE[1]).min(200)];
                 let reach = || tiles_that_reach(&grid, &pixels);
                 if reach().any(|tile| tile == changed) {
-                    assert!(reach().all(|tile| standing.is_needed(tile)), "{samples}: {pixels:?}");
+                    assert!(reach().all(|tile| dirty.is_needed(tile)), "{samples}: {pixels:?}");
                 }
             }
-            let needed = (0..grid.tiles()).filter(|tile| standing.is_needed(*tile)).count();
+            let needed = (0..grid.tiles()).filter(|tile| dirty.is_needed(*tile)).count();
             assert!(needed < grid.tiles(), "{samples}: {needed}");
         }
     }

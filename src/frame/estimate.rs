@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use super::bins::STEPS;
 use super::bits::{bit, set_bits, surface_bits};
+use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::plan::{CameraChange, LightChange};
-use super::reproject::{project_lanes, seen_from_behind};
-use super::stage::{CellRays, Stage};
-use super::verify::segments;
+use super::project::project_lanes;
+use super::ray_tally::RayTally;
+use super::sight::{back_facing_bits, segments};
 use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, SampleStore, Tile};
-use crate::stats::RayCounts;
 use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 
 /// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
@@ -34,9 +34,6 @@ mod cost {
     pub const SHADOW: f32 = 0.4;
 }
 
-/// Tiles with fewer reused samples than this are traced whole: a share of their cells.
-pub const LEAST_REUSED: usize = CELLS / 8;
-
 /// Tiles that are asked together: their segments fill whole packets.
 const TILES_AT_ONCE: usize = 64;
 
@@ -51,16 +48,16 @@ pub struct Estimate {
 
 /// Whether this frame is to be inferred from `old`. Eight samples of some tiles are
 /// projected and, where the eye moved, verified.
-pub fn estimate(old: &SampleStore, stage: &Stage) -> Estimate {
+pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let mut asked = vec![0; old.tiles.len()];
     let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
-        ask_tiles(number * TILES_AT_ONCE, tiles, old.tiles.len(), stage, asked)
+        ask_tiles(number * TILES_AT_ONCE, tiles, old.tiles.len(), frame, asked)
     };
     let groups = old.tiles.par_chunks(TILES_AT_ONCE).zip(asked.par_chunks_mut(TILES_AT_ONCE)).enumerate();
     let sum = groups.map(ask).reduce(Asked::default, Asked::plus);
     let share = |count: u64| count as f32 / sum.asked.max(1) as f32;
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
-    let lights = stage.pose.lights.iter().zip(&stage.plan.lights);
+    let lights = frame.pose.lights.iter().zip(&frame.plan.lights);
     let kept = lights.filter(|(_, change)| **change != LightChange::Moved);
     let shadow_rays: usize = kept.map(|(light, _)| light.shape.points()).sum();
     let surface = 1.0 + cost::SHADOW * shadow_rays as f32;
@@ -68,7 +65,7 @@ pub fn estimate(old: &SampleStore, stage: &Stage) -> Estimate {
         + share(sum.seen[MOVED]) * cost::MOVED
         + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;
     let seen = share(sum.seen.iter().sum());
-    let spread = sum.spread(fields(&stage.view.grid));
+    let spread = sum.spread(fields(&frame.view.grid));
     let traced = gained + (1.0 - seen) * surface;
     let cost = (spent + traced - gained * spread) / traced;
     Estimate { pays: cost < 1.0, asked }
@@ -76,10 +73,10 @@ pub fn estimate(old: &SampleStore, stage: &Stage) -> Estimate {
 
 impl Estimate {
     /// Counts the rays of tile number `number` for the cells whose samples were asked.
-    pub fn count(&self, number: usize, rays: &mut RayCounts, cells: &mut CellRays) {
+    pub fn count(&self, number: usize, tally: &mut RayTally) {
         let asked = self.asked.get(number).copied().unwrap_or(0);
-        rays.verification += u64::from(asked.count_ones());
-        set_bits(asked).for_each(|lane| cells.verification[first_asked(number) + lane] += 1);
+        tally.counts.verification += u64::from(asked.count_ones());
+        set_bits(asked).for_each(|lane| tally.cells.verification[first_asked(number) + lane] += 1);
     }
 }
 
@@ -151,22 +148,22 @@ impl Asked {
 }
 
 /// Asks eight samples of some tiles, of as many as there are, and notes which of them needed a ray.
-fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked: &mut [u8]) -> Asked {
-    let casts = stage.plan.camera == CameraChange::Moved;
+fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, asked: &mut [u8]) -> Asked {
+    let casts = frame.plan.camera == CameraChange::Moved;
     let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());
     let mut sum = Asked::default();
     let all = tiles.iter().zip(asked).enumerate();
     for (i, (tile, asked)) in all.filter(|(i, _)| is_asked(number + i, of)) {
         let first = first_asked(number + i);
-        let projected = project_lanes(stage, tile, first);
+        let projected = project_lanes(frame, tile, first);
         for lane in set_bits(projected.which) {
             let at = [projected.x[lane], projected.y[lane]].map(|at| (at / STEPS) as u32);
-            let [x, y] = field(&stage.view.grid, stage.view.grid.tile_at(at));
+            let [x, y] = field(&frame.view.grid, frame.view.grid.tile_at(at));
             sum.fallen[y][x] += 1;
         }
-        let inside = projected.which & !seen_from_behind(stage, tile, first, Flags::default());
+        let inside = projected.which & !back_facing_bits(frame, tile, first, Flags::default());
         let models = &tile.model[first..first + LANES];
-        let (surfaces, moved) = (surface_bits(models), stage.moved_bits(models));
+        let (surfaces, moved) = (surface_bits(models), frame.moved_bits(models));
         let shown = |lane: usize| match (surfaces >> lane & 1, moved >> lane & 1) {
             (0, _) => BACKGROUND,
             (_, 0) => AT_REST,
@@ -175,14 +172,14 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, stage: &Stage, asked
         sum.asked += LANES as u64;
         set_bits(inside).for_each(|lane| sum.seen[shown(lane)] += 1);
         if casts {
-            segments(stage, tile, first, inside, &mut rays);
+            segments(frame, tile, first, inside, &mut rays);
             shown_by_ray.extend(set_bits(inside).map(shown));
             *asked = inside;
         }
     }
     let mut blocked = vec![0; rays.packet_count()];
     for by in [Blockers::Still, Blockers::Movable] {
-        stage.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
+        frame.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
     }
     sum.verified = rays.len() as u64;
     for (_, shown) in shown_by_ray.into_iter().enumerate().filter(|(ray, _)| bit(&blocked, *ray)) {

@@ -1,8 +1,8 @@
-//! The proof that what was left standing in the film is right: the film is made again from the finished samples, every
+//! The proof that what was left dirty in the film is right: the film is made again from the finished samples, every
 //! tile of it, and compared with what is shown.
 //!
-//! Before a camera at rest most pixels stay from the frame before ([`rest`](super::rest), [`beyond`](super::beyond),
-//! [`develop`](super::develop)): a tile that is wrongly held to be at rest shows colours that no sample has any more. No
+//! Before a camera at rest most pixels stay from the frame before ([`tile_state`](super::tile_state),
+//! [`path_bounds`](super::path_bounds), [`develop`](super::develop)): a tile that is wrongly held to be clean shows colours that no sample has any more. No
 //! look at samples finds that. Made again means highlights, reflections and refractions as well; the same rays meet the
 //! same surfaces, so that pixels must be the same to the bit. Planes that count rays are left out: rays that were spared
 //! are not counted.
@@ -10,10 +10,11 @@
 use rayon::prelude::*;
 
 use super::channels::{Channel, Picture};
-use super::develop::{Bands, Developer, Standing, blank};
+use super::develop::{Bands, Developer, DirtyTiles, blank};
+use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
-use super::stage::{Stage, Workbench};
+use super::thread_scratch::ThreadScratch;
 use super::tiles::band_rows;
 use super::window::cut;
 use super::{enhance, filter};
@@ -23,8 +24,13 @@ use crate::settings::{Filter, Settings};
 
 /// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of `store` do.
 /// Nothing but the result is changed, and no rays are counted.
-pub fn differing_pixels(stage: &Stage, store: &SampleStore, settings: &Settings, film: &Film) -> Vec<bool> {
-    let (anew, picture) = make_anew(stage, store, settings);
+pub fn differing_pixels(
+    frame: &FrameView,
+    store: &SampleStore,
+    settings: &Settings,
+    film: &Film,
+) -> Vec<bool> {
+    let (anew, picture) = make_anew(frame, store, settings);
     let mut differs = vec![false; film.width as usize * film.height as usize];
     let planes = film.planes.iter().zip(&anew.planes).zip(&picture.channels);
     for ((shown, anew), _) in planes.filter(|(_, channel)| !counts_rays(channel)) {
@@ -63,15 +69,15 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
 }
 
 /// The film that the samples of a finished frame give, with nothing in it that was there before.
-fn make_anew(stage: &Stage, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
-    let stage = &Stage { notes_ways: false, ..*stage };
-    let grid = &*stage.view.grid;
+fn make_anew(frame: &FrameView, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
+    let frame = &FrameView { records_paths: false, ..*frame };
+    let grid = &*frame.view.grid;
     let mut film = blank(grid, settings.layers, None);
     let picture = Picture::over(&film, settings);
     let is_wide = settings.filter != Filter::Box;
-    let (mut developer, mut standing) = (Developer::default(), Standing::default());
+    let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
     if is_wide {
-        standing.set(grid, std::iter::repeat_n(true, grid.tiles()));
+        dirty.set(grid, std::iter::repeat_n(true, grid.tiles()));
     }
     let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
     let (width, pixels) = (grid.width as usize, grid.tile_pixels as usize);
@@ -84,18 +90,20 @@ fn make_anew(stage: &Stage, store: &SampleStore, settings: &Settings) -> (Film, 
         let windows = cut(&mut film.planes, width, above..below, [pixels; 2], |_, _| true);
         now.resize_with(end - start, TileFilm::default);
         let tiles = store.tiles[start..end].par_iter().zip(&mut now).zip(windows).enumerate();
-        tiles.for_each_init(Workbench::default, |bench, (place, ((tile, sums), mut window))| {
+        tiles.for_each_init(ThreadScratch::default, |scratch, (place, ((tile, sums), mut window))| {
             let number = start + place;
-            bench.begin_tile();
-            enhance::enhance(stage, tile, bench);
+            scratch.begin_tile();
+            let ThreadScratch { radiance, bounces, placed, trace, filtering, .. } = scratch;
+            enhance::enhance(frame, tile, radiance, bounces, placed, trace);
             if is_wide {
-                filter::sum(stage, number, tile, bench, sums);
+                filter::sum(frame, number, tile, filtering, radiance, sums);
             }
-            filter::filter(stage, number, tile, bench, &picture, &mut window);
+            let shown = filter::Shown { radiance, placed, cell_rays: &trace.tally.cells };
+            filter::filter(frame, number, tile, filtering, shown, &picture, &mut window);
         });
         if is_wide {
             let bands = Bands { before: &before, now: &now, first: start };
-            developer.develop(&mut film, &picture, grid, bands, &standing, lines[1]);
+            developer.develop(&mut film, &picture, grid, bands, &dirty, lines[1]);
             std::mem::swap(&mut now, &mut before);
         }
     }

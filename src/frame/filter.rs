@@ -9,11 +9,13 @@ use std::ops::Range;
 
 use super::candidates::REACH;
 use super::channels::{Channel, Picture, Source, Written, data, sums};
-use super::enhance::{Light, Radiance};
+use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::mitchell::{TileFilm, spread};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
-use super::stage::{Stage, Workbench};
+use super::placed::PlacedTile;
+use super::radiance::{Light, Radiance};
+use super::ray_tally::CellRays;
 use super::window::Window;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -55,58 +57,75 @@ impl Default for Filtering {
 
 /// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
 /// included, in its `film`: for a filter wider than a pixel.
-pub fn sum(stage: &Stage, number: usize, tile: &Tile, bench: &mut Workbench, film: &mut TileFilm) {
-    let Workbench { filtering, radiance, .. } = bench;
-    prepare(stage, tile, filtering);
-    locate(stage, number, tile, filtering);
-    let Filtering { alpha, albedo, x, y, .. } = &**filtering;
+pub fn sum(
+    frame: &FrameView,
+    number: usize,
+    tile: &Tile,
+    filtering: &mut Filtering,
+    radiance: &Radiance,
+    film: &mut TileFilm,
+) {
+    prepare(frame, tile, filtering);
+    locate(frame, number, tile, filtering);
+    let Filtering { alpha, albedo, x, y, .. } = filtering;
     let mut columns = [None; sums::COUNT];
-    filtered(stage, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
-    spread(&stage.view.grid, tile, [x, y], &columns, film);
+    filtered(frame, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
+    spread(&frame.view.grid, tile, [x, y], &columns, film);
+}
+
+/// What earlier phases found out about a tile.
+pub struct Shown<'a> {
+    /// What its cells show.
+    pub radiance: &'a Radiance,
+    /// Its surfaces in world space.
+    pub placed: &'a mut PlacedTile,
+    /// The rays that its cells have cost.
+    pub cell_rays: &'a CellRays,
 }
 
 /// Makes pixels of the samples of tile number `number`, and writes what needs no other tile into its `window`. Says
 /// which channels hold anything.
 pub fn filter(
-    stage: &Stage,
+    frame: &FrameView,
     number: usize,
     tile: &Tile,
-    bench: &mut Workbench,
+    filtering: &mut Filtering,
+    shown: Shown,
     picture: &Picture,
     window: &mut Window,
 ) -> Written {
-    let grid = &*stage.view.grid;
-    let Workbench { filtering, placed, radiance, cell_rays, .. } = bench;
+    let grid = &*frame.view.grid;
+    let Shown { radiance, placed, cell_rays } = shown;
     filtering.sums.begin();
     filtering.data.begin();
-    let shows_samples = stage.layers.has(Layers::OF_ONE_SAMPLE);
+    let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
     // with a wide filter it is known already where samples are seen, and `sum` is done
     if picture.filter == Filter::Box {
-        prepare(stage, tile, filtering);
+        prepare(frame, tile, filtering);
         if shows_samples && grid.samples > 1 {
-            locate(stage, number, tile, filtering);
+            locate(frame, number, tile, filtering);
         }
-        let Filtering { alpha, albedo, sums, .. } = &mut **filtering;
-        for (plane, column) in filtered(stage, radiance, alpha, albedo) {
+        let Filtering { alpha, albedo, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, alpha, albedo) {
             reduce(grid, column, |sum, value| sum + value, sums.open(plane));
         }
     }
-    let Filtering { x, y, nearest, data, .. } = &mut **filtering;
+    let Filtering { x, y, nearest, data, .. } = filtering;
     if shows_samples {
         if grid.samples > 1 {
             choose_nearest(grid, [x, y], nearest);
         }
-        take_data(stage, tile, placed, nearest, data);
+        take_data(frame, tile, placed, nearest, data);
     }
-    count(stage, tile, cell_rays, data);
+    count(frame, tile, cell_rays, data);
     finish(grid, number, picture, filtering, window, |_| true)
 }
 
 /// Says that the film shows tile number `number` already, a frame younger.
-pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window) -> Written {
+pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
     let mut written = Written::SHOWN;
     if let Some(age) = picture.age() {
-        window.count_up(age, &pixels_of(&stage.view.grid, number), OLDEST as f32);
+        window.count_up(age, &pixels_of(&frame.view.grid, number), OLDEST as f32);
         written.note(age);
     }
     written
@@ -114,18 +133,18 @@ pub fn stay(stage: &Stage, number: usize, picture: &Picture, window: &mut Window
 
 /// The same, but that samples may have another status, and that rays may have been cast.
 pub fn recount(
-    stage: &Stage,
+    frame: &FrameView,
     number: usize,
     tile: &Tile,
-    bench: &mut Workbench,
+    filtering: &mut Filtering,
+    cell_rays: &CellRays,
     picture: &Picture,
     window: &mut Window,
 ) -> Written {
-    let Workbench { filtering, cell_rays, .. } = bench;
     filtering.data.begin();
-    count(stage, tile, cell_rays, &mut filtering.data);
-    let counted = finish(&stage.view.grid, number, picture, filtering, window, Channel::is_count);
-    stay(stage, number, picture, window).plus(counted)
+    count(frame, tile, cell_rays, &mut filtering.data);
+    let counted = finish(&frame.view.grid, number, picture, filtering, window, Channel::is_count);
+    stay(frame, number, picture, window).plus(counted)
 }
 
 fn pixels_of(grid: &Grid, number: usize) -> [Range<usize>; 2] {
@@ -196,14 +215,14 @@ fn finish(
 }
 
 /// What is filtered beside light.
-fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
+fn prepare(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
         is_surface.select(F32x8::splat(1.0), F32x8::ZERO).store(&mut filtering.alpha, first);
-        if stage.layers.has(Layers::ALBEDO) {
+        if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
-            let kept = stage.palette.albedo(&tile.materials(first), tile.reflectances(first));
+            let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));
             is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
         }
     }
@@ -211,12 +230,12 @@ fn prepare(stage: &Stage, tile: &Tile, filtering: &mut Filtering) {
 
 /// Where in the tile the samples are seen. A sample is within [`REACH`] of the centre of the cell that it serves;
 /// rounding may say otherwise right before the eye.
-fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) {
-    let grid = &stage.view.grid;
+fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filtering) {
+    let grid = &frame.view.grid;
     let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
     let reach = F32x8::splat(REACH);
     for first in (0..CELLS).step_by(LANES) {
-        let seen = stage.view.project(stage.offsets(tile, first));
+        let seen = frame.view.project(frame.offsets(tile, first));
         let near = |at: F32x8, cell: F32x8| {
             let target = cell + F32x8::splat(0.5);
             at.max(target - reach).min(target + reach)
@@ -228,14 +247,14 @@ fn locate(stage: &Stage, number: usize, tile: &Tile, filtering: &mut Filtering) 
 
 /// The planes that are filtered, as far as they hold anything, with their numbers in [`sums`].
 fn filtered<'a>(
-    stage: &Stage,
+    frame: &FrameView,
     shown: &'a Radiance,
     alpha: &'a Column<f32>,
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let colors = [
         (sums::DIFFUSE, &shown.diffuse, true),
-        (sums::ALBEDO, albedo, stage.layers.has(Layers::ALBEDO)),
+        (sums::ALBEDO, albedo, frame.layers.has(Layers::ALBEDO)),
         (sums::SPECULAR, &shown.specular, shown.has_specular),
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),

@@ -2,11 +2,12 @@
 //! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
 use super::bits::{count_bits, set_bits, status_bits, surface_bits};
-use super::placed::Placed;
+use super::frame_view::FrameView;
+use super::placed::{Placed, PlacedTile};
 use super::plan::{LightChange, ShadowCheck};
-use super::rest::Around;
+use super::ray_tally::RayTally;
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
-use super::stage::{Stage, Workbench};
+use super::tile_bounds::TileBounds;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
 use crate::shade::light::{Aim, arrival, arrivals, way};
@@ -31,80 +32,96 @@ impl Default for Lighting {
 
 /// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light. Whether
 /// any of that may have changed (`flags`: those that any sample has); and where the samples are, if that had to be found out.
-pub fn light(stage: &Stage, tile: &mut Tile, flags: Flags, bench: &mut Workbench) -> (bool, Option<Around>) {
-    let mut lighting = std::mem::take(&mut bench.lighting);
+pub fn light(
+    frame: &FrameView,
+    tile: &mut Tile,
+    flags: Flags,
+    lighting: &mut Lighting,
+    placed: &mut PlacedTile,
+    tally: &mut RayTally,
+) -> (bool, Option<TileBounds>) {
     for (stale, first) in lighting.stale.iter_mut().zip((0..).step_by(LANES)) {
-        *stale = must_be_summed(stage, tile, first);
+        *stale = must_be_summed(frame, tile, first);
         if flags.has(Flags::STALE) {
             *stale |= tile.flagged(first, Flags::STALE);
             tile.unflag(first, u8::MAX, Flags::STALE);
         }
     }
     // found at once where a tag may hold though something moved, and else for the first light that is asked
-    let may_hold = stage.plan.any_moved && stage.plan.lights.iter().any(|light| *light != LightChange::Moved);
-    let mut around = may_hold.then(|| Around::samples(stage, tile));
-    for (light, pose) in stage.pose.lights.iter().enumerate() {
-        let may_be_met = stage.plan.any_moved
-            && around.as_ref().is_none_or(|around| around.may_be_in_shadow(stage.movers, pose));
-        if !may_be_met && all_tags_hold(stage, light, tile) {
+    let may_hold = frame.plan.any_moved && frame.plan.lights.iter().any(|light| *light != LightChange::Moved);
+    let mut bounds = may_hold.then(|| TileBounds::samples(frame, tile));
+    for (light, pose) in frame.pose.lights.iter().enumerate() {
+        let may_be_met = frame.plan.any_moved
+            && bounds.as_ref().is_none_or(|bounds| bounds.may_be_in_shadow(frame.moved_bounds, pose));
+        if !may_be_met && all_tags_hold(frame, light, tile) {
             continue;
         }
-        // for samples of models that did not move, and of those that did
-        let checks = [false, true].map(|moved| Checks::of(stage, light, moved, may_be_met));
+        let checks = [false, true].map(|moved| Checks::of(frame, light, moved, may_be_met));
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
-        let around = around.get_or_insert_with(|| Around::samples(stage, tile));
-        let among = if around.may_be_in_shadow(stage.movable, pose) { Among::All } else { Among::Still };
+        let bounds = bounds.get_or_insert_with(|| TileBounds::samples(frame, tile));
+        let among =
+            if bounds.may_be_in_shadow(frame.dynamic_bounds, pose) { Among::All } else { Among::Still };
+        let query = LightQuery { light, among, checks };
         let ask = if pose.shape.is_area() { ask_area_light } else { ask_light };
-        ask(stage, light, among, &checks, tile, &mut lighting, bench);
+        ask(frame, &query, tile, lighting, placed, tally);
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
         if *stale != 0 {
             // those beside them would come out as they are
-            let lit = sum_light(stage, tile, first, &bench.placed.get(stage, tile, first));
+            let lit = sum_light(frame, tile, first, &placed.get(frame, tile, first));
             tile.keep_light(first, lit);
         }
     }
     let is_changed = lighting.stale.iter().any(|stale| *stale != 0);
-    bench.lighting = lighting;
-    (is_changed, around)
+    (is_changed, bounds)
 }
 
 /// Whether no tag of a whole tile needs a ray, if nothing that moved can have come between it and the light: none is
 /// in doubt by itself.
-fn all_tags_hold(stage: &Stage, light: usize, tile: &Tile) -> bool {
-    stage.plan.lights[light] != LightChange::Moved
-        && !tile.tags.any_doubtful(stage.slots[light], &tile.model)
-        && tile.model.chunks_exact(LANES).all(|models| stage.moved_bits(models) == 0)
+fn all_tags_hold(frame: &FrameView, light: usize, tile: &Tile) -> bool {
+    frame.plan.lights[light] != LightChange::Moved
+        && !tile.tags.any_doubtful(frame.slots[light], &tile.model)
+        && tile.model.chunks_exact(LANES).all(|models| frame.moved_bits(models) == 0)
 }
 
 /// Of eight cells, those whose light must be summed anew whatever their tags say.
-fn must_be_summed(stage: &Stage, tile: &Tile, first: usize) -> u8 {
+fn must_be_summed(frame: &FrameView, tile: &Tile, first: usize) -> u8 {
     let models = &tile.model[first..first + LANES];
-    let [still, moved] = [false, true].map(|moved| stage.plan.light_changes(moved));
+    let [still, moved] = [false, true].map(|moved| frame.plan.light_changes(moved));
     let mut bits = !status_bits(&tile.status[first..first + LANES], Status::is_reused);
     if still {
         bits = u8::MAX;
     } else if moved {
-        bits |= stage.moved_bits(models);
+        bits |= frame.moved_bits(models);
     }
     bits & surface_bits(models)
 }
 
-/// Brings the tags of a light that is no area up to date. Its rays can meet nothing but what is `among`.
-fn ask_light(
-    stage: &Stage,
+/// What is to be asked of all samples of a tile about one light.
+struct LightQuery {
+    /// Its number.
     light: usize,
+    /// The only models that its rays can meet.
     among: Among,
-    checks: &[Checks; 2],
+    /// For samples of models that did not move, and of those that did.
+    checks: [Checks; 2],
+}
+
+/// Brings the tags of a light that is no area up to date.
+fn ask_light(
+    frame: &FrameView,
+    query: &LightQuery,
     tile: &mut Tile,
     lighting: &mut Lighting,
-    bench: &mut Workbench,
+    placed: &mut PlacedTile,
+    tally: &mut RayTally,
 ) {
-    let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
+    let LightQuery { light, among, ref checks } = *query;
+    let (pose, slot) = (&frame.pose.lights[light], frame.slots[light]);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let tags = &tile.tags.single(slot)[first..first + LANES];
-        let moved = stage.moved_bits(models);
+        let moved = frame.moved_bits(models);
         let hold = |checks: &Checks, lanes: u8| lanes == 0 || checks.all_hold(tags);
         if hold(&checks[0], !moved) && hold(&checks[1], moved) {
             continue;
@@ -114,10 +131,10 @@ fn ask_light(
         if asked == [0; CHECKS.len()] {
             continue;
         }
-        let placed = bench.placed.get(stage, tile, first);
+        let placed = placed.get(frame, tile, first);
         if asked[0] != 0 {
             let (to_light, far) = way(pose, placed.point);
-            asked[0] &= stage.movers.may_meet(placed.point, to_light, F32x8::splat(far));
+            asked[0] &= frame.moved_bounds.may_meet(placed.point, to_light, F32x8::splat(far));
             if asked == [0; CHECKS.len()] {
                 continue;
             }
@@ -131,13 +148,13 @@ fn ask_light(
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
             queue.push(placed.point, placed.facet, &arrival, asked & faces, first as u32);
-            count_bits(asked & faces, &mut bench.cell_rays.shadow[first..first + LANES]);
+            count_bits(asked & faces, &mut tally.cells.shadow[first..first + LANES]);
         }
     }
     let tags = tile.tags.single_mut(slot);
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
-        bench.counts.shadow += queue.count();
-        queue.answer_packets(check, among, Coherence::Coherent, stage.tracer, |cells, now| {
+        tally.counts.shadow += queue.count();
+        queue.answer_packets(check, among, Coherence::Coherent, frame.tracer, |cells, now| {
             let first = cells[0] as usize;
             // whole blocks, as in every frame that is traced in full
             let is_block = cells.len() == now.len()
@@ -168,18 +185,18 @@ fn ask_light(
 /// the light. Where it is only asked what moved, a few points of each sample are in doubt, and neighbours' rays to one
 /// point share a packet.
 fn ask_area_light(
-    stage: &Stage,
-    light: usize,
-    among: Among,
-    checks: &[Checks; 2],
+    frame: &FrameView,
+    query: &LightQuery,
     tile: &mut Tile,
     lighting: &mut Lighting,
-    bench: &mut Workbench,
+    placed: &mut PlacedTile,
+    tally: &mut RayTally,
 ) {
-    let (pose, slot) = (&stage.pose.lights[light], stage.slots[light]);
+    let LightQuery { light, among, ref checks } = *query;
+    let (pose, slot) = (&frame.pose.lights[light], frame.slots[light]);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let moved = stage.moved_bits(models);
+        let moved = frame.moved_bits(models);
         let asked_of =
             |lane: usize| checks[usize::from(moved >> lane & 1)].asked(tile.tags.area(slot)[first + lane]);
         let mut asked = [[0; CHECKS.len()]; LANES];
@@ -187,7 +204,7 @@ fn ask_area_light(
         if asked == [[0; CHECKS.len()]; LANES] {
             continue;
         }
-        let placed = bench.placed.get(stage, tile, first);
+        let placed = placed.get(frame, tile, first);
         let aim = Aim::at(pose, tile.points(first));
         let origins = off_surfaces(placed.point, placed.facet);
         let mut to_points = [[0; LANES]; CHECKS.len()];
@@ -199,7 +216,7 @@ fn ask_area_light(
             if asked[0] != 0 {
                 let ([low, high], point) = (asked[0].to_le_bytes(), Vec3x8::splat(point));
                 let far = F32x8::splat(arrivals[0].far);
-                let meets = |half: usize| stage.movers.may_meet(point, arrivals[half].to_light, far);
+                let meets = |half: usize| frame.moved_bounds.may_meet(point, arrivals[half].to_light, far);
                 asked[0] = u16::from_le_bytes([meets(0) & low, meets(1) & high]);
             }
             let all_asked = asked.into_iter().fold(0, |all, asked| all | asked);
@@ -217,7 +234,7 @@ fn ask_area_light(
                     to_points[check][lane] = asked;
                 }
             }
-            let counted = &mut bench.cell_rays.shadow[cell];
+            let counted = &mut tally.cells.shadow[cell];
             *counted = counted.saturating_add((all_asked & faces).count_ones() as u16);
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(&to_points) {
@@ -233,13 +250,13 @@ fn ask_area_light(
     }
     let mut queues = std::mem::take(&mut lighting.queues);
     for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
-        bench.counts.shadow += queue.count();
+        tally.counts.shadow += queue.count();
         if asks_all_points(check) {
-            queue.answer_sixteen(check, among, Coherence::Fanned, stage.tracer, |cell, shadows| {
+            queue.answer_sixteen(check, among, Coherence::Fanned, frame.tracer, |cell, shadows| {
                 lighting.learn(tile, slot, cell as usize, shadows);
             });
         } else {
-            queue.answer(check, among, Coherence::Fanned, stage.tracer, |owner, tag| {
+            queue.answer(check, among, Coherence::Fanned, frame.tracer, |owner, tag| {
                 let (point, cell) = (owner as usize / CELLS, owner as usize % CELLS);
                 lighting.learn(tile, slot, cell, Shadows::of_point(point, tag));
             });
@@ -267,11 +284,11 @@ impl Lighting {
 
 /// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
 #[inline]
-pub fn sum_light(stage: &Stage, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
+pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
-    let albedo = stage.palette.albedo(&materials, reflectance);
-    let mut sum = stage.palette.emitted_and_ambient(&materials, reflectance);
-    for (light, slot) in stage.pose.lights.iter().zip(stage.slots) {
+    let albedo = frame.palette.albedo(&materials, reflectance);
+    let mut sum = frame.palette.emitted_and_ambient(&materials, reflectance);
+    for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
         let aim = Aim::at(light, tile.points(first));
         for point in 0..light.shape.points() {
             let lit = tile.tags.lit(*slot, point, first);

@@ -11,11 +11,11 @@
 //! to the bit for any number of threads.
 
 pub mod audit;
-mod beyond;
 mod bins;
 mod bits;
 mod bounce;
 mod candidates;
+mod cells;
 mod channels;
 mod develop;
 mod edges;
@@ -23,25 +23,33 @@ pub mod enhance;
 mod estimate;
 mod film_audit;
 pub mod filter;
+mod frame_view;
 pub mod grid;
 pub mod light;
 mod mitchell;
-mod movers;
+mod moved_bounds;
 mod need;
+mod path_bounds;
 pub mod pixels;
 mod placed;
 pub mod plan;
+mod project;
+mod radiance;
+mod ray_tally;
 mod reproject;
-mod rest;
 mod serve;
 #[cfg(test)]
 mod serve_tests;
 mod shadow;
+mod sight;
 mod spoil;
-mod stage;
 mod stay;
+mod thread_scratch;
+mod tile_bounds;
+mod tile_state;
 mod tiles;
 mod trace_missed;
+mod trace_scratch;
 mod verify;
 pub mod view;
 mod window;
@@ -62,16 +70,16 @@ use crate::trace::{Backend, BackendKind, TraceError};
 
 use bins::Bins;
 use estimate::{Estimate, estimate};
+use frame_view::FrameView;
 use grid::Grid;
-use movers::Movers;
+use moved_bounds::MovedBounds;
 pub use need::need;
 use plan::{CameraChange, Plan};
-use rest::Memo;
 #[doc(hidden)]
 pub use spoil::Spoil;
-use stage::Stage;
 use stay::Detached;
-use tiles::{Source, Workshop, audit_tiles, run_tiles};
+use tile_state::TileState;
+use tiles::{FrameBuffers, Reused, Start, audit_tiles, run_tiles};
 use view::View;
 
 /// Renders the frames of a shot, one after the other.
@@ -91,7 +99,7 @@ pub struct Renderer<'s> {
     detached: Detached,
     /// Frames rendered so far: the stamp of the film of the last one.
     rendered: u32,
-    workshop: Workshop,
+    buffers: FrameBuffers,
     /// A film that its user gave back.
     used_film: Option<Film>,
     /// Of each model, object space.
@@ -130,7 +138,7 @@ impl<'s> Renderer<'s> {
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             palette: Palette::of(scene),
-            workshop: Workshop::new(layout.clone()),
+            buffers: FrameBuffers::new(layout.clone()),
             layout,
             kind,
             backend,
@@ -158,57 +166,63 @@ impl<'s> Renderer<'s> {
         };
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let timed = Timed::new(&*tracer);
-        let movers = Movers::of(self.scene, &self.bounds, &pose, &plan);
-        let movable = Movers::ever(self.scene, &self.bounds, &pose);
+        let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
+        let dynamic_bounds = MovedBounds::ever(self.scene, &self.bounds, &pose);
         let displaced = displaced(&pose);
-        let mut stage = Stage {
+        let base_plan = Plan::of_base_frame(&pose);
+        let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
             palette: &self.palette,
             pose: &pose,
             displaced: &displaced,
             slots: &self.layout.slots,
             view: &view,
-            plan: &plan,
-            movers: &movers,
-            movable: &movable,
+            plan,
+            moved_bounds: &moved_bounds,
+            dynamic_bounds: &dynamic_bounds,
             tracer: &timed,
             depth: self.settings.depth,
             chooses: self.settings.mode == Mode::Auto,
             reuse: self.settings.reuse,
-            notes_ways: false,
+            records_paths,
             layers: self.settings.layers,
             rendered: self.rendered + 1,
-            estimate: None,
         };
 
         // what will not pay is not begun
-        let base_plan = Plan::of_base_frame(&pose);
-        let (last, unused, estimate) = choose(last, &stage);
-        if last.is_none() {
-            stage.plan = &base_plan;
-        }
-        stage.estimate = Some(&estimate);
-        // not in frames that are traced in full: few are followed by one with the camera at rest
-        stage.notes_ways = last.is_some() && stage.plan.camera == CameraChange::None;
+        let (last, unused, estimate) = choose(last, &frame_view(&plan, false));
+        let plan = if last.is_some() { &plan } else { &base_plan };
+        // not in frames that are traced in full: few are followed by one with the same camera
+        let records_paths = last.is_some() && plan.camera == CameraChange::None;
+        let frame_view = frame_view(plan, records_paths);
 
-        let shop = &mut self.workshop;
-        unused.or(unwanted).into_iter().for_each(|(store, _)| shop.pool.take(store));
-        if last.is_none() || stage.plan.camera != CameraChange::None {
-            shop.memos.clear();
+        let buffers = &mut self.buffers;
+        unused.or(unwanted).into_iter().for_each(|(store, _)| buffers.pool.take(store));
+        if last.is_none() || plan.camera != CameraChange::None {
+            buffers.states.clear();
         }
-        shop.begin_frame(&self.grid);
+        buffers.begin_frame(&self.grid);
         let lists = (&mut self.bins, &mut self.detached);
-        let (mut store, mut source) = begin(last, &stage, &self.layout, &mut shop.memos, lists);
+        let (mut store, reused) = begin(last, &frame_view, &self.layout, &mut buffers.states, lists);
+        let mut start_with = Start { reused, estimate };
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let is_new = self.used_film.is_none();
         let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
         let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
         self.rendered += 1;
-        let sum = run_tiles(&stage, &mut source, &self.settings, &mut store, shop, &mut film, film_is_last);
+        let sum = run_tiles(
+            &frame_view,
+            &mut start_with,
+            &self.settings,
+            &mut store,
+            buffers,
+            &mut film,
+            film_is_last,
+        );
         sum.share_time(&mut seconds);
-        let mode = match (&source, self.settings.mode) {
-            (Source::Nothing, Mode::Full) => "full",
-            (Source::Nothing, _) => "base",
+        let mode = match (&start_with.reused, self.settings.mode) {
+            (Reused::None, Mode::Full) => "full",
+            (Reused::None, _) => "base",
             _ => "reproject",
         };
         seconds.total = start.elapsed().as_secs_f64();
@@ -217,9 +231,9 @@ impl<'s> Renderer<'s> {
             // nothing was left standing in a film that is new
             let differs = match is_new {
                 true => Vec::new(),
-                false => film_audit::differing_pixels(&stage, &store, &self.settings, &film),
+                false => film_audit::differing_pixels(&frame_view, &store, &self.settings, &film),
             };
-            audit_tiles(&stage, &store, &differs)
+            audit_tiles(&frame_view, &store, &differs)
         });
         drop(tracer);
         let camera = self.scene.space.camera_of_files(&pose.camera);
@@ -246,7 +260,7 @@ impl<'s> Renderer<'s> {
                 tile.tags.forget_all();
                 tile.spares.forget_tags();
             });
-            self.workshop.forget();
+            self.buffers.forget();
         }
     }
 
@@ -254,7 +268,7 @@ impl<'s> Renderer<'s> {
     pub fn memory(&self) -> Memory {
         let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
         let bytes =
-            (store + self.workshop.pool.bytes() + self.workshop.memo_bytes() + self.bins.bytes()) as u64;
+            (store + self.buffers.pool.bytes() + self.buffers.state_bytes() + self.bins.bytes()) as u64;
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
@@ -268,39 +282,39 @@ type Last = (SampleStore, Pose);
 
 /// With `--mode auto`: the samples of the frame before; if they would not pay, they come second. And what it
 /// took to choose.
-fn choose(last: Option<Last>, stage: &Stage) -> (Option<Last>, Option<Last>, Estimate) {
+fn choose(last: Option<Last>, frame: &FrameView) -> (Option<Last>, Option<Last>, Estimate) {
     match last {
-        Some(last) if stage.chooses && stage.plan.camera != CameraChange::None => {
-            let estimate = estimate(&last.0, stage);
+        Some(last) if frame.chooses && frame.plan.camera != CameraChange::None => {
+            let estimate = estimate(&last.0, frame);
             if estimate.pays { (Some(last), None, estimate) } else { (None, Some(last), estimate) }
         }
         last => (last, None, Estimate::default()),
     }
 }
 
-/// The store of this frame as far as it is there already, and where its samples come from: from another store,
-/// from its own tiles, or from nowhere.
+/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, from its
+/// own tiles, or none.
 fn begin<'c>(
     last: Option<Last>,
-    stage: &Stage,
+    frame: &FrameView,
     layout: &TagLayout,
-    memos: &mut [Memo],
+    states: &mut [TileState],
     (bins, detached): (&'c mut Bins, &'c mut Detached),
-) -> (SampleStore, Source<'c>) {
+) -> (SampleStore, Reused<'c>) {
     match last {
-        Some((mut store, _)) if stage.plan.camera == CameraChange::None => {
-            bins.open(stage.view.grid.tiles());
-            stay::detach(&mut store, memos, stage, layout, detached);
-            stay::scatter(detached, stage, bins);
-            rest::find(&store, stage, bins, memos);
-            (store, Source::Stay(detached, bins))
+        Some((mut store, _)) if frame.plan.camera == CameraChange::None => {
+            bins.open(frame.view.grid.tiles());
+            stay::detach(&mut store, states, frame, layout, detached);
+            stay::scatter(detached, frame, bins);
+            tile_state::find_clean(&store, frame, bins, states);
+            (store, Reused::InPlace(detached, bins))
         }
         Some((old, _)) => {
-            bins.open(stage.view.grid.tiles());
-            let old = reproject::scatter(old, stage, bins);
-            (SampleStore::default(), Source::Fall(old, bins))
+            bins.open(frame.view.grid.tiles());
+            let old = reproject::scatter(old, frame, bins);
+            (SampleStore::default(), Reused::Projected(old, bins))
         }
-        None => (SampleStore::default(), Source::Nothing),
+        None => (SampleStore::default(), Reused::None),
     }
 }
 

@@ -3,11 +3,12 @@
 
 use glam::Vec3;
 
+use super::cells::is_traced;
 use super::channels::data;
+use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::placed::PlacedTile;
-use super::stage::{CellRays, Stage};
-use super::trace_missed::is_traced;
+use super::ray_tally::CellRays;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
@@ -118,17 +119,17 @@ pub fn choose_nearest(grid: &Grid, [x, y]: [&Column<f32>; 2], nearest: &mut Vec<
 
 /// The data of each pixel's nearest sample.
 pub fn take_data(
-    stage: &Stage,
+    frame: &FrameView,
     tile: &Tile,
     placed: &mut PlacedTile,
     nearest: &[u16],
     data: &mut Planes<{ data::COUNT }>,
 ) {
-    let grid = &stage.view.grid;
-    let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| stage.layers.has(layer));
-    let has_depth = stage.layers.has(Layers::Z);
+    let grid = &frame.view.grid;
+    let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| frame.layers.has(layer));
+    let has_depth = frame.layers.has(Layers::Z);
     if has_place || has_normal || has_depth {
-        placed.complete(stage, tile);
+        placed.complete(frame, tile);
     }
     if has_place || has_depth {
         for (axis, column) in placed.point.iter().enumerate() {
@@ -144,17 +145,17 @@ pub fn take_data(
     take(grid, nearest, &tile.model, &mut models);
     let is_surface = |first: usize| Mask::less(&models[first..first + LANES], EMPTY);
     if has_depth {
-        let camera = &stage.view.camera;
+        let camera = &frame.view.camera;
         let [eye, forward] = [camera.eye, camera.forward].map(Vec3x8::splat);
         let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
         for first in (0..CELLS).step_by(LANES) {
             let depth = (Vec3x8::load([x, y, w], first) - eye).dot(forward);
-            let depth = depth * F32x8::splat(stage.scene.space.length_of_files(1.0));
+            let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
             is_surface(first).select(depth, F32x8::splat(BACKGROUND_Z)).store(z, first);
         }
         data.is_some[data::Z] = true;
     }
-    convert_to_files(&stage.scene.space, data);
+    convert_to_files(&frame.scene.space, data);
     // the background is nowhere
     for number in data::POSITION..data::NORMAL + 3 {
         let column = &mut data.columns[number];
@@ -162,15 +163,15 @@ pub fn take_data(
             is_surface(first).select(F32x8::load(column, first), F32x8::ZERO).store(column, first);
         }
     }
-    if stage.layers.has(Layers::ID) {
+    if frame.layers.has(Layers::ID) {
         // the background's number is the greatest: one more is none
         for (id, model) in data.open(data::ID).iter_mut().zip(&models) {
             *id = model.wrapping_add(1) as f32;
         }
     }
-    if stage.layers.has(Layers::STATUS) {
+    if frame.layers.has(Layers::STATUS) {
         let ages: Column<u32> = std::array::from_fn(|cell| match tile.status[cell].is_reused() {
-            true => (stage.rendered - tile.record[cell].traced).min(OLDEST),
+            true => (frame.rendered - tile.record[cell].traced).min(OLDEST),
             false => 0,
         });
         if ages.iter().fold(0, |any, age| any | age) != 0 {
@@ -207,11 +208,11 @@ fn take<T: Copy>(grid: &Grid, nearest: &[u16], column: &Column<T>, pixels: &mut 
 }
 
 /// Counts the samples and the rays of each pixel, if a layer shows either.
-pub fn count(stage: &Stage, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
-    if !(stage.layers.has(Layers::STATUS) || stage.layers.has(Layers::RAYS)) {
+pub fn count(frame: &FrameView, tile: &Tile, rays: &CellRays, data: &mut Planes<{ data::COUNT }>) {
+    if !(frame.layers.has(Layers::STATUS) || frame.layers.has(Layers::RAYS)) {
         return;
     }
-    let grid = &*stage.view.grid;
+    let grid = &*frame.view.grid;
     const STATUSES: [Status; 5] =
         [Status::Base, Status::Good, Status::Overlapped, Status::Missed, Status::Obscured];
     let share = (grid.samples_of_pixel() as f32).recip();

@@ -1,7 +1,7 @@
 //! Samples in world space.
 
 use super::bits::set_bits;
-use super::stage::Stage;
+use super::frame_view::FrameView;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
 
@@ -21,7 +21,7 @@ impl Placed {
     /// Takes the samples of the eight cells from `first` on to world space. Always the same floats for the
     /// same sample and pose: what is computed from them may be kept.
     #[inline]
-    pub fn of(stage: &Stage, tile: &Tile, first: usize) -> Self {
+    pub fn of(frame: &FrameView, tile: &Tile, first: usize) -> Self {
         let point = tile.points(first);
         let (normals, facets) = (tile.normals(first), tile.facets(first));
         let facet = Octahedral::unfold_lanes(facets);
@@ -29,8 +29,8 @@ impl Placed {
         let normal = if normals == facets { facet } else { Octahedral::unfold_lanes(normals) };
         let mut placed = Self { point, normal, facet };
         let models = &tile.model[first..first + LANES];
-        for lane in set_bits(stage.displaced_bits(models)) {
-            let transform = stage.transform(models[lane]);
+        for lane in set_bits(frame.displaced_bits(models)) {
+            let transform = frame.transform(models[lane]);
             placed.point.set_lane(lane, transform.point(point.lane(lane)));
             placed.normal.set_lane(lane, transform.normal(normal.lane(lane)));
             placed.facet.set_lane(lane, transform.normal(facet.lane(lane)));
@@ -59,7 +59,7 @@ impl PlacedTile {
 
     /// The samples in the eight cells from `first` on, which must stay the same until the next tile.
     #[inline]
-    pub fn get(&mut self, stage: &Stage, tile: &Tile, first: usize) -> Placed {
+    pub fn get(&mut self, frame: &FrameView, tile: &Tile, first: usize) -> Placed {
         if self.is_ready[first / LANES] {
             return Placed {
                 point: load(&self.point, first),
@@ -67,7 +67,7 @@ impl PlacedTile {
                 facet: load(&self.facet, first),
             };
         }
-        let placed = Placed::of(stage, tile, first);
+        let placed = Placed::of(frame, tile, first);
         store(placed.point, &mut self.point, first);
         store(placed.normal, &mut self.normal, first);
         store(placed.facet, &mut self.facet, first);
@@ -76,10 +76,10 @@ impl PlacedTile {
     }
 
     /// Places all samples of the tile that nobody has asked for yet.
-    pub fn complete(&mut self, stage: &Stage, tile: &Tile) {
+    pub fn complete(&mut self, frame: &FrameView, tile: &Tile) {
         for first in (0..CELLS).step_by(LANES) {
             if !self.is_ready[first / LANES] {
-                self.get(stage, tile, first);
+                self.get(frame, tile, first);
             }
         }
     }

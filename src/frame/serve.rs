@@ -17,9 +17,9 @@
 //! and a fifth of all true samples are lost that way every frame.
 
 use super::candidates::{ACROSS, AROUND, Candidates, Rank, Sources, around};
+use super::cells::CellSet;
 use super::edges::Edges;
 use super::grid::{Extent, cell_number};
-use super::verify::CellSet;
 use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Status, Tile};
 use crate::settings::Reuse;
 

@@ -117,16 +117,13 @@ fn for_each_run(thrown: &[Thrown], mut each: impl FnMut(u32, &[u64])) {
 }
 
 /// The numbers of all candidates that are near enough to serve `cell`, the nearest first; of those that are equally far
-/// the one first that comes first by the cell in which it lies, and then by its number.
+/// in the order of their numbers.
 fn by_distance(thrown: &[Thrown], cell: usize) -> Vec<usize> {
     let target = place(cell).map(|at| (at as i32 + 1) * STEPS + STEPS / 2);
     let far = |one: &Thrown| (0..2).map(|axis| (one.at[axis] - target[axis]).pow(2)).sum::<i32>();
     let is_near = |one: &Thrown| (far(one) as f32).sqrt() <= REACH * STEPS as f32;
     let mut near: Vec<usize> = (0..thrown.len()).filter(|number| is_near(&thrown[*number])).collect();
-    near.sort_by_key(|number| {
-        let [x, y] = thrown[*number].lies_in();
-        (far(&thrown[*number]), y * ACROSS as i32 + x, *number)
-    });
+    near.sort_by_key(|number| (far(&thrown[*number]), *number));
     near
 }
 
@@ -152,7 +149,7 @@ fn one_after_the_other_candidates_come_from_near_to_far() {
             for (place, number) in near.iter().enumerate() {
                 let (rank, is_contested) = candidates.nearest(cell, after);
                 assert!(rank != Rank::NONE, "{throw:?}, cell {cell}: {place} of {near:?}");
-                assert_eq!(candidates.number(rank), *number, "{throw:?}, cell {cell}: {place} of {near:?}");
+                assert_eq!(rank.number(), *number, "{throw:?}, cell {cell}: {place} of {near:?}");
                 assert_eq!(is_contested, place + 1 < near.len(), "{throw:?}, cell {cell}, {place}");
                 after = Some(rank);
             }

@@ -4,8 +4,8 @@
 use glam::Vec3;
 
 use super::bits::set_bits;
+use super::frame_view::FrameView;
 use super::plan::ShadowCheck;
-use super::stage::Stage;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
@@ -189,9 +189,9 @@ pub struct Checks {
 
 impl Checks {
     /// `moved`: the sample's model did. `may_be_met`: something that moved may be between sample and light.
-    pub fn of(stage: &Stage, light: usize, moved: bool, may_be_met: bool) -> Self {
+    pub fn of(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
-            let check = match stage.plan.shadow_check(light, moved, tag) {
+            let check = match frame.plan.shadow_check(light, moved, tag) {
                 ShadowCheck::Moved if !may_be_met => ShadowCheck::Keep,
                 check => check,
             };

@@ -1,10 +1,10 @@
-//! Ways to break what a frame leaves to the next one, one for each class of failure that the audit has to find. For
+//! Paths to break what a frame leaves to the next one, one for each class of failure that the audit has to find. For
 //! tests of just that.
 
 use glam::Vec3;
 use half::f16;
 
-use super::beyond::Beyond;
+use super::path_bounds::TilePaths;
 use super::{Last, RenderError, Renderer};
 use crate::lanes::Vec3x8;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, Record, Tag, TagSlot, Tile, half_colors};
@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::shade::surface::{Corners, reflectance, uv_at};
 use crate::trace::{Among, Backend, Coherence, HitBatch, RayBatch};
 
-/// What is broken. But for [`Ways`](Spoil::Ways) it is broken for every seventh cell that shows a surface, and in
+/// What is broken. But for [`Paths`](Spoil::Paths) it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,20 +32,20 @@ pub enum Spoil {
     /// The tags say of lit points that something still hides them, and the other way round.
     Tags,
     /// The rays that go on from mirrors and glass are held to bring what they brought, whatever moves.
-    Ways,
+    Paths,
 }
 
 impl Renderer<'_> {
-    /// Spoils what the frame rendered last has left. Says how many samples (or, for [`Ways`](Spoil::Ways), tiles) are
+    /// Spoils what the frame rendered last has left. Says how many samples (or, for [`Paths`](Spoil::Paths), tiles) are
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
         let Some(last) = &mut self.last else { return Ok(0) };
-        if what == Spoil::Ways {
-            let memos = self.workshop.memos.iter_mut().filter(|memo| memo.goes_on);
-            return Ok(memos.map(|memo| memo.beyond = Some(Beyond::default())).count() as u64);
+        if what == Spoil::Paths {
+            let states = self.buffers.states.iter_mut().filter(|state| state.goes_on);
+            return Ok(states.map(|state| state.paths = Some(TilePaths::default())).count() as u64);
         }
-        self.workshop.forget();
+        self.buffers.forget();
         if what == Spoil::Sight {
             return hide(self.scene, &mut *self.backend, last);
         }
@@ -98,7 +98,7 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             record.flags = record.flags.with(Flags::STALE);
             slots.iter().fold(false, |any, slot| flip(tile, *slot, cell) | any)
         }
-        Spoil::Sight | Spoil::Ways => false,
+        Spoil::Sight | Spoil::Paths => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use super::bins::{BinWriter, Binned, Bins, STEPS, bin_origin};
 use super::bits::set_bits;
-use super::reproject::project_lanes;
-use super::rest::Memo;
+use super::frame_view::FrameView;
+use super::project::project_lanes;
 use super::serve::Serving;
-use super::stage::Stage;
+use super::tile_state::TileState;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, SampleStore, Status, TagLayout, Tile};
 use crate::settings::Reuse;
@@ -40,29 +40,29 @@ impl Detached {
     }
 }
 
-/// Takes the samples of models that moved out of `store`; their cells are missed. `memos` has one for each tile.
+/// Takes the samples of models that moved out of `store`; their cells are missed. `states` has one for each tile.
 pub fn detach(
     store: &mut SampleStore,
-    memos: &mut [Memo],
-    stage: &Stage,
+    states: &mut [TileState],
+    frame: &FrameView,
     layout: &TagLayout,
     detached: &mut Detached,
 ) {
-    let tiles_x = stage.view.grid.tiles_x as usize;
+    let tiles_x = frame.view.grid.tiles_x as usize;
     let rows = store.tiles.len() / tiles_x;
     detached.tiles_x = tiles_x;
     detached.rows.resize_with(rows, Row::default);
     store.tiles.iter_mut().filter(|tile| !tile.spares.is_empty()).for_each(|tile| tile.spares.clear());
-    if !stage.plan.any_moved {
+    if !frame.plan.any_moved {
         detached.rows.iter_mut().for_each(|row| row.len = 0);
         return;
     }
-    let tiles = store.tiles.par_chunks_mut(tiles_x).zip(memos.par_chunks_mut(tiles_x));
-    tiles.zip(&mut detached.rows).for_each(|((tiles, memos), row)| {
+    let tiles = store.tiles.par_chunks_mut(tiles_x).zip(states.par_chunks_mut(tiles_x));
+    tiles.zip(&mut detached.rows).for_each(|((tiles, states), row)| {
         row.len = 0;
-        for (tile, _) in tiles.iter_mut().zip(memos).filter(|(_, memo)| memo.may_have_moved(stage)) {
+        for (tile, _) in tiles.iter_mut().zip(states).filter(|(_, state)| state.may_have_moved(frame)) {
             for first in (0..CELLS).step_by(LANES) {
-                for lane in set_bits(stage.moved_bits(&tile.model[first..first + LANES])) {
+                for lane in set_bits(frame.moved_bits(&tile.model[first..first + LANES])) {
                     row.take(tile, first + lane, layout);
                 }
             }
@@ -93,14 +93,14 @@ impl Row {
 }
 
 /// Puts the detached samples into the bins of the tiles whose cells they may serve.
-pub fn scatter(detached: &Detached, stage: &Stage, bins: &Bins) {
-    let grid = &*stage.view.grid;
-    let halo = stage.reuse == Reuse::Target;
+pub fn scatter(detached: &Detached, frame: &FrameView, bins: &Bins) {
+    let grid = &*frame.view.grid;
+    let halo = frame.reuse == Reuse::Target;
     detached.rows.par_iter().enumerate().for_each_init(BinWriter::default, |writer, (row, samples)| {
         for (number, start) in (row * detached.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
             let tile = &samples.tiles[start / CELLS];
             for first in (0..CELLS.min(samples.len - start)).step_by(LANES) {
-                writer.add(grid, first, &project_lanes(stage, tile, first), halo);
+                writer.add(grid, first, &project_lanes(frame, tile, first), halo);
             }
             writer.send(number as u32, bins);
         }
@@ -126,7 +126,7 @@ pub fn tiles<'t>(detached: &'t Detached, before: Option<&'t Tile>) -> impl Fn(u3
 /// projected into the tile. `before` becomes the tile as it was. Whether any cell may have got another sample.
 pub fn merge(
     detached: &Detached,
-    stage: &Stage,
+    frame: &FrameView,
     bins: &Bins,
     number: usize,
     tile: &mut Tile,
@@ -144,12 +144,12 @@ pub fn merge(
             return false;
         }
         std::mem::swap(tile, before);
-        let grid = &*stage.view.grid;
+        let grid = &*frame.view.grid;
         let origin = bin_origin(grid, number);
         let edge = (grid.tile_edge() + 2) as i32 * STEPS;
         let mut own = Vec::with_capacity(CELLS);
         for first in (0..CELLS).step_by(LANES) {
-            let projected = project_lanes(stage, before, first);
+            let projected = project_lanes(frame, before, first);
             for lane in set_bits(projected.which) {
                 // rounding may say of a sample right before the eye that it is far away
                 let at = [projected.x[lane] - origin[0], projected.y[lane] - origin[1]];
@@ -161,7 +161,7 @@ pub fn merge(
         runs.iter().for_each(|(source, run)| serving.add(*source, run));
         serving.add(ITSELF, &own);
         let tiles = tiles(detached, Some(before));
-        serving.serve(stage.reuse, grid.extent_of(number), &tiles);
+        serving.serve(frame.reuse, grid.extent_of(number), &tiles);
         serving.merge(before, tile, &tiles);
         true
     })

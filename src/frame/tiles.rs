@@ -6,17 +6,19 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::beyond::Beyond;
 use super::bins::Bins;
+use super::cells::CellSet;
 use super::channels::{Picture, Written};
-use super::develop::{Bands, Developer, Standing};
-use super::filter;
+use super::develop::{Bands, Developer, DirtyTiles};
+use super::estimate::Estimate;
+use super::filter::{self, Shown};
+use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
-use super::rest::Memo;
-use super::stage::{Stage, Workbench, WorkerSeconds};
+use super::path_bounds::TilePaths;
 use super::stay::{self, Detached};
-use super::verify::CellSet;
+use super::thread_scratch::{PhaseSeconds, ThreadScratch};
+use super::tile_state::TileState;
 use super::window::{Window, cut};
 use super::{audit, enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
@@ -24,14 +26,22 @@ use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePoo
 use crate::settings::{Filter, Reuse, Settings};
 use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
 
-/// Where a frame's samples come from.
-pub enum Source<'c> {
-    /// A base frame: nowhere.
-    Nothing,
-    /// The camera stands: they are where they were, but for those of models that moved.
-    Stay(&'c Detached, &'c Bins),
-    /// The store of the frame before, and what falls from it.
-    Fall(LeavingStore, &'c Bins),
+/// The samples of the frame before, as far as this frame reuses them.
+pub enum Reused<'c> {
+    /// A base frame: none.
+    None,
+    /// The camera did not move: all are where they were, but for those of models that moved.
+    InPlace(&'c Detached, &'c Bins),
+    /// The store of the frame before, and its samples in bins.
+    Projected(LeavingStore, &'c Bins),
+}
+
+/// What a frame begins with.
+pub struct Start<'c> {
+    /// Of the frame before.
+    pub reused: Reused<'c>,
+    /// What it took to choose whether to reuse samples.
+    pub estimate: Estimate,
 }
 
 /// What the tiles of a frame add up to.
@@ -42,57 +52,57 @@ pub struct TileSum {
     /// By kind.
     pub rays: RayCounts,
     written: Written,
-    worker_seconds: WorkerSeconds,
+    phase_seconds: PhaseSeconds,
     /// Wall-clock seconds of the tiles.
     wall: f64,
     /// Wall-clock seconds of writing rows.
     develop: f64,
 }
 
-/// What the tiles of a frame are worked at with. Keeps its memory from frame to frame.
-pub struct Workshop {
+/// Memory of a renderer for the tiles of its frames. Kept from frame to frame.
+pub struct FrameBuffers {
     /// Tiles for the store to grow out of.
     pub pool: TilePool,
     /// Of their tags.
     layout: TagLayout,
     /// One for each thread that has been at work.
-    benches: Mutex<Vec<Workbench>>,
+    scratch: Mutex<Vec<ThreadScratch>>,
     /// Sums of the band of tiles at work, and of the band before.
     bands: [Vec<TileFilm>; 2],
     /// One for each tile.
-    pub memos: Vec<Memo>,
+    pub states: Vec<TileState>,
     /// Of the frame at work.
-    standing: Standing,
+    dirty: DirtyTiles,
 }
 
-impl Workshop {
+impl FrameBuffers {
     /// Nothing in it yet; for stores with tags as `layout` says.
     pub fn new(layout: TagLayout) -> Self {
         Self {
             pool: TilePool::new(layout.clone()),
             layout,
-            benches: Mutex::default(),
+            scratch: Mutex::default(),
             bands: Default::default(),
-            memos: Vec::new(),
-            standing: Standing::default(),
+            states: Vec::new(),
+            dirty: DirtyTiles::default(),
         }
     }
 
-    /// Has as many memos as there are tiles.
+    /// Has a state for each tile.
     pub fn begin_frame(&mut self, grid: &Grid) {
-        self.memos.resize_with(grid.tiles(), Memo::default);
+        self.states.resize_with(grid.tiles(), TileState::default);
     }
 
     /// Bytes of what is remembered of the tiles.
-    pub fn memo_bytes(&self) -> usize {
-        let beyond = |memo: &Memo| memo.beyond.as_ref().map_or(0, Beyond::bytes);
-        self.memos.iter().map(|memo| size_of_val(memo) + beyond(memo)).sum()
+    pub fn state_bytes(&self) -> usize {
+        let paths = |state: &TileState| state.paths.as_ref().map_or(0, TilePaths::bytes);
+        self.states.iter().map(|state| size_of_val(state) + paths(state)).sum()
     }
 
     /// Forgets what is known of the tiles, but for where in their cells their samples are.
     pub fn forget(&mut self) {
-        for memo in &mut self.memos {
-            *memo = Memo::default();
+        for state in &mut self.states {
+            *state = TileState::default();
         }
     }
 }
@@ -103,36 +113,36 @@ impl Workshop {
 /// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
 /// Tiles go in bands of whole rows: between them old tiles that nobody wants any more are given back, and with a
-/// wide filter all rows of pixels that no later band reaches are written. Before a camera at rest, where neither is
-/// needed, bands are large: most tiles are next to free, and threads wait for each other at each band's end.
+/// wide filter all rows of pixels that no later band reaches are written. While the camera does not move, neither is
+/// needed and bands are large: most tiles cost next to nothing, and threads wait for each other at each band's end.
 pub fn run_tiles(
-    stage: &Stage,
-    source: &mut Source,
+    frame: &FrameView,
+    start: &mut Start,
     settings: &Settings,
     store: &mut SampleStore,
-    shop: &mut Workshop,
+    buffers: &mut FrameBuffers,
     film: &mut Film,
     film_is_last: bool,
 ) -> TileSum {
     let is_wide = settings.filter != Filter::Box;
     let picture = Picture::over(film, settings);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
-    let grid = &*stage.view.grid;
+    let grid = &*frame.view.grid;
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
-    let is_free = !is_wide && matches!(source, Source::Stay(..));
-    let band_rows = band_rows(grid, if is_free { TILES_AT_REST } else { 0 });
-    let Workshop { pool, layout, benches, bands: [now, before], memos, standing } = shop;
-    standing.clear();
+    let is_free = !is_wide && matches!(start.reused, Reused::InPlace(..));
+    let band_rows = band_rows(grid, if is_free { TILES_IN_PLACE } else { 0 });
+    let FrameBuffers { pool, layout, scratch, bands: [now, before], states, dirty } = buffers;
+    dirty.clear();
     if is_wide {
-        standing.set(grid, memos.iter().map(|memo| !(film_is_last && memo.stands())));
+        dirty.set(grid, states.iter().map(|state| !(film_is_last && state.is_film_clean())));
     }
     let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
-        let start = Instant::now();
+        let begin = Instant::now();
         let rows = first..(first + band_rows).min(grid.tiles_y);
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
-        if let Source::Fall(old, _) = source {
+        if let Reused::Projected(old, _) = &mut start.reused {
             old.let_go(done, pool);
         }
         pool.grow(store, end);
@@ -140,16 +150,16 @@ pub fn run_tiles(
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
         }
-        let work = Work { stage, layout, source, picture: &picture, standing, film_is_last };
-        let parts = (&mut store.tiles[done..end], &mut memos[done..end], &mut now[..count]);
+        let work = Work { frame, layout, start, picture: &picture, dirty, film_is_last };
+        let parts = (&mut store.tiles[done..end], &mut states[done..end], &mut now[..count]);
         let runs = runs(&work, rows.clone(), parts, film);
-        sum = sum.plus(run_band(&work, runs, benches));
+        sum = sum.plus(run_band(&work, runs, scratch));
         let developing = Instant::now();
-        sum.wall += (developing - start).as_secs_f64();
+        sum.wall += (developing - begin).as_secs_f64();
         if is_wide {
             let end = (rows.end * grid.tile_pixels).min(grid.height);
             let bands = Bands { before: &before[..above], now: &now[..count], first: done };
-            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, standing, end));
+            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, dirty, end));
             std::mem::swap(now, before);
             above = count;
         }
@@ -158,14 +168,14 @@ pub fn run_tiles(
     for (number, (plane, was_zero)) in film.planes.iter_mut().zip(&picture.was_zero).enumerate() {
         plane.is_zero &= sum.written.is_zero(number, *was_zero);
     }
-    if let Source::Fall(old, _) = source {
+    if let Reused::Projected(old, _) = &mut start.reused {
         old.let_go(grid.tiles(), pool);
     }
     sum
 }
 
-/// Tiles in a band before a camera at rest: a picture of 1280 x 720 pixels at once, and little memory for windows.
-const TILES_AT_REST: u32 = 1024;
+/// Tiles in a band while the camera does not move: a picture of 1280 x 720 pixels at once, and little memory for windows.
+const TILES_IN_PLACE: u32 = 1024;
 
 /// Rows of tiles in a band: enough tiles for all threads, `least` at least, and more pixels than any filter reaches
 /// across, so that a row of pixels is reached by two bands at most.
@@ -182,30 +192,30 @@ struct Run<'a> {
     /// Number of the first one.
     first: usize,
     tiles: &'a mut [Box<Tile>],
-    memos: &'a mut [Memo],
+    states: &'a mut [TileState],
     films: &'a mut [TileFilm],
     window: Window<'a>,
 }
 
 /// The runs of some rows of tiles. Windows have those planes alone that may be written: of tiles that the film shows
-/// already, a frame younger, the age, and of tiles at rest that it shows with another status, what is counted.
+/// already, a frame younger, the age, and of clean tiles that it shows with another status, what is counted.
 fn runs<'a>(
     work: &Work,
     rows: Range<u32>,
-    (tiles, memos, films): (&'a mut [Box<Tile>], &'a mut [Memo], &'a mut [TileFilm]),
+    (tiles, states, films): (&'a mut [Box<Tile>], &'a mut [TileState], &'a mut [TileFilm]),
     film: &'a mut Film,
 ) -> Vec<Run<'a>> {
     /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
     const IN_RUN: usize = 4;
-    let grid = &*work.stage.view.grid;
+    let grid = &*work.frame.view.grid;
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let outcome_of = |(number, memo): (usize, &Memo)| {
-        if memo.is_at_rest { work.outcome_if_same(number, memo) } else { Outcome::New }
+    let outcome_of = |(number, state): (usize, &TileState)| {
+        if state.is_clean { work.outcome_if_same(number, state) } else { Outcome::New }
     };
     let first = rows.start as usize * across;
-    let outcomes: Vec<Outcome> = (first..).zip(&*memos).map(outcome_of).collect();
+    let outcomes: Vec<Outcome> = (first..).zip(&*states).map(outcome_of).collect();
     let of_window = |outcomes: &[Outcome]| outcomes.iter().copied().fold(Outcome::AsBefore, Outcome::max);
     let outcomes: Vec<Outcome> =
         outcomes.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(of_window)).collect();
@@ -217,11 +227,11 @@ fn runs<'a>(
     };
     let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels], is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
-    let memos = memos.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let states = states.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let mut first = first;
-    let runs = tiles.zip(memos).zip(films).zip(windows).map(|(((tiles, memos), films), window)| {
-        let run = Run { first, tiles, memos, films, window };
+    let runs = tiles.zip(states).zip(films).zip(windows).map(|(((tiles, states), films), window)| {
+        let run = Run { first, tiles, states, films, window };
         first += run.tiles.len();
         run
     });
@@ -231,79 +241,85 @@ fn runs<'a>(
 /// What is to be done with every tile.
 #[derive(Clone, Copy)]
 struct Work<'a> {
-    stage: &'a Stage<'a>,
+    frame: &'a FrameView<'a>,
     layout: &'a TagLayout,
-    source: &'a Source<'a>,
+    start: &'a Start<'a>,
     picture: &'a Picture,
-    /// Of which tiles the colours stand in the film.
-    standing: &'a Standing,
+    /// Whose colours must be written.
+    dirty: &'a DirtyTiles,
     /// Whether the film shows the frame before: what stays the same need not be made again.
     film_is_last: bool,
 }
 
 impl Work<'_> {
     /// What must be written of tile number `number` if its samples stay the same.
-    fn outcome_if_same(&self, number: usize, memo: &Memo) -> Outcome {
+    fn outcome_if_same(&self, number: usize, state: &TileState) -> Outcome {
         // the sums of what the film shows cost rays again
-        let casts_rays = memo.goes_on && self.standing.is_needed(number);
-        let is_shown = self.film_is_last && memo.shows_samples();
+        let casts_rays = state.goes_on && self.dirty.is_needed(number);
+        let is_shown = self.film_is_last && state.shows_samples();
         match is_shown && !casts_rays {
             false => Outcome::New,
-            true if memo.is_settled => Outcome::AsBefore,
+            true if state.was_clean => Outcome::AsBefore,
             true => Outcome::Counts,
         }
     }
 }
 
 /// Takes tiles through all phases.
-fn run_band(work: &Work, runs: Vec<Run>, benches: &Mutex<Vec<Workbench>>) -> TileSum {
-    let lock = || benches.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) -> TileSum {
+    let lock = || scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     runs.into_par_iter()
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
-            |(mut bench, mut samples, mut written), run| {
-                let Run { first, tiles, memos, films, mut window } = run;
-                for (number, ((tile, memo), film)) in (first..).zip(tiles.iter_mut().zip(memos).zip(films)) {
-                    let outcome = infer_tile(work, number, tile, memo, &mut bench);
+            |(mut scratch, mut samples, mut written), run| {
+                let Run { first, tiles, states, films, mut window } = run;
+                for (number, ((tile, state), film)) in (first..).zip(tiles.iter_mut().zip(states).zip(films))
+                {
+                    let outcome = infer_tile(work, number, tile, state, &mut scratch);
                     let begin = Instant::now();
-                    let Work { stage, picture, standing, .. } = *work;
-                    if standing.is_needed(number) {
-                        filter::sum(stage, number, tile, &mut bench, film);
+                    let Work { frame, picture, dirty, .. } = *work;
+                    let ThreadScratch { filtering, radiance, placed, trace, .. } = &mut scratch;
+                    let cell_rays = &*trace.tally.cells;
+                    if dirty.is_needed(number) {
+                        filter::sum(frame, number, tile, filtering, radiance, film);
                     }
                     written = written.plus(match outcome {
-                        Outcome::AsBefore => filter::stay(stage, number, picture, &mut window),
+                        Outcome::AsBefore => filter::stay(frame, number, picture, &mut window),
                         Outcome::Counts => {
-                            filter::recount(stage, number, tile, &mut bench, picture, &mut window)
+                            filter::recount(frame, number, tile, filtering, cell_rays, picture, &mut window)
                         }
-                        Outcome::New => filter::filter(stage, number, tile, &mut bench, picture, &mut window),
+                        Outcome::New => {
+                            let shown = Shown { radiance, placed, cell_rays };
+                            filter::filter(frame, number, tile, filtering, shown, picture, &mut window)
+                        }
                     });
-                    bench.seconds.filter += begin.elapsed().as_secs_f64();
+                    scratch.seconds.filter += begin.elapsed().as_secs_f64();
                     samples += match outcome {
                         Outcome::AsBefore => {
-                            let good = stage.view.grid.cells(number);
+                            let good = frame.view.grid.cells(number);
                             debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
                             SampleCounts { good, ..SampleCounts::default() }
                         }
                         _ => count_samples(tile),
                     };
                 }
-                (bench, samples, written)
+                (scratch, samples, written)
             },
         )
-        .map(|(mut bench, samples, written)| {
-            let rays = std::mem::take(&mut bench.counts);
-            let worker_seconds = std::mem::take(&mut bench.seconds);
-            lock().push(bench);
-            TileSum { samples, rays, written, worker_seconds, ..TileSum::default() }
+        .map(|(mut scratch, samples, written)| {
+            let rays = std::mem::take(&mut scratch.trace.tally.counts);
+            let phase_seconds = std::mem::take(&mut scratch.seconds);
+            lock().push(scratch);
+            TileSum { samples, rays, written, phase_seconds, ..TileSum::default() }
         })
         .reduce(TileSum::default, TileSum::plus)
 }
 
 /// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
 /// the samples do; empty if it is known not to.
-pub fn audit_tiles(stage: &Stage, store: &SampleStore, differs: &[bool]) -> AuditCounts {
+pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> AuditCounts {
     let tiles = store.tiles.par_iter().enumerate();
-    let audit = tiles.map(|(number, tile)| audit::audit(stage, number, tile, differs));
+    let audit = tiles.map(|(number, tile)| audit::audit(frame, number, tile, differs));
     audit.reduce(AuditCounts::default, |mut a, b| {
         a += b;
         a
@@ -316,44 +332,45 @@ fn infer_tile(
     work: &Work,
     number: usize,
     tile: &mut Tile,
-    memo: &mut Memo,
-    bench: &mut Workbench,
+    state: &mut TileState,
+    scratch: &mut ThreadScratch,
 ) -> Outcome {
-    let Work { stage, standing, .. } = *work;
-    let outcome = work.outcome_if_same(number, memo);
-    if memo.is_at_rest && outcome == Outcome::AsBefore && !standing.is_needed(number) {
+    let Work { frame, dirty, .. } = *work;
+    let outcome = work.outcome_if_same(number, state);
+    if state.is_clean && outcome == Outcome::AsBefore && !dirty.is_needed(number) {
         return outcome;
     }
-    bench.begin_tile();
-    let change = if memo.is_at_rest {
+    scratch.begin_tile();
+    let change = if state.is_clean {
         let begin = Instant::now();
         stay::keep_all(tile);
-        bench.seconds.gather += begin.elapsed().as_secs_f64();
+        scratch.seconds.gather += begin.elapsed().as_secs_f64();
         Change::None
     } else {
-        update_samples(work, number, tile, memo, bench)
+        update_samples(work, number, tile, state, scratch)
     };
     if change != Change::None {
-        memo.rest = None;
+        state.content = None;
     }
-    memo.is_settled = change == Change::None;
-    memo.is_known = true;
+    state.was_clean = change == Change::None;
+    state.is_known = true;
     let outcome = match change {
         Change::None => outcome,
         Change::Rays => outcome.max(Outcome::Counts),
         Change::Samples => Outcome::New,
     };
-    if outcome == Outcome::New || standing.is_needed(number) {
+    if outcome == Outcome::New || dirty.is_needed(number) {
         let begin = Instant::now();
-        enhance::enhance(stage, tile, bench);
-        memo.goes_on = bench.radiance.has_secondary;
-        memo.is_settled &= !memo.goes_on;
-        if memo.goes_on && stage.notes_ways {
-            std::mem::swap(memo.beyond.get_or_insert_default(), &mut bench.bounces.beyond);
+        let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
+        enhance::enhance(frame, tile, radiance, bounces, placed, trace);
+        state.goes_on = radiance.has_secondary;
+        state.was_clean &= !state.goes_on;
+        if state.goes_on && frame.records_paths {
+            std::mem::swap(state.paths.get_or_insert_default(), &mut bounces.paths);
         } else {
-            memo.beyond = None;
+            state.paths = None;
         }
-        bench.seconds.enhance += begin.elapsed().as_secs_f64();
+        scratch.seconds.enhance += begin.elapsed().as_secs_f64();
     }
     outcome
 }
@@ -366,70 +383,67 @@ fn update_samples(
     work: &Work,
     number: usize,
     tile: &mut Tile,
-    memo: &mut Memo,
-    bench: &mut Workbench,
+    state: &mut TileState,
+    scratch: &mut ThreadScratch,
 ) -> Change {
-    let Work { stage, layout, source, .. } = *work;
+    let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
+    let ThreadScratch { trace, seconds, serving, before, lighting, placed, .. } = scratch;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-    let before = bench.counts;
-    if let Some(estimate) = stage.estimate {
-        estimate.count(number, &mut bench.counts, &mut bench.cell_rays);
-    }
-    bench.serving.begin();
-    let took_cells = match source {
-        Source::Nothing => {
-            reproject::begin_base(stage, number, tile);
+    let counts_before = trace.tally.counts;
+    estimate.count(number, &mut trace.tally);
+    serving.begin();
+    let took_cells = match reused {
+        Reused::None => {
+            reproject::begin_base(frame, number, tile);
             true
         }
-        Source::Stay(detached, bins) => {
-            let before = bench.before.get_or_insert_with(|| Box::new(Tile::empty(layout)));
-            stay::merge(detached, stage, bins, number, tile, before, &mut bench.serving)
+        Reused::InPlace(detached, bins) => {
+            let before = before.get_or_insert_with(|| Box::new(Tile::empty(layout)));
+            stay::merge(detached, frame, bins, number, tile, before, serving)
         }
-        Source::Fall(old, bins) => {
-            reproject::gather(old, stage, bins, number, tile, &mut bench.serving);
+        Reused::Projected(old, bins) => {
+            reproject::gather(old, frame, bins, number, tile, serving);
             true
         }
     };
-    bench.seconds.gather += lap();
-    let among = stage.in_sight(number);
+    seconds.gather += lap();
+    let among = frame.in_sight(number);
     let mut probes = CellSet::default();
-    if !matches!(source, Source::Nothing) {
-        let around = memo.rest.as_ref().map(|rest| &rest.around);
-        let mut serving = std::mem::take(&mut bench.serving);
-        let before = bench.before.take();
+    if !matches!(reused, Reused::None) {
+        let bounds = state.content.as_ref().map(|content| &content.bounds);
         let mut cells = CellSet::ALL;
         for asked in 1.. {
-            verify::verify(stage, among, tile, &cells, around, serving.flags(), bench);
-            let next = match source {
+            verify::verify(frame, among, tile, &cells, bounds, serving.flags(), trace);
+            let next = match reused {
                 _ if asked == MOST_ASKED => None,
-                Source::Nothing => None,
-                Source::Stay(detached, _) => {
-                    serving.ask_next(stage.reuse, tile, &stay::tiles(detached, before.as_deref()))
+                Reused::None => None,
+                Reused::InPlace(detached, _) => {
+                    serving.ask_next(frame.reuse, tile, &stay::tiles(detached, before.as_deref()))
                 }
-                Source::Fall(old, _) => serving.ask_next(stage.reuse, tile, &|source| old.tile(source)),
+                Reused::Projected(old, _) => serving.ask_next(frame.reuse, tile, &|source| old.tile(source)),
             };
             match next {
                 Some(next) => cells = next,
                 None => break,
             }
         }
-        if matches!(source, Source::Fall(..)) && stage.reuse == Reuse::Target {
-            let extent = stage.view.grid.extent_of(number);
+        if matches!(reused, Reused::Projected(..)) && frame.reuse == Reuse::Target {
+            let extent = frame.view.grid.extent_of(number);
             probes = serving.probes(extent, tile);
         }
-        (bench.serving, bench.before) = (serving, before);
     }
-    let flags = bench.serving.flags();
-    bench.seconds.verify += lap();
-    trace_missed::trace_missed(stage, number, among, tile, &probes, bench);
-    bench.seconds.trace += lap();
-    let (light_changed, around) = light::light(stage, tile, flags, bench);
-    memo.around = around;
-    bench.seconds.enhance += lap();
-    if took_cells || light_changed || bench.counts.primary != before.primary {
+    let flags = serving.flags();
+    seconds.verify += lap();
+    trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
+    seconds.trace += lap();
+    let (light_changed, bounds) = light::light(frame, tile, flags, lighting, placed, &mut trace.tally);
+    state.bounds = bounds;
+    seconds.enhance += lap();
+    let counts = trace.tally.counts;
+    if took_cells || light_changed || counts.primary != counts_before.primary {
         Change::Samples
-    } else if bench.counts != before {
+    } else if counts != counts_before {
         Change::Rays
     } else {
         Change::None
@@ -479,13 +493,13 @@ impl TileSum {
         self.samples += other.samples;
         self.rays += other.rays;
         self.written = self.written.plus(other.written);
-        self.worker_seconds += other.worker_seconds;
+        self.phase_seconds += other.phase_seconds;
         self
     }
 
     /// Adds the wall-clock time of the tiles to the phases, split by what the workers spent in each.
     pub fn share_time(&self, seconds: &mut Seconds) {
-        let WorkerSeconds { gather, verify, trace, enhance, filter } = self.worker_seconds;
+        let PhaseSeconds { gather, verify, trace, enhance, filter } = self.phase_seconds;
         let spent = gather + verify + trace + enhance + filter;
         let scale = if spent > 0.0 { self.wall / spent } else { 0.0 };
         seconds.reproject += gather * scale;

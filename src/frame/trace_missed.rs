@@ -1,9 +1,10 @@
 //! Primary rays: through the centre of every cell that has no sample, or a hidden one.
 
 use super::bits::{set_bits, status_bits};
+use super::cells::{CellSet, is_traced};
 use super::edges::DEPTH_STEP;
-use super::stage::{Stage, Workbench};
-use super::verify::CellSet;
+use super::frame_view::FrameView;
+use super::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::scene::Mesh;
@@ -17,55 +18,49 @@ const OFF_RAY: f32 = 2.5e-6;
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
 /// is `among`.
 pub fn trace_missed(
-    stage: &Stage,
+    frame: &FrameView,
     number: usize,
     among: Among,
     tile: &mut Tile,
     probes: &CellSet,
-    bench: &mut Workbench,
+    scratch: &mut TraceScratch,
 ) {
-    bench.begin_rays();
+    scratch.begin_rays();
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         let traced = status_bits(status, is_traced);
         tile.copies[first / LANES] &= !traced;
         let probed = probes.eight(first);
         for lane in set_bits(probed) {
-            bench.cell_rays.probes[first + lane] += 1;
+            scratch.tally.cells.probes[first + lane] += 1;
         }
-        bench.owners.extend(set_bits(traced | probed).map(|lane| (first + lane) as u32));
+        scratch.owners.extend(set_bits(traced | probed).map(|lane| (first + lane) as u32));
     }
-    if bench.owners.is_empty() {
+    if scratch.owners.is_empty() {
         return;
     }
-    push_rays(stage, number, bench);
-    bench.counts.primary += bench.rays.len() as u64;
-    stage.tracer.closest(&bench.rays, among, Coherence::Coherent, &mut bench.hits);
-    let answers = bench.rays.packets().zip(&bench.hits.packets).zip(bench.owners.chunks(trace::LANES));
+    push_rays(frame, number, scratch);
+    scratch.tally.counts.primary += scratch.rays.len() as u64;
+    frame.tracer.closest(&scratch.rays, among, Coherence::Coherent, &mut scratch.hits);
+    let answers = scratch.rays.packets().zip(&scratch.hits.packets).zip(scratch.owners.chunks(trace::LANES));
     for (((rays, _), hits), owners) in answers {
         for (half, owners) in owners.chunks(LANES).enumerate() {
-            keep(stage, rays, hits, half * LANES, owners, tile);
+            keep(frame, rays, hits, half * LANES, owners, tile);
         }
     }
     // those that were confirmed keep what they know
-    bench.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
-    tile.tags.forget(&bench.owners);
+    scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
+    tile.tags.forget(&scratch.owners);
 }
 
-/// Whether a cell with this status has been traced in this frame, or is to be.
-#[inline]
-pub fn is_traced(status: Status) -> bool {
-    matches!(status, Status::Missed | Status::Obscured | Status::Base)
-}
-
-/// A ray through the centre of each cell in the bench's `owners`.
-fn push_rays(stage: &Stage, number: usize, bench: &mut Workbench) {
-    let grid = &stage.view.grid;
+/// A ray through the centre of each cell in `owners`.
+fn push_rays(frame: &FrameView, number: usize, scratch: &mut TraceScratch) {
+    let grid = &frame.view.grid;
     let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
-    let (eye, far) = (Vec3x8::splat(stage.view.camera.eye), F32x8::splat(f32::INFINITY));
-    for owners in bench.owners.chunks(LANES) {
+    let (eye, far) = (Vec3x8::splat(frame.view.camera.eye), F32x8::splat(f32::INFINITY));
+    for owners in scratch.owners.chunks(LANES) {
         let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
-        let directions = stage.view.directions(x + centre[0], y + centre[1]);
-        bench.rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
+        let directions = frame.view.directions(x + centre[0], y + centre[1]);
+        scratch.rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
     }
 }
 
@@ -88,18 +83,18 @@ fn are_neighbours(cells: &[u32]) -> bool {
 
 /// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
 /// side of the eye.
-fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
+fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
     let direction = Vec3x8::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
     let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
-    let corners = corners_of(stage, models, triangles);
+    let corners = corners_of(frame, models, triangles);
     let mut point = corners.point([F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)]);
-    put_on_ray(stage, direction, [models, triangles], &mut point);
+    put_on_ray(frame, direction, [models, triangles], &mut point);
     let weights = corners.weights_at(point);
     let (normal, facet) = (corners.normal(weights), corners.facet());
-    let behind = seen_from_behind(stage, facet, direction, models);
+    let behind = seen_from_behind(frame, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
-    let (numbers, colors) = reflectance_of(stage, models, triangles, weights);
+    let (numbers, colors) = reflectance_of(frame, models, triangles, weights);
     let colors = half_colors(colors);
     let record = |lane: usize| Record {
         triangle: triangles[lane],
@@ -107,7 +102,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
         facet: facets[lane],
         reflectance: colors[lane],
         lit: Default::default(),
-        traced: stage.rendered,
+        traced: frame.rendered,
         material: numbers[lane],
         flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
     };
@@ -125,7 +120,7 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
             let is_hit = models[lane] != NO_HIT;
             if !is_traced(tile.status[cell]) {
                 let depth = if is_hit { hits.t[from + lane] } else { f32::INFINITY };
-                if confirms(stage, tile, cell, models[lane], depth, &record(lane)) {
+                if confirms(frame, tile, cell, models[lane], depth, &record(lane)) {
                     continue;
                 }
                 tile.make_spare(cell);
@@ -141,13 +136,13 @@ fn keep(stage: &Stage, rays: &RayPacket, hits: &HitPacket, from: usize, owners: 
 }
 
 /// Whether what a ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
-fn confirms(stage: &Stage, tile: &Tile, cell: usize, model: u32, depth: f32, met: &Record) -> bool {
+fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32, met: &Record) -> bool {
     if model == NO_HIT || tile.model[cell] != model {
         return model == NO_HIT && tile.model[cell] == BACKGROUND;
     }
     let server = &tile.record[cell];
-    let offset = stage.offset(tile.point(cell), model);
-    let far = offset.dot(stage.view.camera.forward);
+    let offset = frame.offset(tile.point(cell), model);
+    let far = offset.dot(frame.view.camera.forward);
     server.triangle == met.triangle
         || server.material == met.material
             && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
@@ -156,13 +151,13 @@ fn confirms(stage: &Stage, tile: &Tile, cell: usize, model: u32, depth: f32, met
 
 /// The triangles that eight rays met.
 #[inline(always)]
-fn corners_of(stage: &Stage, models: &[u32], triangles: &[u32]) -> Corners {
+fn corners_of(frame: &FrameView, models: &[u32], triangles: &[u32]) -> Corners {
     if are_same(triangles) && are_same(models) && models[0] != NO_HIT {
-        return Corners::all(mesh_of(stage, models[0]), triangles[0]);
+        return Corners::all(mesh_of(frame, models[0]), triangles[0]);
     }
     let mut corners = Corners::NONE;
     for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-        corners.set(lane, mesh_of(stage, models[lane]), triangles[lane]);
+        corners.set(lane, mesh_of(frame, models[lane]), triangles[lane]);
     }
     corners
 }
@@ -170,24 +165,24 @@ fn corners_of(stage: &Stage, models: &[u32], triangles: &[u32]) -> Corners {
 /// Materials and reflectances of what eight rays met.
 #[inline(always)]
 fn reflectance_of(
-    stage: &Stage,
+    frame: &FrameView,
     models: &[u32],
     triangles: &[u32],
     weights: [F32x8; 2],
 ) -> ([u16; LANES], Vec3x8) {
     let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
     for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-        let (mesh, triangle) = (mesh_of(stage, models[lane]), triangles[lane]);
+        let (mesh, triangle) = (mesh_of(frame, models[lane]), triangles[lane]);
         numbers[lane] = mesh.material_of[triangle as usize];
-        let material = &stage.scene.materials[usize::from(numbers[lane])];
+        let material = &frame.scene.materials[usize::from(numbers[lane])];
         let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
-        colors.set_lane(lane, reflectance(stage.scene, material, uv));
+        colors.set_lane(lane, reflectance(frame.scene, material, uv));
     }
     (numbers, colors)
 }
 
-fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
-    &stage.scene.models[model as usize].mesh
+fn mesh_of<'a>(frame: &FrameView<'a>, model: u32) -> &'a Mesh {
+    &frame.scene.models[model as usize].mesh
 }
 
 /// Mends the points (object space) that lie beside their rays.
@@ -197,18 +192,18 @@ fn mesh_of<'a>(stage: &Stage<'a>, model: u32) -> &'a Mesh {
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
 #[inline(always)]
-fn put_on_ray(stage: &Stage, direction: Vec3x8, [models, triangles]: [&[u32]; 2], point: &mut Vec3x8) {
-    let eye = stage.view.camera.eye;
+fn put_on_ray(frame: &FrameView, direction: Vec3x8, [models, triangles]: [&[u32]; 2], point: &mut Vec3x8) {
+    let eye = frame.view.camera.eye;
     let mut world = *point;
-    for lane in set_bits(stage.displaced_bits(models)) {
-        world.set_lane(lane, stage.transform(models[lane]).point(point.lane(lane)));
+    for lane in set_bits(frame.displaced_bits(models)) {
+        world.set_lane(lane, frame.transform(models[lane]).point(point.lane(lane)));
     }
     let offset = world - Vec3x8::splat(eye);
     let aside = offset.cross(direction);
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
-        let (transform, mesh) = (stage.transform(models[lane]), mesh_of(stage, models[lane]));
+        let (transform, mesh) = (frame.transform(models[lane]), mesh_of(frame, models[lane]));
         let met = meet_exactly(transform, mesh, triangles[lane], eye, direction.lane(lane));
         if let Some(exact) = met {
             point.set_lane(lane, exact);
@@ -218,10 +213,10 @@ fn put_on_ray(stage: &Stage, direction: Vec3x8, [models, triangles]: [&[u32]; 2]
 
 /// Where rays along `direction` see the backs of triangles with these normals (object space).
 #[inline(always)]
-fn seen_from_behind(stage: &Stage, facet: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
+fn seen_from_behind(frame: &FrameView, facet: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
     let mut world = facet;
-    for lane in set_bits(stage.displaced_bits(models)) {
-        world.set_lane(lane, stage.transform(models[lane]).facet(facet.lane(lane)));
+    for lane in set_bits(frame.displaced_bits(models)) {
+        world.set_lane(lane, frame.transform(models[lane]).facet(facet.lane(lane)));
     }
     world.dot(direction).gt(F32x8::ZERO)
 }

@@ -1,45 +1,17 @@
 //! Which rays can meet a model that moved, or one that ever moves: a cheap question before a ray is cast.
 //!
 //! Many rules of the [plan](super::plan) end in "test against what moved". Most segments pass far from all
-//! that moved; a box around each mover tells so without a ray (the paper tests bounding boxes first, too).
-
-use glam::Vec3;
+//! that moved; a box around each of them tells so without a ray (the paper tests bounding boxes first, too).
 
 use super::plan::Plan;
-use super::stage::Stage;
 use crate::geometry::{Bounds, Segments, SweptBox};
-use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::pose::Pose;
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
+use crate::samples::EMPTY;
 use crate::scene::Scene;
 
-/// Boxes at most; with more movers than this, neighbours in the shot's order share one.
+/// Boxes at most; with more models than this, neighbours in the shot's order share one.
 const MOST_BOXES: usize = 16;
-
-/// Around the samples of `tile`: the surfaces, world space, and the directions to the background.
-pub fn bounds_of_samples(stage: &Stage, tile: &Tile) -> [Bounds; 2] {
-    let nothing = [Vec3x8::splat(Vec3::INFINITY), Vec3x8::splat(Vec3::NEG_INFINITY)];
-    let (mut surfaces, mut sky) = (nothing, nothing);
-    let widen = |[low, high]: &mut [Vec3x8; 2], wanted: Mask, offsets: Vec3x8| {
-        *low = low.min(wanted.select3(offsets, *low));
-        *high = high.max(wanted.select3(offsets, *high));
-    };
-    for first in (0..CELLS).step_by(LANES) {
-        let models = &tile.model[first..first + LANES];
-        let offsets = stage.offsets(tile, first);
-        widen(&mut surfaces, Mask::less(models, EMPTY), offsets);
-        let is_sky = Mask::equal(models, BACKGROUND);
-        if is_sky.any() {
-            widen(&mut sky, is_sky, offsets);
-        }
-    }
-    let around = |[low, high]: [Vec3x8; 2], eye: Vec3| {
-        (0..LANES).fold(Bounds::EMPTY, |all, lane| {
-            all.union(Bounds { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
-        })
-    };
-    [around(surfaces, stage.view.camera.eye), around(sky, Vec3::ZERO)]
-}
 
 /// Numbers of models, by their remainders: models that share one are taken for each other.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -65,12 +37,12 @@ impl ModelSet {
 
 /// Boxes around models that move: those that moved since the frame before, at their new place, or all.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Movers {
+pub struct MovedBounds {
     boxes: Vec<Bounds>,
     models: ModelSet,
 }
 
-impl Movers {
+impl MovedBounds {
     /// Of the models that moved since the frame before. `bounds` has one object-space box a model.
     pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
         Self::around_models(scene, bounds, pose, |model| plan.moved[model])
@@ -116,9 +88,10 @@ impl Movers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
-    fn may_meet(movers: &Movers, origin: Vec3, direction: Vec3, far: f32) -> bool {
-        let bits = movers.may_meet(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
+    fn may_meet(moved: &MovedBounds, origin: Vec3, direction: Vec3, far: f32) -> bool {
+        let bits = moved.may_meet(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
         assert!(bits == 0 || bits == u8::MAX);
         bits != 0
     }
@@ -126,10 +99,10 @@ mod tests {
     #[test]
     fn many_movers_share_boxes_and_none_is_lost() {
         let boxes = (0..100).map(|i| Vec3::splat(i as f32)).map(|low| Bounds { low, high: low + 0.5 });
-        let movers = Movers::around(boxes.collect());
-        assert!(movers.boxes.len() <= MOST_BOXES);
+        let moved = MovedBounds::around(boxes.collect());
+        assert!(moved.boxes.len() <= MOST_BOXES);
         for i in 0..100 {
-            assert!(may_meet(&movers, Vec3::splat(i as f32 + 0.25), Vec3::X, 0.1), "{i}");
+            assert!(may_meet(&moved, Vec3::splat(i as f32 + 0.25), Vec3::X, 0.1), "{i}");
         }
     }
 }

@@ -1,0 +1,44 @@
+//! Sets of a tile's cells.
+
+use crate::samples::{CELLS, Status};
+
+/// Cells of a block, which is a packet.
+pub const BLOCK: usize = crate::trace::LANES;
+
+/// Cells of a tile, a bit each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellSet([u16; CELLS / BLOCK]);
+
+impl CellSet {
+    /// All cells.
+    pub const ALL: Self = Self([u16::MAX; CELLS / BLOCK]);
+
+    /// Adds a cell.
+    #[inline(always)]
+    pub fn insert(&mut self, cell: usize) {
+        self.0[cell / BLOCK] |= 1 << (cell % BLOCK);
+    }
+
+    /// Of eight cells from `first` on, those in it, a bit each.
+    #[inline(always)]
+    pub fn eight(&self, first: usize) -> u8 {
+        (self.0[first / BLOCK] >> (first % BLOCK)) as u8
+    }
+
+    /// Whether no cell is in it.
+    pub fn is_empty(&self) -> bool {
+        self.0 == [0; CELLS / BLOCK]
+    }
+}
+
+impl Default for CellSet {
+    fn default() -> Self {
+        Self([0; CELLS / BLOCK])
+    }
+}
+
+/// Whether a cell with this status has been traced in this frame, or is to be.
+#[inline]
+pub fn is_traced(status: Status) -> bool {
+    matches!(status, Status::Missed | Status::Obscured | Status::Base)
+}

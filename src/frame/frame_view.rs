@@ -1,0 +1,119 @@
+//! What every phase of a frame reads.
+
+use glam::Vec3;
+
+use super::bits::{bits_of_models, set_bits};
+use super::moved_bounds::MovedBounds;
+use super::plan::Plan;
+use super::view::View;
+use crate::animation::Transform;
+use crate::geometry::SweptBox;
+use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::layers::Layers;
+use crate::pose::Pose;
+use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
+use crate::scene::Scene;
+use crate::settings::Reuse;
+use crate::shade::phong::Palette;
+use crate::trace::{Among, Tracer};
+
+/// The scene in one frame. Built once a frame; no phase writes to it.
+#[derive(Clone, Copy)]
+pub struct FrameView<'a> {
+    /// What there is.
+    pub scene: &'a Scene,
+    /// Its materials, ready for lighting.
+    pub palette: &'a Palette,
+    /// Where it is.
+    pub pose: &'a Pose,
+    /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
+    pub displaced: &'a [bool],
+    /// How it is seen.
+    pub view: &'a View,
+    /// Where the tags for each light are.
+    pub slots: &'a [TagSlot],
+    /// What changed.
+    pub plan: &'a Plan,
+    /// Boxes around the models that moved since the frame before.
+    pub moved_bounds: &'a MovedBounds,
+    /// Boxes around all models that move in some frame of the shot.
+    pub dynamic_bounds: &'a MovedBounds,
+    /// Who answers rays about it.
+    pub tracer: &'a dyn Tracer,
+    /// Bounces that a ray from the eye may take.
+    pub depth: u32,
+    /// Whether to trace where reprojection would not pay (`--mode auto`).
+    pub chooses: bool,
+    /// Which kept samples serve.
+    pub reuse: Reuse,
+    /// Whether to record where rays beyond the first surface go: for the next frame, should the camera not move then.
+    pub records_paths: bool,
+    /// What is made of the picture beside its colours.
+    pub layers: Layers,
+    /// The frame's number, counted from the renderer's first.
+    pub rendered: u32,
+}
+
+impl<'a> FrameView<'a> {
+    /// The model's place.
+    pub fn transform(&self, model: u32) -> &'a Transform {
+        &self.pose.models[model as usize]
+    }
+
+    /// Whether any layer shows one sample of several for each pixel, the nearest to its centre.
+    pub fn picks_samples(&self) -> bool {
+        self.view.grid.samples > 1 && self.layers.has(Layers::OF_ONE_SAMPLE)
+    }
+
+    /// From the eye to a sample at `point` of `model`: an offset for a surface, a direction for the
+    /// background.
+    #[inline]
+    pub fn offset(&self, point: Vec3, model: u32) -> Vec3 {
+        if model == BACKGROUND {
+            return point;
+        }
+        self.transform(model).point(point) - self.view.camera.eye
+    }
+
+    /// The same for eight cells of `tile`, from `first` on.
+    #[inline(always)]
+    pub fn offsets(&self, tile: &Tile, first: usize) -> Vec3x8 {
+        let models = &tile.model[first..first + LANES];
+        let mut points = tile.points(first);
+        for lane in set_bits(self.displaced_bits(models)) {
+            points.set_lane(lane, self.transform(models[lane]).point(points.lane(lane)));
+        }
+        let background = Mask::equal(models, BACKGROUND);
+        background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
+    }
+
+    /// Of eight samples' models, those whose object space is not world space, a bit each.
+    #[inline(always)]
+    pub fn displaced_bits(&self, models: &[u32]) -> u8 {
+        if self.displaced.is_empty() {
+            return 0;
+        }
+        bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
+    }
+
+    /// What rays from the eye through the cells of tile number `number` may meet.
+    pub fn in_sight(&self, number: usize) -> Among {
+        let ways = SweptBox::fan(self.view.camera.eye, &self.view.directions_of_tile(number));
+        if self.dynamic_bounds.may_meet_sweep(&ways) { Among::All } else { Among::Still }
+    }
+
+    /// Whether the model of a sample moved since the frame before. The background never does.
+    #[inline]
+    pub fn moved(&self, model: u32) -> bool {
+        self.plan.any_moved && model < EMPTY && self.plan.moved[model as usize]
+    }
+
+    /// The same for eight cells, a bit each.
+    #[inline(always)]
+    pub fn moved_bits(&self, models: &[u32]) -> u8 {
+        if !self.plan.any_moved {
+            return 0;
+        }
+        bits_of_models(models, |model| self.moved(model))
+    }
+}

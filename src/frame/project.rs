@@ -1,0 +1,46 @@
+//! Where samples of the frame before are seen in this frame.
+
+use wide::i32x8;
+
+use super::bins::{Projected8, STEPS};
+use super::frame_view::FrameView;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::samples::{BACKGROUND, EMPTY, Spares, Tile};
+
+/// Where eight samples of `tile`, from cell `first` on, are projected to.
+#[inline(always)]
+pub fn project_lanes(frame: &FrameView, tile: &Tile, first: usize) -> Projected8 {
+    project(frame, &tile.model[first..first + LANES], frame.offsets(tile, first))
+}
+
+/// The same for up to eight spare samples.
+pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Projected8 {
+    let mut models = [EMPTY; LANES];
+    let mut offsets = Vec3x8::ZERO;
+    for (lane, spare) in spares.samples[first..].iter().take(LANES).enumerate() {
+        models[lane] = spare.model;
+        offsets.set_lane(lane, frame.offset(spare.point, spare.model));
+    }
+    project(frame, &models, offsets)
+}
+
+/// Where samples at `offsets` from the eye are projected to. The background is infinitely deep.
+#[inline(always)]
+fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
+    let seen = frame.view.project(offsets);
+    let grid = &frame.view.grid;
+    let [is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
+    // no for what is not a number as well
+    let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
+    // before the picture's last cell ends, however it is rounded
+    let steps = |at: F32x8, cells: u32| {
+        let steps = (at * F32x8::splat(STEPS as f32)).to_whole();
+        steps.min(i32x8::splat(cells as i32 * STEPS - 1)).to_array()
+    };
+    Projected8 {
+        which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
+        depth: is_background.select(F32x8::splat(f32::INFINITY), seen.depth),
+        x: steps(seen.x, grid.cells_x),
+        y: steps(seen.y, grid.cells_y),
+    }
+}

@@ -1,0 +1,77 @@
+//! What the cells of a tile show.
+
+use crate::lanes::{F32x8, Vec3x8};
+use crate::samples::{CELLS, Column};
+
+/// Light beyond this is cut, so that no sum of samples is infinite. Half floats end at 65504.
+const MOST_LIGHT: f32 = 1e30;
+
+/// Three columns of a colour. Linear RGB.
+pub type Light = [Column<f32>; 3];
+
+/// What the cells of a tile show, by layer of the picture; their sum is the picture.
+#[derive(Debug)]
+pub struct Radiance {
+    /// Emission, ambient and diffuse light; the background.
+    pub diffuse: Light,
+    /// Highlights. Means nothing where `has_specular` is not set.
+    pub specular: Light,
+    /// In mirrors, and off glass. Means nothing where `has_secondary` is not set.
+    pub reflection: Light,
+    /// Through glass. Means nothing where `has_secondary` is not set.
+    pub refraction: Light,
+    /// Whether any cell has a highlight.
+    pub has_specular: bool,
+    /// Whether any ray goes on from the tile.
+    pub has_secondary: bool,
+}
+
+impl Default for Radiance {
+    fn default() -> Self {
+        let dark = [[0.0; CELLS]; 3];
+        Self {
+            diffuse: dark,
+            specular: dark,
+            reflection: dark,
+            refraction: dark,
+            has_specular: false,
+            has_secondary: false,
+        }
+    }
+}
+
+impl Radiance {
+    /// No highlights and no rays beyond the first surface, for a new tile.
+    pub fn begin_tile(&mut self) {
+        (self.has_specular, self.has_secondary) = (false, false);
+    }
+
+    /// Makes the layer of highlights ready to be written.
+    pub fn open_specular(&mut self) {
+        if !self.has_specular {
+            self.has_specular = true;
+            self.specular = [[0.0; CELLS]; 3];
+        }
+    }
+
+    /// Makes the layers that rays beyond the first surface write ready.
+    pub fn open_secondary(&mut self) {
+        if !self.has_secondary {
+            self.has_secondary = true;
+            (self.reflection, self.refraction) = ([[0.0; CELLS]; 3], [[0.0; CELLS]; 3]);
+        }
+    }
+
+    /// Light is neither negative nor infinite.
+    pub fn cut_secondary(&mut self) {
+        for value in self.reflection.iter_mut().chain(&mut self.refraction).flatten() {
+            *value = value.clamp(0.0, MOST_LIGHT);
+        }
+    }
+}
+
+/// The same for eight samples.
+pub fn cut(light: Vec3x8) -> Vec3x8 {
+    let cut = |light: F32x8| light.max(F32x8::ZERO).min(F32x8::splat(MOST_LIGHT));
+    Vec3x8 { x: cut(light.x), y: cut(light.y), z: cut(light.z) }
+}

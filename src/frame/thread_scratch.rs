@@ -1,0 +1,63 @@
+//! One worker's memory for all phases.
+
+use super::bounce::Bounces;
+use super::filter::Filtering;
+use super::light::Lighting;
+use super::placed::PlacedTile;
+use super::radiance::Radiance;
+use super::serve::Serving;
+use super::trace_scratch::TraceScratch;
+use crate::samples::Tile;
+
+/// Seconds that a worker spent in each phase of its tiles.
+#[derive(Debug, Clone, Copy, Default)]
+#[allow(missing_docs, reason = "the phases, by name")]
+pub struct PhaseSeconds {
+    pub gather: f64,
+    pub verify: f64,
+    pub trace: f64,
+    pub enhance: f64,
+    pub filter: f64,
+}
+
+impl std::ops::AddAssign for PhaseSeconds {
+    fn add_assign(&mut self, other: Self) {
+        self.gather += other.gather;
+        self.verify += other.verify;
+        self.trace += other.trace;
+        self.enhance += other.enhance;
+        self.filter += other.filter;
+    }
+}
+
+/// One worker's memory for the tile at work: kept from tile to tile and from frame to frame, so that the loop
+/// allocates nothing. Each phase is given its own part.
+#[derive(Debug, Default)]
+pub struct ThreadScratch {
+    /// Of the phase that brings samples from the frame before.
+    pub serving: Box<Serving>,
+    /// The tile at work as it was in the frame before.
+    pub before: Option<Box<Tile>>,
+    /// Of all phases that trace rays.
+    pub trace: TraceScratch,
+    /// Of the phase that lights samples.
+    pub lighting: Lighting,
+    /// The tile's surfaces in world space.
+    pub placed: Box<PlacedTile>,
+    /// Of the phase that follows rays beyond the first surface.
+    pub bounces: Bounces,
+    /// What each cell shows in this frame.
+    pub radiance: Box<Radiance>,
+    /// Of the phase that makes pixels.
+    pub filtering: Box<Filtering>,
+    /// Time by phase.
+    pub seconds: PhaseSeconds,
+}
+
+impl ThreadScratch {
+    /// Clears what belongs to a tile.
+    pub fn begin_tile(&mut self) {
+        self.trace.tally.cells.begin_tile();
+        self.placed.begin_tile();
+    }
+}

@@ -1,0 +1,82 @@
+//! Boxes around a tile's samples, and what may come between them and the eye or a light.
+
+use glam::Vec3;
+
+use super::frame_view::FrameView;
+use super::moved_bounds::MovedBounds;
+use crate::geometry::{Bounds, SweptBox};
+use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::pose::{LightPose, LightShape};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
+
+/// Where the samples of a tile are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TileBounds {
+    /// Surfaces, world space.
+    surfaces: Bounds,
+    /// Directions to the background.
+    sky: Bounds,
+}
+
+impl TileBounds {
+    /// Those of `tile`.
+    pub fn samples(frame: &FrameView, tile: &Tile) -> Self {
+        let [surfaces, sky] = bounds_of_samples(frame, tile);
+        Self { surfaces, sky }
+    }
+
+    /// Surfaces alone, world space.
+    pub fn surfaces(surfaces: Bounds) -> Self {
+        Self { surfaces, sky: Bounds::EMPTY }
+    }
+
+    /// Whether anything that moved may be between the eye and any sample. A `false` is certain.
+    pub fn may_be_hidden(&self, frame: &FrameView) -> bool {
+        let Self { surfaces, sky } = self;
+        let eye = frame.view.camera.eye;
+        let hides = |bounds: &Bounds, sweep: SweptBox| {
+            !bounds.is_empty() && frame.moved_bounds.may_meet_sweep(&sweep)
+        };
+        hides(surfaces, SweptBox::between(&Bounds::at(eye), surfaces)) || hides(sky, SweptBox::fan(eye, sky))
+    }
+
+    /// Whether anything in `moved` may be between a light and any surface. A `false` is certain.
+    pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
+        let surfaces = &self.surfaces;
+        let ways = match light.shape {
+            LightShape::Directional { to_light } => SweptBox::along(surfaces, to_light),
+            LightShape::Point { position } | LightShape::Spot { position, .. } => {
+                SweptBox::between(&Bounds::at(position), surfaces)
+            }
+            LightShape::Rectangle { center, across, up, .. } => {
+                SweptBox::between(&Bounds::of_rectangle(center, across, up), surfaces)
+            }
+        };
+        !surfaces.is_empty() && moved.may_meet_sweep(&ways)
+    }
+}
+
+/// Around the samples of `tile`: the surfaces, world space, and the directions to the background.
+fn bounds_of_samples(frame: &FrameView, tile: &Tile) -> [Bounds; 2] {
+    let nothing = [Vec3x8::splat(Vec3::INFINITY), Vec3x8::splat(Vec3::NEG_INFINITY)];
+    let (mut surfaces, mut sky) = (nothing, nothing);
+    let widen = |[low, high]: &mut [Vec3x8; 2], wanted: Mask, offsets: Vec3x8| {
+        *low = low.min(wanted.select3(offsets, *low));
+        *high = high.max(wanted.select3(offsets, *high));
+    };
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let offsets = frame.offsets(tile, first);
+        widen(&mut surfaces, Mask::less(models, EMPTY), offsets);
+        let is_sky = Mask::equal(models, BACKGROUND);
+        if is_sky.any() {
+            widen(&mut sky, is_sky, offsets);
+        }
+    }
+    let around = |[low, high]: [Vec3x8; 2], eye: Vec3| {
+        (0..LANES).fold(Bounds::EMPTY, |all, lane| {
+            all.union(Bounds { low: low.lane(lane) + eye, high: high.lane(lane) + eye })
+        })
+    };
+    [around(surfaces, frame.view.camera.eye), around(sky, Vec3::ZERO)]
+}

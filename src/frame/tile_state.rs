@@ -1,0 +1,128 @@
+//! Clean tiles: while the camera does not move, most tiles show what they showed in the frame before. Each is asked as a
+//! whole whether it still does.
+
+use rayon::prelude::*;
+
+use super::bins::Bins;
+use super::frame_view::FrameView;
+use super::moved_bounds::ModelSet;
+use super::path_bounds::TilePaths;
+use super::plan::LightChange;
+use super::tile_bounds::TileBounds;
+use crate::samples::{EMPTY, SampleStore, Status, Tile};
+
+/// What is kept of a tile from frame to frame while the camera does not move. Nothing, by default.
+#[derive(Debug, Default)]
+pub struct TileState {
+    /// Whether the frame before was seen here: without it, nothing can be said of this one.
+    pub is_known: bool,
+    /// Whether the tile is certain to be what it was in the frame before.
+    pub is_clean: bool,
+    /// Whether it changed in nothing in the frame before, and cast no rays: that frame's film shows it as it is when clean.
+    pub was_clean: bool,
+    /// Whether rays went on from it when it was shown last.
+    pub goes_on: bool,
+    /// Where they went, if that was noted.
+    pub paths: Option<TilePaths>,
+    /// Whether they are certain to bring what they brought.
+    pub are_paths_clean: bool,
+    /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
+    pub bounds: Option<TileBounds>,
+    /// Forgotten when it is not true any more.
+    pub content: Option<Content>,
+}
+
+impl TileState {
+    /// Whether the tile may have samples of a model that moved. A `false` is certain.
+    pub fn may_have_moved(&self, frame: &FrameView) -> bool {
+        self.content.as_ref().is_none_or(|content| content.may_have_moved(frame))
+    }
+
+    /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
+    /// change.
+    pub fn shows_samples(&self) -> bool {
+        self.is_known && (!self.goes_on || self.are_paths_clean)
+    }
+
+    /// Whether the film, if it is that of the frame before, shows the tile's colours as they are.
+    pub fn is_film_clean(&self) -> bool {
+        self.is_clean && self.shows_samples()
+    }
+}
+
+/// Finds the clean tiles, when the samples of models that moved have been taken out of `store` and put on the lists
+/// of the tiles that they fall into. The camera must not have moved.
+pub fn find_clean(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
+    let lights_are_clean = frame.plan.lights.iter().all(|light| *light == LightChange::None);
+    states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
+        let is_out_of_reach = !frame.plan.any_moved || {
+            let bounds = state.bounds.take();
+            let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds));
+            content.is_out_of_reach(frame) && !bins.any(number)
+        };
+        state.is_clean = state.is_known && lights_are_clean && is_out_of_reach;
+        let is_out_of_reach = |paths: &TilePaths| paths.is_out_of_reach(frame);
+        state.are_paths_clean =
+            lights_are_clean && (!frame.plan.any_moved || state.paths.as_ref().is_some_and(is_out_of_reach));
+    });
+}
+
+/// What is known of a tile as long as its samples stay as they are, in place and in light.
+#[derive(Debug)]
+pub struct Content {
+    pub bounds: TileBounds,
+    models: ModelSet,
+    /// Whether some cell has no sample, or some tag is in doubt whenever anything moves: see
+    /// [`Tags::any_doubtful`](crate::samples::Tags).
+    is_doubtful: bool,
+}
+
+impl Content {
+    /// Of a tile as it stands, all samples of which are within `bounds`, if that is known.
+    fn of(frame: &FrameView, tile: &Tile, bounds: Option<TileBounds>) -> Self {
+        let any_doubtful = || frame.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
+        Self {
+            bounds: bounds.unwrap_or_else(|| TileBounds::samples(frame, tile)),
+            models: ModelSet::of(&tile.model),
+            is_doubtful: has_gaps(tile) || any_doubtful(),
+        }
+    }
+
+    /// Whether any sample may be of a model that moved. A `false` is certain.
+    fn may_have_moved(&self, frame: &FrameView) -> bool {
+        self.models.may_share(frame.moved_bounds.models())
+    }
+
+    /// Whether nothing that moved may hide a sample or change its light.
+    fn is_out_of_reach(&self, frame: &FrameView) -> bool {
+        let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, light);
+        !self.is_doubtful
+            && !self.may_have_moved(frame)
+            && !self.bounds.may_be_hidden(frame)
+            && !frame.pose.lights.iter().any(may_be_in_shadow)
+    }
+}
+
+/// Whether some cell has no sample: not whether one was missed in the frame before, and traced.
+fn has_gaps(tile: &Tile) -> bool {
+    let cells = tile.status.iter().zip(&tile.model);
+    cells.fold(false, |any, (status, model)| any | ((*model == EMPTY) & (*status != Status::Outside)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::TagLayout;
+
+    #[test]
+    fn a_gap_is_a_cell_without_a_sample() {
+        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        (tile.model, tile.status) = ([0; _], [Status::Good; _]);
+        tile.status[5] = Status::Missed;
+        assert!(!has_gaps(&tile), "it was traced in the frame before");
+        (tile.model[7], tile.status[7]) = (EMPTY, Status::Outside);
+        assert!(!has_gaps(&tile), "beyond the picture");
+        tile.clear(9, Status::Missed);
+        assert!(has_gaps(&tile));
+    }
+}
