@@ -30,8 +30,11 @@ test: setup ## run all tests
 	fi
 
 # `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
-bench: setup ## benchmark each kind of shot and each phase
+CHAINS ?= $(filter --quick,$(SHOTS))
+
+bench: setup ## benchmark each kind of shot, long chains and each phase
 	$(CARGO) bench --locked --bench shots -- $(SHOTS)
+	$(CARGO) bench --locked --bench shots -- chains $(CHAINS)
 	$(CARGO) bench --locked --bench phases
 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.

@@ -44,7 +44,7 @@ const ZOOM: f64 = 0.01;
 const CUT: f64 = 2.4;
 
 /// Vertical field of view, degrees.
-const FOV: f64 = 40.0;
+pub const FOV: f64 = 40.0;
 
 /// Point lights that a shot file has; a measurement takes as many of them as it wants. After them comes one
 /// panel, in the place of the first: the soft light.
@@ -148,17 +148,25 @@ impl Kind {
 /// The shot file of all kinds at `place`, `frames` frames each, `samples` along a pixel's edge. `object` is
 /// the OBJ of what moves alone: a sphere of radius 1.
 pub fn shot_file(place: &Place, object: &str, frames: u32) -> String {
-    let mut text = String::from(
-        "[render]\nfilter = \"box\"\n[background]\ncolor = [0.2, 0.25, 0.3]\n[ambient]\ncolor = [0.25, 0.25, 0.25]\n[camera]\n",
-    );
+    let mut text = String::from(HEAD);
     camera_keys(&mut text, place, frames);
     models(&mut text, place, object, frames);
-    for light in 0..MOST_LIGHTS {
-        light_keys(&mut text, place, light, frames, None);
-    }
-    light_keys(&mut text, place, 0, frames, Some(place.panel));
+    lights(&mut text, place, frames);
     text
 }
+
+/// The same without the object, with nothing that moves.
+pub fn still_file(place: &Place) -> String {
+    let mut text = String::from(HEAD);
+    camera_keys(&mut text, place, 1);
+    writeln!(text, "[[model]]\nobj = {:?}", place.obj).expect(TAKES_ALL);
+    lights(&mut text, place, 0);
+    text
+}
+
+/// Of a shot file, up to the camera's keys.
+const HEAD: &str = "[render]\nfilter = \"box\"\n[background]\ncolor = [0.2, 0.25, 0.3]\n\
+                    [ambient]\ncolor = [0.25, 0.25, 0.25]\n[camera]\n";
 
 /// All frames of all kinds, each with the number of steps from its kind's first.
 fn all_frames(frames: u32) -> impl Iterator<Item = (Kind, i32, u32)> {
@@ -200,6 +208,14 @@ fn models(text: &mut String, place: &Place, object: &str, frames: u32) {
         let at = list(from + DVec3::new(0.01, 0.004, 0.0) * distance * steps);
         writeln!(text, "[[model.key]]\nframe = {frame}\ntranslate = {at}").expect(TAKES_ALL);
     }
+}
+
+/// All point lights, and the panel.
+fn lights(text: &mut String, place: &Place, frames: u32) {
+    for light in 0..MOST_LIGHTS {
+        light_keys(text, place, light, frames, None);
+    }
+    light_keys(text, place, 0, frames, Some(place.panel));
 }
 
 /// A point light, or, with a width and a height, a panel that faces the camera's target.

@@ -5,7 +5,9 @@
 //! numbers of two runs mean little. docs/performance.md has the tables.
 
 mod bare;
+mod chains;
 mod contest;
+mod flows;
 mod glass;
 mod growth;
 mod kinds;
@@ -21,6 +23,7 @@ use std::process::ExitCode;
 use afterimage::layers::Layers;
 use clap::{Parser, ValueEnum};
 
+use flows::Flow;
 use kinds::{Kind, Lights};
 use places::SceneName;
 
@@ -32,13 +35,21 @@ pub struct Arguments {
     #[arg(value_enum, default_value = "shots")]
     subject: Subject,
 
-    /// Scenes [default: all]
+    /// Scenes [default: all; of chains all but the sphere]
     #[arg(long, value_enum, value_delimiter = ',')]
     scenes: Vec<SceneName>,
 
     /// Kinds of shots [default: all with one light and one sample, some with more]
     #[arg(long, value_enum, value_delimiter = ',')]
     kinds: Vec<Kind>,
+
+    /// Camera moves of chains [default: all with one light, 1x1 and 2x2 samples, some with others]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    flows: Vec<Flow>,
+
+    /// Chains up to frame 300
+    #[arg(long)]
+    long: bool,
 
     /// Numbers of point lights, up to 32; `soft` is one panel, with 16 shadow rays a sample [default: 1, and
     /// others for some kinds]
@@ -53,11 +64,11 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16))]
     samples: Vec<u32>,
 
-    /// What is made beside `R G B A`: as the program's option of this name
-    #[arg(long, default_value = "all", value_parser = Layers::parse)]
-    layers: Layers,
+    /// What is made beside `R G B A`: as the program's option of this name [default: all; of chains none]
+    #[arg(long, value_parser = Layers::parse)]
+    layers: Option<Layers>,
 
-    /// Pixels [default: 1280x720; with --quick 640x360]
+    /// Pixels [default: 1280x720, of chains 640x360; with --quick half as wide and high]
     #[arg(long, value_parser = size, value_name = "WxH")]
     size: Option<[u32; 2]>,
 
@@ -90,13 +101,21 @@ enum Subject {
     /// How cost grows with triangles (up to --triangles, or 30 million), pixels, frames, lights and threads; takes
     /// the size, frames, rounds and layers
     Growth,
+    /// What long chains of inferred frames trace anew and cost at frames 24, 96 and, with --long, 300, beside the
+    /// paper's rule; takes the scenes, flows, lights, samples, layers, size and the first depth
+    Chains,
     /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
 
 impl Arguments {
     fn size(&self) -> [u32; 2] {
-        self.size.unwrap_or(if self.quick { [640, 360] } else { [1280, 720] })
+        let [width, height] = if self.subject == Subject::Chains { [640, 360] } else { [1280, 720] };
+        self.size.unwrap_or(if self.quick { [width / 2, height / 2] } else { [width, height] })
+    }
+
+    fn layers(&self) -> Layers {
+        self.layers.unwrap_or(if self.subject == Subject::Chains { Layers::NONE } else { Layers::ALL })
     }
 
     fn frames(&self) -> u32 {
@@ -142,6 +161,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     match arguments.subject {
         Subject::Shots => suite::run(arguments),
         Subject::Growth => growth::run(arguments),
+        Subject::Chains => chains::run(arguments),
         Subject::Glass => glass::run(arguments),
     }
 }

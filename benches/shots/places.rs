@@ -30,6 +30,8 @@ pub struct Place {
     pub target: DVec3,
     /// Where eye and target get to in [`super::kinds::DOLLY_FRAMES`] frames.
     pub dolly: [DVec3; 2],
+    /// World units that the camera of a chain travels in a frame; [`super::flows`] has the length of its way.
+    pub stride: f64,
     /// The first light is here; the others are within `light_spread` of it.
     pub light: DVec3,
     pub light_spread: DVec3,
@@ -88,6 +90,7 @@ fn city() -> Place {
         eye: DVec3::new(-16.0, 63.0, 165.0),
         target: DVec3::new(4.0, 48.0, 0.0),
         dolly: [DVec3::new(-8.0, 53.0, 151.0), DVec3::new(1.5, 47.5, 0.0)],
+        stride: 0.4,
         light: DVec3::new(-70.0, 150.0, 90.0),
         panel: [40.0, 40.0],
         panel_target: DVec3::new(4.0, 20.0, 0.0),
@@ -104,6 +107,7 @@ fn kitchen(obj: PathBuf) -> Place {
         eye: DVec3::new(1.211, 1.80475, 3.85239),
         target: DVec3::new(0.335, 1.72, 2.056),
         dolly: [DVec3::new(0.95, 1.75, 3.3), DVec3::new(0.0, 1.6, 1.5)],
+        stride: 0.015,
         light: DVec3::new(0.3, 2.3, 1.2),
         panel: [1.0, 0.6],
         panel_target: DVec3::new(0.3, 0.0, 1.2),
@@ -121,6 +125,7 @@ fn warehouse(obj: PathBuf) -> Place {
         eye: DVec3::new(-150.0, 170.0, 420.0),
         target: DVec3::new(1000.0, 100.0, 380.0),
         dolly: [DVec3::new(20.0, 150.0, 400.0), DVec3::new(1000.0, 80.0, 300.0)],
+        stride: 3.0,
         light: DVec3::new(900.0, 700.0, 500.0),
         panel: [300.0, 200.0],
         panel_target: DVec3::new(900.0, 0.0, 400.0),
@@ -138,6 +143,7 @@ pub fn rippled_sphere(obj: PathBuf) -> Place {
         eye: DVec3::new(0.3, 0.8, 2.0),
         target: DVec3::ZERO,
         dolly: [DVec3::new(0.1, 0.6, 1.8), DVec3::ZERO],
+        stride: 0.006,
         light: DVec3::new(2.0, 3.0, 2.5),
         panel: [1.5, 1.5],
         panel_target: DVec3::ZERO,

@@ -136,5 +136,5 @@ pub fn load(place: &Place, arguments: &Arguments) -> Result<(Scene, Settings), B
     std::fs::write(&path, text)?;
     let shot = scene::load(Path::new(&path), false)?;
     let [width, height] = arguments.size();
-    Ok((shot.scene, Settings { width, height, samples: 1, layers: arguments.layers, ..shot.settings }))
+    Ok((shot.scene, Settings { width, height, samples: 1, layers: arguments.layers(), ..shot.settings }))
 }

@@ -103,21 +103,28 @@ impl Circumstances {
     /// As they are now.
     pub fn now(arguments: &Arguments) -> Self {
         let (size, frames, rounds) = (arguments.size(), arguments.frames(), arguments.rounds());
-        let layers = arguments.layers;
+        let layers = arguments.layers();
         let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
         let load_before = load.split(' ').next().and_then(|load| load.parse().ok()).unwrap_or(0.0);
         let threads = rayon::current_num_threads();
         Self { processor: processor(), threads, load_before, size, frames, rounds, layers }
     }
 
-    /// For the line above a table.
+    /// For the first line above a table.
+    pub fn machine(&self) -> String {
+        let Self { processor, threads, load_before, .. } = self;
+        format!("{processor}, {threads} threads; load before the start: {load_before}")
+    }
+
+    /// For the lines above a table of shots.
     pub fn text(&self) -> String {
-        let Self { processor, threads, load_before, size: [width, height], frames, rounds, layers } = self;
+        let Self { size: [width, height], frames, rounds, layers, .. } = self;
         let layers: Vec<&str> = ["R G B A"].into_iter().chain(layers.names()).collect();
         format!(
-            "{processor}, {threads} threads; load before the start: {load_before}\n\
+            "{}\n\
              {width}x{height}; each number is the mean of {} frames, each of which counts as in the fastest \
              of {rounds} rounds; layers: {}",
+            self.machine(),
             frames - 1,
             layers.join(", ")
         )
