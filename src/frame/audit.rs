@@ -17,6 +17,7 @@
 //! [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::bits::{set_bits, surface_bits};
 use super::candidates::REACH;
@@ -30,7 +31,7 @@ use super::plan::ShadowCheck;
 use super::shadow::ShadowQueue;
 use super::sight::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, Tag, Tile, full_color};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
 use crate::shade::light::{Aim, arrival};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
@@ -102,8 +103,19 @@ impl Sample {
     }
 }
 
+/// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
+/// the samples do; empty if it is known not to.
+pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> AuditCounts {
+    let tiles = store.tiles.par_iter().enumerate();
+    let audit = tiles.map(|(number, tile)| audit(frame, number, tile, differs));
+    audit.reduce(AuditCounts::default, |mut a, b| {
+        a += b;
+        a
+    })
+}
+
 /// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film_audit`].
-pub fn audit(stage: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
+fn audit(stage: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);

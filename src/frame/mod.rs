@@ -68,6 +68,7 @@ use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
+use audit::audit_tiles;
 use bins::Bins;
 use estimate::{Estimate, estimate};
 use frame_view::FrameView;
@@ -79,7 +80,7 @@ use plan::{CameraChange, Plan};
 pub use spoil::Spoil;
 use stay::Detached;
 use tile_state::TileState;
-use tiles::{FrameBuffers, Reused, Start, audit_tiles, run_tiles};
+use tiles::{FrameBuffers, Reused, Start, run_tiles};
 use view::View;
 
 /// Renders the frames of a shot, one after the other.

@@ -215,6 +215,9 @@ impl Serving {
     /// Cells at edges that are served: their targets are to be probed.
     pub fn probes(&self, extent: Extent, tile: &Tile) -> CellSet {
         let mut probes = CellSet::default();
+        if self.candidates.len() == 0 {
+            return probes;
+        }
         for cell in cells(extent) {
             if self.edges.has(around(cell)) && tile.status[cell].is_reused() {
                 probes.insert(cell);

@@ -20,11 +20,11 @@ use super::stay::{self, Detached};
 use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
 use super::window::{Window, cut};
-use super::{audit, enhance, light, reproject, trace_missed, verify};
+use super::{enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
 use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::{Filter, Reuse, Settings};
-use crate::stats::{AuditCounts, RayCounts, SampleCounts, Seconds};
+use crate::stats::{RayCounts, SampleCounts, Seconds};
 
 /// The samples of the frame before, as far as this frame reuses them.
 pub enum Reused<'c> {
@@ -315,17 +315,6 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
         .reduce(TileSum::default, TileSum::plus)
 }
 
-/// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
-/// the samples do; empty if it is known not to.
-pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> AuditCounts {
-    let tiles = store.tiles.par_iter().enumerate();
-    let audit = tiles.map(|(number, tile)| audit::audit(frame, number, tile, differs));
-    audit.reduce(AuditCounts::default, |mut a, b| {
-        a += b;
-        a
-    })
-}
-
 /// One tile of one frame, from the samples of the frame before to what its cells show, as far as the film does not
 /// show that already.
 fn infer_tile(
@@ -428,7 +417,7 @@ fn update_samples(
                 None => break,
             }
         }
-        if matches!(reused, Reused::Projected(..)) && frame.reuse == Reuse::Target {
+        if frame.reuse == Reuse::Target {
             let extent = frame.view.grid.extent_of(number);
             probes = serving.probes(extent, tile);
         }
