@@ -6,18 +6,20 @@ use glam::Vec3;
 
 use super::bits::set_bits;
 use super::frame_view::FrameView;
+use super::lighting::{Places, add_light};
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::plan::ShadowCheck;
 use super::radiance::Radiance;
 use super::ray_tally::RayTally;
 use super::shadow::{ShadowQueue, facing};
+use super::surface::{Hits8, place};
 use super::trace_scratch::TraceScratch;
-use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{Aim, arrival, arrivals, way};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::surface::{Corners, off_surfaces, reflectance, uv_at};
+use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Among, Coherence, HitBatch, HitPacket, NO_HIT};
 
@@ -163,34 +165,28 @@ fn record_paths(frame: &FrameView, bounces: &mut Bounces, hits: &HitBatch) {
 
 /// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
 fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
-    let is_hit = |lane: &usize| hits.model[from + lane] != NO_HIT;
-    let mesh = |lane: usize| &frame.scene.models[hits.model[from + lane] as usize].mesh;
-    let mut corners = Corners::NONE;
-    for lane in (0..bounces.len()).filter(is_hit) {
-        corners.set(lane, mesh(lane), hits.triangle[from + lane]);
-    }
-    let weights = [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)];
-    let (point, normal, facet) = (corners.point(weights), corners.normal(weights), corners.facet());
-    for lane in (0..bounces.len()).filter(is_hit) {
-        let (transform, triangle) = (frame.transform(hits.model[from + lane]), hits.triangle[from + lane]);
-        let material = mesh(lane).material_of[triangle as usize];
-        let facet = transform.normal(facet.lane(lane));
-        let from_behind = facet.dot(bounces[lane].direction) > 0.0;
+    let hits = Hits8::of(hits, from);
+    let corners = hits.corners(frame);
+    let (mut point, mut normal, mut facet) =
+        (corners.point(hits.weights), corners.normal(hits.weights), corners.facet());
+    place(frame, hits.models, [&mut point, &mut normal, &mut facet]);
+    let (materials, reflectances) = hits.reflectances(frame, hits.weights);
+    for (lane, bounce) in bounces.iter().enumerate().filter(|(lane, _)| hits.is_hit(*lane)) {
+        let from_behind = facet.lane(lane).dot(bounce.direction) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
-        let uv = || uv_at(mesh(lane), triangle, weights.map(|weight| weight.lane(lane)));
         let surface = Surface {
-            point: transform.point(point.lane(lane)),
-            normal: transform.normal(normal.lane(lane)) * side,
-            facet: facet * side,
-            reflectance: reflectance(frame.scene, &frame.scene.materials[usize::from(material)], uv),
-            material,
+            point: point.lane(lane),
+            normal: normal.lane(lane) * side,
+            facet: facet.lane(lane) * side,
+            reflectance: reflectances.lane(lane),
+            material: materials[lane],
             from_behind,
         };
-        met.push(Met { bounce: bounces[lane], surface, light: Vec3::ZERO });
+        met.push(Met { bounce: *bounce, surface, light: Vec3::ZERO });
     }
 }
 
-/// Eight of the surfaces that were met, side by side. F32x8 without one repeat the first.
+/// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
 #[derive(Debug)]
 struct MetLanes {
     point: Vec3x8,
@@ -199,7 +195,9 @@ struct MetLanes {
     reflectance: Vec3x8,
     view: Vec3x8,
     materials: [u16; LANES],
-    /// F32x8 in use.
+    /// What they show, as far as it is summed.
+    light: Vec3x8,
+    /// Lanes in use.
     used: u8,
 }
 
@@ -218,6 +216,7 @@ impl MetLanes {
             reflectance: each(|met| met.surface.reflectance),
             view: each(|met| -met.bounce.direction),
             materials: std::array::from_fn(|lane| at(lane).surface.material),
+            light: Vec3x8::ZERO,
             used: u8::MAX >> (LANES - met.len()),
         }
     }
@@ -227,13 +226,15 @@ impl MetLanes {
 fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
-    for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
-        let light = frame.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
-        met.iter_mut().enumerate().for_each(|(lane, met)| met.light = light.lane(lane));
+    for eight in &mut bounces.eights {
+        eight.light = frame.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
     }
     for light in &frame.pose.lights {
         ask_light(frame, light, bounces, tally);
         shine(frame, light, bounces);
+    }
+    for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
+        met.iter_mut().enumerate().for_each(|(lane, met)| met.light = eight.light.lane(lane));
     }
 }
 
@@ -282,25 +283,23 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
 
 /// Adds the light of those points of `light` that reach what was met.
 fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
-    let eights = bounces.met.chunks_mut(LANES).zip(&bounces.eights).zip(bounces.lit.chunks(LANES));
-    for ((met, eight), lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
-        let (gloss, aim) = (frame.palette.gloss(&eight.materials), Aim::at(light, eight.point));
+    let eights = bounces.eights.iter_mut().zip(bounces.lit.chunks(LANES));
+    for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
+        let gloss = frame.palette.gloss(&eight.materials);
         let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
-        for point in 0..light.shape.points() {
-            let reached =
-                lit.iter().enumerate().fold(0, |bits, (lane, lit)| bits | ((lit >> point & 1) as u8) << lane);
-            if reached == 0 {
-                continue;
+        let mut points = [0; LANES];
+        points[..lit.len()].copy_from_slice(lit);
+        let places = Places { point: eight.point, pattern: eight.point };
+        let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
+        eight.light = add_light(eight.light, light, places, reached, |arrival| {
+            let diffuse = phong::diffuse(albedo, eight.normal, arrival);
+            if !may_shine {
+                return diffuse;
             }
-            let arrival = arrival(light, point, &aim, eight.point);
-            let mut sum = phong::diffuse(albedo, eight.normal, &arrival);
-            if may_shine {
-                sum = sum + phong::specular(&gloss, eight.normal, eight.view, &arrival);
-            }
-            set_bits(reached).for_each(|lane| met[lane].light += sum.lane(lane));
-        }
+            diffuse + phong::specular(&gloss, eight.normal, eight.view, arrival)
+        });
     }
 }
 

@@ -4,12 +4,13 @@
 use super::bits::{set_bits, surface_bits};
 use super::bounce::{self, Bounces};
 use super::frame_view::FrameView;
+use super::lighting::{Places, add_light};
 use super::placed::{Placed, PlacedTile};
 use super::radiance::{Light, Radiance, cut};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile, full_color};
-use crate::shade::light::{Aim, arrival, way};
+use crate::shade::light::{Arrival, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
@@ -107,15 +108,10 @@ fn highlights(
         if !phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach()) {
             continue;
         }
-        let aim = Aim::at(light, tile.points(first));
-        for point in 0..light.shape.points() {
-            let lit = tile.tags.lit(*slot, point, first) & is_surface;
-            if lit.any() {
-                let arrival = arrival(light, point, &aim, placed.point);
-                let highlight = phong::specular(gloss, placed.normal, -incoming, &arrival);
-                sum = sum + lit.select3(highlight, Vec3x8::ZERO);
-            }
-        }
+        let places = Places { point: placed.point, pattern: tile.points(first) };
+        let reached = |point| tile.tags.lit(*slot, point, first) & is_surface;
+        let shade = |arrival: &Arrival| phong::specular(gloss, placed.normal, -incoming, arrival);
+        sum = add_light(sum, light, places, reached, shade);
     }
     sum
 }

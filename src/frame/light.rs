@@ -3,6 +3,7 @@
 
 use super::bits::{count_bits, set_bits, status_bits, surface_bits};
 use super::frame_view::FrameView;
+use super::lighting::{Places, add_light};
 use super::placed::{Placed, PlacedTile};
 use super::plan::{LightChange, ShadowCheck};
 use super::ray_tally::RayTally;
@@ -289,15 +290,10 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let albedo = frame.palette.albedo(&materials, reflectance);
     let mut sum = frame.palette.emitted_and_ambient(&materials, reflectance);
     for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
-        let aim = Aim::at(light, tile.points(first));
-        for point in 0..light.shape.points() {
-            let lit = tile.tags.lit(*slot, point, first);
-            if lit.any() {
-                let arrival = arrival(light, point, &aim, placed.point);
-                let diffuse = phong::diffuse(albedo, placed.normal, &arrival);
-                sum = sum + lit.select3(diffuse, Vec3x8::ZERO);
-            }
-        }
+        let places = Places { point: placed.point, pattern: tile.points(first) };
+        let reached = |point| tile.tags.lit(*slot, point, first);
+        sum =
+            add_light(sum, light, places, reached, |arrival| phong::diffuse(albedo, placed.normal, arrival));
     }
     sum
 }

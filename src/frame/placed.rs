@@ -1,7 +1,7 @@
 //! Samples in world space.
 
-use super::bits::set_bits;
 use super::frame_view::FrameView;
+use super::surface::place;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
 
@@ -28,13 +28,8 @@ impl Placed {
         // flat meshes: one vector is both
         let normal = if normals == facets { facet } else { Octahedral::unfold_lanes(normals) };
         let mut placed = Self { point, normal, facet };
-        let models = &tile.model[first..first + LANES];
-        for lane in set_bits(frame.displaced_bits(models)) {
-            let transform = frame.transform(models[lane]);
-            placed.point.set_lane(lane, transform.point(point.lane(lane)));
-            placed.normal.set_lane(lane, transform.normal(normal.lane(lane)));
-            placed.facet.set_lane(lane, transform.normal(facet.lane(lane)));
-        }
+        let Self { point, normal, facet } = &mut placed;
+        place(frame, &tile.model[first..first + LANES], [point, normal, facet]);
         placed
     }
 }

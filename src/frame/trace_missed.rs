@@ -4,11 +4,11 @@ use super::bits::{set_bits, status_bits};
 use super::cells::{CellSet, is_traced};
 use super::edges::DEPTH_STEP;
 use super::frame_view::FrameView;
+use super::surface::Hits8;
 use super::trace_scratch::TraceScratch;
-use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
-use crate::scene::Mesh;
-use crate::shade::surface::{Corners, meet_exactly, reflectance, uv_at};
+use crate::shade::surface::meet_exactly;
 use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
@@ -85,16 +85,17 @@ fn are_neighbours(cells: &[u32]) -> bool {
 /// side of the eye.
 fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
     let direction = Vec3x8::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
-    let (models, triangles) = (&hits.model[from..from + LANES], &hits.triangle[from..from + LANES]);
-    let corners = corners_of(frame, models, triangles);
-    let mut point = corners.point([F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)]);
-    put_on_ray(frame, direction, [models, triangles], &mut point);
+    let met = Hits8::of(hits, from);
+    let Hits8 { models, triangles, .. } = met;
+    let corners = met.corners(frame);
+    let mut point = corners.point(met.weights);
+    put_on_ray(frame, direction, &met, &mut point);
     let weights = corners.weights_at(point);
     let (normal, facet) = (corners.normal(weights), corners.facet());
     let behind = seen_from_behind(frame, facet, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
-    let (numbers, colors) = reflectance_of(frame, models, triangles, weights);
+    let (numbers, colors) = met.reflectances(frame, weights);
     let colors = half_colors(colors);
     let record = |lane: usize| Record {
         triangle: triangles[lane],
@@ -149,42 +150,6 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
             && server.normal.is_near(met.normal)
 }
 
-/// The triangles that eight rays met.
-#[inline(always)]
-fn corners_of(frame: &FrameView, models: &[u32], triangles: &[u32]) -> Corners {
-    if are_same(triangles) && are_same(models) && models[0] != NO_HIT {
-        return Corners::all(mesh_of(frame, models[0]), triangles[0]);
-    }
-    let mut corners = Corners::NONE;
-    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-        corners.set(lane, mesh_of(frame, models[lane]), triangles[lane]);
-    }
-    corners
-}
-
-/// Materials and reflectances of what eight rays met.
-#[inline(always)]
-fn reflectance_of(
-    frame: &FrameView,
-    models: &[u32],
-    triangles: &[u32],
-    weights: [F32x8; 2],
-) -> ([u16; LANES], Vec3x8) {
-    let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
-    for lane in (0..LANES).filter(|lane| models[*lane] != NO_HIT) {
-        let (mesh, triangle) = (mesh_of(frame, models[lane]), triangles[lane]);
-        numbers[lane] = mesh.material_of[triangle as usize];
-        let material = &frame.scene.materials[usize::from(numbers[lane])];
-        let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
-        colors.set_lane(lane, reflectance(frame.scene, material, uv));
-    }
-    (numbers, colors)
-}
-
-fn mesh_of<'a>(frame: &FrameView<'a>, model: u32) -> &'a Mesh {
-    &frame.scene.models[model as usize].mesh
-}
-
 /// Mends the points (object space) that lie beside their rays.
 ///
 /// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
@@ -192,7 +157,8 @@ fn mesh_of<'a>(frame: &FrameView<'a>, model: u32) -> &'a Mesh {
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
 #[inline(always)]
-fn put_on_ray(frame: &FrameView, direction: Vec3x8, [models, triangles]: [&[u32]; 2], point: &mut Vec3x8) {
+fn put_on_ray(frame: &FrameView, direction: Vec3x8, met: &Hits8, point: &mut Vec3x8) {
+    let models = met.models;
     let eye = frame.view.camera.eye;
     let mut world = *point;
     for lane in set_bits(frame.displaced_bits(models)) {
@@ -203,9 +169,9 @@ fn put_on_ray(frame: &FrameView, direction: Vec3x8, [models, triangles]: [&[u32]
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
-        let (transform, mesh) = (frame.transform(models[lane]), mesh_of(frame, models[lane]));
-        let met = meet_exactly(transform, mesh, triangles[lane], eye, direction.lane(lane));
-        if let Some(exact) = met {
+        let (transform, mesh) = (frame.transform(models[lane]), met.mesh(frame, lane));
+        let exact = meet_exactly(transform, mesh, met.triangles[lane], eye, direction.lane(lane));
+        if let Some(exact) = exact {
             point.set_lane(lane, exact);
         }
     }

@@ -1,0 +1,82 @@
+//! What rays met, as surfaces: eight hits at a time.
+
+use super::bits::set_bits;
+use super::frame_view::FrameView;
+use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
+use crate::scene::Mesh;
+use crate::shade::surface::{Corners, reflectance, uv_at};
+use crate::trace::{HitPacket, NO_HIT};
+
+/// Eight hits. What is said of a lane without one means nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Hits8<'a> {
+    /// [`NO_HIT`] where nothing was met.
+    pub models: &'a [u32],
+    /// Of the models' meshes.
+    pub triangles: &'a [u32],
+    /// Barycentric weights of the second and third corner, as the tracer rounds them.
+    pub weights: [F32x8; 2],
+}
+
+impl<'a> Hits8<'a> {
+    /// Those from lane `from` of a packet on.
+    #[inline(always)]
+    pub fn of(hits: &'a HitPacket, from: usize) -> Self {
+        Self {
+            models: &hits.model[from..from + LANES],
+            triangles: &hits.triangle[from..from + LANES],
+            weights: [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)],
+        }
+    }
+
+    /// Whether something was met in a lane.
+    #[inline(always)]
+    pub fn is_hit(&self, lane: usize) -> bool {
+        self.models[lane] != NO_HIT
+    }
+
+    /// The mesh that was met in a lane, which must have a hit.
+    #[inline(always)]
+    pub fn mesh<'s>(&self, frame: &FrameView<'s>, lane: usize) -> &'s Mesh {
+        &frame.scene.models[self.models[lane] as usize].mesh
+    }
+
+    /// The triangles that were met.
+    #[inline(always)]
+    pub fn corners(&self, frame: &FrameView) -> Corners {
+        if are_same(self.triangles) && are_same(self.models) && self.is_hit(0) {
+            return Corners::all(self.mesh(frame, 0), self.triangles[0]);
+        }
+        let mut corners = Corners::NONE;
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            corners.set(lane, self.mesh(frame, lane), self.triangles[lane]);
+        }
+        corners
+    }
+
+    /// Materials, and reflectances at the points with these barycentric `weights`.
+    #[inline(always)]
+    pub fn reflectances(&self, frame: &FrameView, weights: [F32x8; 2]) -> ([u16; LANES], Vec3x8) {
+        let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane]);
+            numbers[lane] = mesh.material_of[triangle as usize];
+            let material = &frame.scene.materials[usize::from(numbers[lane])];
+            let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
+            colors.set_lane(lane, reflectance(frame.scene, material, uv));
+        }
+        (numbers, colors)
+    }
+}
+
+/// Takes eight surfaces of `models` from object to world space. Normals have unit length. What is in a lane without a
+/// surface stays.
+#[inline(always)]
+pub fn place(frame: &FrameView, models: &[u32], [point, normal, facet]: [&mut Vec3x8; 3]) {
+    for lane in set_bits(frame.displaced_bits(models)) {
+        let transform = frame.transform(models[lane]);
+        point.set_lane(lane, transform.point(point.lane(lane)));
+        normal.set_lane(lane, transform.normal(normal.lane(lane)));
+        facet.set_lane(lane, transform.normal(facet.lane(lane)));
+    }
+}
