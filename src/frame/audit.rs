@@ -115,36 +115,36 @@ pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> 
 }
 
 /// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film_audit`].
-fn audit(stage: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
+fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
 
-    for cell in film_audit::differing_cells(&stage.view.grid, number, differs) {
+    for cell in film_audit::differing_cells(&frame.view.grid, number, differs) {
         raise(cell, Verdict::Differs);
     }
-    let sight = |cell: usize| sight(stage, number, tile, cell);
-    let met = trace_all(stage, sampled().map(|cell| (stage.view.camera.eye, sight(cell))));
+    let sight = |cell: usize| sight(frame, number, tile, cell);
+    let met = trace_all(frame, sampled().map(|cell| (frame.view.camera.eye, sight(cell))));
     for (ray, cell) in sampled().enumerate() {
         let (sample, sight) = (Sample::of(tile, cell), sight(cell));
-        raise(cell, check_sight(stage, &sample, sight, met.get(ray)));
-        if !(is_traced(tile.status[cell]) && is_on(stage, &sample, sight)) {
-            raise(cell, check_position(stage, number, cell, &sample));
+        raise(cell, check_sight(frame, &sample, sight, met.get(ray)));
+        if !(is_traced(tile.status[cell]) && is_on(frame, &sample, sight)) {
+            raise(cell, check_position(frame, number, cell, &sample));
         }
         if sample.model != BACKGROUND {
-            raise(cell, check_surface(stage, &sample, sight, full_color(sample.record.reflectance)));
+            raise(cell, check_surface(frame, &sample, sight, full_color(sample.record.reflectance)));
         }
     }
     for first in (0..CELLS).step_by(LANES) {
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
         if surfaces != 0 {
-            let placed = Placed::of(stage, tile, first);
-            check_light(stage, tile, first, &placed, surfaces, &mut raise);
+            let placed = Placed::of(frame, tile, first);
+            check_light(frame, tile, first, &placed, surfaces, &mut raise);
         }
     }
-    for (light, pose) in stage.pose.lights.iter().enumerate() {
+    for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.shape.points();
-        points.for_each(|point| check_shadows(stage, tile, Source { light, point }, &mut raise));
+        points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
     }
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
     AuditCounts {
@@ -154,41 +154,41 @@ fn audit(stage: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     }
 }
 
-fn trace_all(stage: &FrameView, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
+fn trace_all(frame: &FrameView, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
     rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
-    stage.tracer.closest(&batch, Among::All, Coherence::Coherent, &mut hits);
+    frame.tracer.closest(&batch, Among::All, Coherence::Coherent, &mut hits);
     hits
 }
 
 /// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame
 /// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
-fn sight(stage: &FrameView, number: usize, tile: &Tile, cell: usize) -> Vec3 {
-    let offset = stage.offset(tile.point(cell), tile.model[cell]);
+fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Vec3 {
+    let offset = frame.offset(tile.point(cell), tile.model[cell]);
     if !is_traced(tile.status[cell]) {
         return offset;
     }
-    let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
+    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis]) as f32 + 0.5));
-    stage.view.directions(centre[0], centre[1]).lane(0)
+    frame.view.directions(centre[0], centre[1]).lane(0)
 }
 
 /// How far rounding may displace a sample, world units.
-fn reach(stage: &FrameView, sample: &Sample) -> f32 {
-    let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
+fn reach(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     offset.length() * TOLERANCE + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
 }
 
 /// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
 /// the ray. The corners count here, and here alone: if they did for displacements sideways, whatever hides a sample on
 /// a wide ground would be on an edge.
-fn rounding(stage: &FrameView, sample: &Sample) -> f32 {
-    let (offset, eye) = (offset(stage, sample), stage.view.camera.eye);
+fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
     if sample.model != BACKGROUND {
         let (mesh, transform) =
-            (&stage.scene.models[sample.model as usize].mesh, stage.transform(sample.model));
+            (&frame.scene.models[sample.model as usize].mesh, frame.transform(sample.model));
         for corner in corners_of(mesh, sample.record.triangle) {
             largest = largest.max((transform.point(corner.as_vec3()) - eye).abs());
         }
@@ -196,8 +196,8 @@ fn rounding(stage: &FrameView, sample: &Sample) -> f32 {
     largest.max_element() * COORDINATE_TOLERANCE
 }
 
-fn offset(stage: &FrameView, sample: &Sample) -> Vec3 {
-    stage.offset(sample.point, sample.model)
+fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
+    frame.offset(sample.point, sample.model)
 }
 
 /// Directions (any unit) at right angles to `way`, all around it.
@@ -207,71 +207,71 @@ fn around(way: Vec3) -> [Vec3; 8] {
 }
 
 /// Whether the camera meets the sample first, on the ray along `sight`.
-fn check_sight(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
-    Verdict::of(meets(stage, sample, sight, met)).or_on_edge(|| {
-        let (eye, offset) = (stage.view.camera.eye, offset(stage, sample));
+fn check_sight(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
+    Verdict::of(meets(frame, sample, sight, met)).or_on_edge(|| {
+        let (eye, offset) = (frame.view.camera.eye, offset(frame, sample));
         // as long beside `sight` as it is beside the offset, up to all but sideways: the offset may be rounded to zero
         let (far, long) = (offset.length().max(f32::MIN_POSITIVE), sight.length());
-        let reach = (reach(stage, sample) * long / far).min(1e3 * long);
+        let reach = (reach(frame, sample) * long / far).min(1e3 * long);
         let aside = DISPLACEMENTS.iter().flat_map(|share| around(sight).map(|aside| aside * reach * *share));
         let beside: Vec<Vec3> = aside.map(|aside| sight + aside).collect();
-        let met = trace_all(stage, beside.iter().map(|sight| (eye, *sight)));
-        let holds = |sight, met| meets(stage, sample, sight, met) || coincides(stage, sample, sight, met);
+        let met = trace_all(frame, beside.iter().map(|sight| (eye, *sight)));
+        let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
         (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
 }
 
 /// Whether a ray along `sight` that met `met` met the sample.
-fn meets(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn meets(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     match met {
         None => sample.model == BACKGROUND,
         Some(hit) => {
             (hit.model, hit.triangle) == (sample.model, sample.record.triangle)
-                && coincides(stage, sample, sight, met)
+                && coincides(frame, sample, sight, met)
         }
     }
 }
 
 /// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
 /// another surface in the same place, either of which may be met first.
-fn coincides(stage: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn coincides(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
-    let facet = stage.transform(sample.model).normal(sample.record.facet.unfold());
-    let tolerance = reach(stage, sample) + rounding(stage, sample);
-    (met.t * sight - offset(stage, sample)).dot(facet).abs() <= tolerance
+    let facet = frame.transform(sample.model).normal(sample.record.facet.unfold());
+    let tolerance = reach(frame, sample) + rounding(frame, sample);
+    (met.t * sight - offset(frame, sample)).dot(facet).abs() <= tolerance
 }
 
 /// Whether the sample is as near to the centre of its cell as one must be that serves it.
-fn check_position(stage: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
-    let (corner, place) = (stage.view.grid.tile_corner(number), place(cell));
-    let Some(seen) = stage.view.project_one(offset(stage, sample)) else { return Verdict::Differs };
+fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
+    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
+    let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
     let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32 - 0.5;
     Verdict::of(aside(0, seen.x).hypot(aside(1, seen.y)) <= REACH + CELL_TOLERANCE)
 }
 
 /// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
-fn is_on(stage: &FrameView, sample: &Sample, sight: Vec3) -> bool {
-    offset(stage, sample).cross(sight).length() <= rounding(stage, sample) * sight.length()
+fn is_on(frame: &FrameView, sample: &Sample, sight: Vec3) -> bool {
+    offset(frame, sample).cross(sight).length() <= rounding(frame, sample) * sight.length()
 }
 
 /// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from
 /// the eye, any length.
-fn check_surface(stage: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
-    let mesh = &stage.scene.models[sample.model as usize].mesh;
+fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
+    let mesh = &frame.scene.models[sample.model as usize].mesh;
     let mut lanes = Corners::NONE;
     lanes.set(0, mesh, sample.record.triangle);
     let corners = corners_of(mesh, sample.record.triangle);
     let point = sample.point.as_dvec3();
-    let reach = f64::from(TOLERANCE) * f64::from(offset(stage, sample).length().max(sample.point.length()));
+    let reach = f64::from(TOLERANCE) * f64::from(offset(frame, sample).length().max(sample.point.length()));
 
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let facet = stage.transform(sample.model).normal(sample.record.facet.unfold());
+    let facet = frame.transform(sample.model).normal(sample.record.facet.unfold());
     let number = mesh.material_of[sample.record.triangle as usize];
-    let material = &stage.scene.materials[usize::from(number)];
+    let material = &frame.scene.materials[usize::from(number)];
     let weights = lanes.weights_at(Vec3x8::splat(sample.point));
     let normal = lanes.normal(weights).lane(0);
     let at = weights.map(|weight| weight.lane(0));
-    let fresh = reflectance(stage.scene, material, || uv_at(mesh, sample.record.triangle, at));
+    let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, at));
     Verdict::of(
         sample.record.material == number
             && nearest_point(corners, point).distance(point) <= reach
@@ -284,14 +284,14 @@ fn check_surface(stage: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
 
 /// Whether the light that eight samples keep is the light that the tags and lights give.
 fn check_light(
-    stage: &FrameView,
+    frame: &FrameView,
     tile: &Tile,
     first: usize,
     placed: &Placed,
     surfaces: u8,
     raise: &mut impl FnMut(usize, Verdict),
 ) {
-    let (kept, fresh) = (tile.kept_light(first), sum_light(stage, tile, first, placed));
+    let (kept, fresh) = (tile.kept_light(first), sum_light(frame, tile, first, placed));
     for lane in set_bits(surfaces) {
         let (kept, fresh) = (kept.lane(lane), fresh.lane(lane));
         let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
@@ -308,31 +308,31 @@ struct Source {
 }
 
 /// Whether the tags for one point of a light say what fresh shadow rays say.
-fn check_shadows(stage: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
-    let is_lit = |cell: usize| tile.tags.get(stage.slots[source.light], source.point, cell).is_lit();
+fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
+    let is_lit = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell).is_lit();
     let mut queue = ShadowQueue::default();
     for first in (0..CELLS).step_by(LANES) {
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
         if surfaces == 0 {
             continue;
         }
-        let placed = Placed::of(stage, tile, first);
+        let placed = Placed::of(frame, tile, first);
         let places = tile.points(first);
-        let faces = ask(stage, source, &placed, places, surfaces, first as u32, &mut queue);
+        let faces = ask(frame, source, &placed, places, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
             raise(first + lane, Verdict::of(!is_lit(first + lane)));
         }
     }
     let mut doubtful = Vec::new();
-    answer(stage, &mut queue, |cell, tag| {
+    answer(frame, &mut queue, |cell, tag| {
         if tag.is_lit() != is_lit(cell as usize) {
             doubtful.push(cell as usize);
         }
     });
     for cell in doubtful {
         let (lit, places) = (is_lit(cell), Vec3x8::splat(tile.point(cell)));
-        let (placed, lane) = (Placed::of(stage, tile, cell / LANES * LANES), cell % LANES);
-        let reach = reach(stage, &Sample::of(tile, cell));
+        let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
+        let reach = reach(frame, &Sample::of(tile, cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
         let mut beside =
@@ -341,9 +341,9 @@ fn check_shadows(stage: &FrameView, tile: &Tile, source: Source, raise: &mut imp
             beside.point.set_lane(lane, point + aside * reach);
         }
         queue.clear();
-        ask(stage, source, &beside, places, u8::MAX, 0, &mut queue);
+        ask(frame, source, &beside, places, u8::MAX, 0, &mut queue);
         let mut grazes = false;
-        answer(stage, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
+        answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));
     }
 }
@@ -351,7 +351,7 @@ fn check_shadows(stage: &FrameView, tile: &Tile, source: Source, raise: &mut imp
 /// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
 /// `places`: where they are on their models.
 fn ask(
-    stage: &FrameView,
+    frame: &FrameView,
     source: Source,
     placed: &Placed,
     places: Vec3x8,
@@ -359,13 +359,13 @@ fn ask(
     owner: u32,
     queue: &mut ShadowQueue,
 ) -> u8 {
-    let light = &stage.pose.lights[source.light];
+    let light = &frame.pose.lights[source.light];
     let arrival = arrival(light, source.point, &Aim::at(light, places), placed.point);
     let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
     queue.push(placed.point, placed.facet, &arrival, wanted & faces, owner);
     faces
 }
 
-fn answer(stage: &FrameView, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
-    queue.answer(ShadowCheck::StillThenMovable, Among::All, Coherence::Coherent, stage.tracer, say);
+fn answer(frame: &FrameView, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
+    queue.answer(ShadowCheck::StillThenMovable, Among::All, Coherence::Coherent, frame.tracer, say);
 }

@@ -21,8 +21,8 @@ use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
 /// In favour of reprojection: the border is for frames of which little is seen again, and where both ways cost
 /// about the same, as in a dolly past matt things under one light, the samples that are kept serve later frames.
 mod cost {
-    /// Projecting an old sample, and bringing it to its cell.
-    pub const REPROJECT: f32 = 0.3;
+    /// Projecting an old sample, finding the cell that it serves, and bringing it there; and probing edges.
+    pub const REPROJECT: f32 = 0.5;
     /// The ray that shows that it is still seen.
     pub const VERIFY: f32 = 0.3;
     /// Tracing a sample that shows the background: a ray that meets nothing, and nothing to keep or to light.
