@@ -3,68 +3,14 @@
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
-use afterimage::film::{Film, Values};
-use afterimage::frame::{Finished, Renderer, Spoil};
+use afterimage::film::Values;
+use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::Aim;
-use afterimage::scene::material::Optics;
-use afterimage::scene::{Light, LightKind, Material, Scene};
+use afterimage::scene::{Light, LightKind, Scene};
 use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
-
-const FRAMES: i32 = 6;
-
-fn rests(at: DVec3) -> Track<DVec3> {
-    Track::constant(at)
-}
-
-fn goes(from: DVec3, to: DVec3) -> Track<DVec3> {
-    toy::keys(&[(1.0, from), (f64::from(FRAMES), to)])
-}
-
-const EYE: DVec3 = DVec3::new(0.5, 3.0, 7.0);
-const TARGET: DVec3 = DVec3::new(0.0, 0.5, 0.0);
-
-/// A floor with three solids on it: one matt, one mirror, one of glass, under a lamp and a sun.
-fn world() -> Scene {
-    let mirror = Material {
-        specular: Vec3::splat(0.5),
-        shininess: 40.0,
-        optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: true },
-        ..toy::matt(0.2)
-    };
-    let optics = Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE };
-    let glass = Material { optics, ..toy::matt(0.0) };
-    let models = vec![
-        toy::still("floor", toy::floor(12.0, 0), Vec3::ZERO),
-        toy::still("matt", toy::octahedron(0, true), Vec3::new(-2.0, 1.0, 0.0)),
-        toy::still("mirror", toy::octahedron(1, true), Vec3::new(0.3, 1.1, -1.5)),
-        toy::still("glass", toy::octahedron(2, false), Vec3::new(2.3, 1.0, 1.0)),
-    ];
-    let sun = LightKind::Directional { direction: rests(DVec3::new(-0.5, -1.0, -0.3)) };
-    let lamp = LightKind::Point { position: rests(DVec3::new(2.0, 4.0, 3.0)) };
-    let lights = vec![toy::light("sun", sun, 0.6), toy::light("lamp", lamp, 9.0)];
-    let camera = toy::camera(rests(EYE), rests(TARGET));
-    let mut scene = toy::scene(camera, models, vec![toy::matt(0.6), mirror, glass], lights);
-    scene.ambient = Vec3::splat(0.1);
-    scene
-}
-
-/// Adds an octahedron that flies through the picture, turning.
-fn with_flyer(mut scene: Scene) -> Scene {
-    let track = TransformTrack {
-        translate: goes(DVec3::new(-3.0, 2.0, 1.5), DVec3::new(2.0, 1.5, 1.0)),
-        rotate: goes(DVec3::ZERO, DVec3::new(20.0, 90.0, 0.0)),
-        scale: rests(DVec3::splat(0.6)),
-    };
-    scene.models.push(toy::moving("flyer", toy::octahedron(0, true), track));
-    scene
-}
-
-fn with_camera(mut scene: Scene, eye: Track<DVec3>, target: Track<DVec3>) -> Scene {
-    scene.camera = toy::camera(eye, target);
-    scene
-}
+use toy::worlds::*;
 
 /// Renders all frames, demands an audit without a difference, and gives the share of samples that were
 /// reused in the inferred ones.
@@ -231,12 +177,6 @@ fn a_turning_spot() {
     audited(&scene);
 }
 
-/// A panel above the world.
-fn panel(position: Track<DVec3>) -> Light {
-    let kind = LightKind::Rectangle { position, target: rests(DVec3::ZERO), size: [2.0, 1.0] };
-    toy::light("panel", kind, 20.0)
-}
-
 #[test]
 fn a_panel_over_a_still_world_casts_no_ray_twice() {
     let mut scene = world();
@@ -321,71 +261,6 @@ fn layers_that_are_left_out_change_no_other() {
 }
 
 #[test]
-fn an_audit_finds_each_kind_of_spoilt_sample() {
-    // Before a camera that stands no sample is looked at again. Tags are spoilt before one that turns: the light is summed
-    // anew there, as they say, so that nothing but a ray can tell
-    let kinds =
-        [Spoil::Place, Spoil::Sight, Spoil::Normal, Spoil::Triangle, Spoil::Reflectance, Spoil::Light];
-    for (spoil, turn) in kinds.map(|kind| (kind, 0.0)).into_iter().chain([(Spoil::Tags, 0.02)]) {
-        let mut scene = world();
-        scene.models.truncate(2);
-        scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
-        let scene = with_camera(scene, rests(EYE), goes(TARGET, TARGET + DVec3::X * turn));
-        let audited = |spoils: bool| {
-            let mut renderer = Renderer::new(&scene, &toy::settings(2)).expect("the scene builds");
-            renderer.render(1, true).expect("renders");
-            let spoilt = if spoils { renderer.spoil(spoil).expect("rays are cast") } else { 0 };
-            let stats = renderer.render(2, true).expect("renders").stats;
-            assert_eq!(stats.mode, "reproject");
-            (spoilt, stats.audit.expect("asked for"))
-        };
-        let (_, sound) = audited(false);
-        assert_eq!(sound.differing, 0, "{spoil:?}: {sound:?}");
-        let (spoilt, found) = audited(true);
-        // those on edges may be taken for their neighbours
-        assert!(spoilt > 50 && found.differing * 10 > spoilt * 9, "{spoil:?}: {spoilt}, {found:?}");
-        assert!(found.differing * 10 <= spoilt * 11, "and no others, {spoil:?}: {spoilt}, {found:?}");
-    }
-}
-
-#[test]
-fn an_audit_finds_a_pixel_that_should_not_stand() {
-    let mut scene = world();
-    scene.models.truncate(2);
-    for filter in [Filter::Box, Filter::Mitchell] {
-        let settings = Settings { filter, ..toy::settings(2) };
-        let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
-        // every frame is the first one again, over the film before
-        let mut render = |used: Option<Film>| {
-            used.into_iter().for_each(|film| renderer.recycle(film));
-            let finished = renderer.render(1, true).expect("renders");
-            (finished.film, finished.stats.audit.expect("asked for").differing)
-        };
-        let mut film = None;
-        for _ in 0..3 {
-            let (made, differing) = render(film.take());
-            assert_eq!(differing, 0, "{filter:?}");
-            film = Some(made);
-        }
-        let mut film = film.expect("three are rendered");
-        let pixel = 40 * 96 + 50;
-        for plane in 0..film.planes.len() {
-            let name = film.planes[plane].name;
-            let value = film.planes[plane].values.get(pixel);
-            film.planes[plane].values.put(pixel, &[value + 1.0]);
-            let (mut made, differing) = render(Some(film));
-            // rays that were spared are not counted: those planes may differ
-            let expected = if name.starts_with("rays.") { 0 } else { 4 };
-            assert_eq!(differing, expected, "{filter:?}, {name}");
-            let older = if name == "status.age" { 1.0 } else { 0.0 };
-            made.planes[plane].values.put(pixel, &[value + older]);
-            film = made;
-        }
-        assert_eq!(render(Some(film)).1, 0, "{filter:?}");
-    }
-}
-
-#[test]
 fn frames_are_the_same_for_any_number_of_threads() {
     let scene = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
     let with_threads = |threads: usize| {
@@ -403,13 +278,6 @@ fn frames_are_the_same_for_any_number_of_threads() {
             assert_eq!((a.stats.rays, a.stats.samples), (b.stats.rays, b.stats.samples));
         }
     }
-}
-
-/// A wall and a floor without mirror or glass, so that whole tiles stay the same, and a flyer in a corner.
-fn matt_world() -> Scene {
-    let mut scene = with_flyer(world());
-    scene.models.retain(|model| model.name != "mirror" && model.name != "glass");
-    scene
 }
 
 #[test]
@@ -456,69 +324,6 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
             if has_mirrors { beyond * 10 < beyond_fresh * 9 } else { beyond == 0 },
             "{beyond} of {beyond_fresh}"
         );
-    }
-}
-
-/// Frames of [`before_a_mirror`].
-const LAST_BEFORE_MIRROR: i32 = 12;
-
-/// A mirror before a camera that stands, and a screen behind it; between them a flyer passes `middle` on its way to the
-/// right. In the last frame the light is stronger.
-fn before_a_mirror(middle: DVec3, mut light: Light) -> Scene {
-    let mirror =
-        Material { optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: false }, ..toy::matt(0.1) };
-    let wall = |[left, right]: [f32; 2], [low, high]: [f32; 2], z: f32, material| {
-        let corners = [[left, low, z], [right, low, z], [right, high, z], [left, high, z]];
-        toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
-    };
-    let eye = DVec3::new(0.0, 1.5, 3.0);
-    let last = f64::from(LAST_BEFORE_MIRROR);
-    light.power = toy::keys(&[(last - 1.0, 9.0), (last, 12.0)]);
-    let way = [-9.0, 9.0].map(|x| middle + DVec3::X * x);
-    let track = TransformTrack {
-        translate: toy::keys(&[(1.0, way[0]), (last, way[1])]),
-        scale: rests(DVec3::splat(0.3)),
-        ..TransformTrack::identity()
-    };
-    let models = vec![
-        toy::still("mirror", wall([-3.0, 3.0], [-1.0, 4.0], 0.0, 0), Vec3::ZERO),
-        toy::still("screen", wall([5.0, -5.0], [-1.0, 5.0], 8.0, 1), Vec3::ZERO),
-        toy::moving("flyer", toy::octahedron(1, true), track),
-    ];
-    let camera = toy::camera(rests(eye), rests(eye - DVec3::Z));
-    toy::scene(camera, models, vec![mirror, toy::matt(0.6)], vec![light])
-}
-
-fn lamp(x: f64, y: f64, z: f64) -> Light {
-    toy::light("lamp", LightKind::Point { position: rests(DVec3::new(x, y, z)) }, 9.0)
-}
-
-/// A flyer that a camera sees [in a mirror](before_a_mirror) alone.
-fn seen_in_a_mirror() -> (DVec3, Light) {
-    (DVec3::new(0.0, 1.5, 4.0), lamp(0.0, 9.0, 7.5))
-}
-
-#[test]
-fn an_audit_finds_a_mirror_that_should_not_stand() {
-    let (middle, light) = seen_in_a_mirror();
-    let scene = before_a_mirror(middle, light);
-    for filter in [Filter::Box, Filter::Mitchell] {
-        let settings = Settings { width: 192, height: 144, filter, ..toy::settings(1) };
-        let differing = |spoils: bool| {
-            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
-            let frames = (1..LAST_BEFORE_MIRROR).map(|frame| {
-                // while the flyer passes
-                if spoils && (6..8).contains(&frame) {
-                    assert!(renderer.spoil(Spoil::Paths).expect("no rays are cast") > 0);
-                }
-                let finished = renderer.render(frame, true).expect("renders");
-                renderer.recycle(finished.film);
-                finished.stats.audit.expect("asked for").differing
-            });
-            frames.sum::<u64>()
-        };
-        assert_eq!(differing(false), 0, "{filter:?}");
-        assert!(differing(true) > 20, "{filter:?}");
     }
 }
 

@@ -1,6 +1,8 @@
 //! Tiny scenes that are made in code, with answers that can be worked out by hand.
 #![allow(dead_code, reason = "each test binary uses its share")]
 
+pub mod worlds;
+
 use std::sync::Arc;
 
 use afterimage::animation::{Interpolation, Track, TransformTrack};
