@@ -27,7 +27,8 @@ pub fn bits_of_models(models: &[u32], holds: impl Fn(u32) -> bool) -> u8 {
 
 /// The numbers of the bits that are set, from the lowest on. Mostly there is none.
 #[inline(always)]
-pub fn set_bits(mut bits: u8) -> impl Iterator<Item = usize> {
+pub fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut bits = bits.into();
     std::iter::from_fn(move || {
         let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
         bits &= bits - 1;

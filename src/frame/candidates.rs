@@ -1,16 +1,22 @@
 //! The kept samples in and around one tile, sorted by the cells in which they lie.
 
+use std::ops::Range;
+
 use wide::{i16x16, u32x8};
 
 use super::bins::{Binned, STEPS, binned};
 use super::grid::place;
-use crate::samples::{TILE, Tile};
+use crate::lanes::LANES;
+use crate::samples::{Status, TILE, Tile};
 
 /// Cells along an edge of a tile and one around it.
 pub const ACROSS: usize = TILE + 2;
 
-/// All of them. They are numbered in rows.
-pub const AROUND: usize = ACROSS * ACROSS;
+/// Cells of a row in and around a tile: filled up to whole eights, so that eight may be loaded from any cell of the tile.
+pub const ROW: usize = ACROSS.next_multiple_of(8);
+
+/// Cells in and around a tile. They are numbered in rows of [`ROW`].
+pub const AROUND: usize = ACROSS * ROW;
 
 /// Candidates of a tile at most, so that a number has 16 bits: those of the last tiles that they come from are dropped
 /// when everything is projected into a few tiles.
@@ -32,13 +38,17 @@ pub struct Candidates {
     words: Vec<Binned>,
     /// For each candidate the cell in or around the tile in which it lies.
     cells: Vec<u16>,
+    /// For each candidate the run in which it came.
+    run_of: Vec<u16>,
     /// The tiles that they come from, with the number of the first candidate of each.
     runs: Vec<(u32, u32)>,
-    /// For each cell in and around the tile, in [rows](ROW), its first two candidates: as many as most have.
-    pairs: [Pair; 2],
-    /// How many candidates it has.
+    /// For each cell in and around the tile, its first candidates: in the first layer one of each cell that has any.
+    layers: [Layer; LAYERS],
+    /// How many candidates it has, up to one more than there are layers.
     counts: Vec<u8>,
-    /// Cells in and around the tile that have more than two.
+    /// Rows with a cell that has a candidate in the last layer, a bit each.
+    full_rows: u64,
+    /// Cells in and around the tile that have more candidates than there are layers.
     crowded: Vec<u16>,
     /// For each cell in and around the tile, where its candidates begin in `sorted`; once they are sorted.
     starts: Vec<u16>,
@@ -47,9 +57,12 @@ pub struct Candidates {
     is_sorted: bool,
 }
 
+/// Layers of candidates. With two, one cell in seven of a camera that travels backwards is crowded.
+const LAYERS: usize = 3;
+
 /// A candidate for each cell in and around a tile.
 #[derive(Debug, Default)]
-struct Pair {
+struct Layer {
     /// Its [place](Binned::place), or [`FAR`]: x in the low half, y in the high one.
     places: Vec<u32>,
     /// Its number.
@@ -58,9 +71,6 @@ struct Pair {
 
 /// A place far from all targets, in which there is no candidate.
 const FAR: u32 = 16_000 << 16 | 16_000;
-
-/// Cells of a row in and around a tile, in whole eights, and more, so that eight may be loaded from any of them.
-pub const ROW: usize = ACROSS.next_multiple_of(8);
 
 /// How a candidate is ranked for a cell: the square of its distance from the target, and its number. The least is the
 /// nearest.
@@ -85,12 +95,64 @@ impl Rank {
     }
 }
 
+/// Who serves a cell, in a word: a candidate's [`Rank`] and whether others are near enough, too; or nobody; or the cell's
+/// own sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Server(u32);
+
+impl Server {
+    /// No candidate is near enough.
+    pub const NOBODY: Self = Self(u32::MAX);
+
+    /// The cell's own sample, which stays.
+    pub const OWN: Self = Self(u32::MAX - 1);
+
+    /// Above all ranks of those who may serve.
+    const CONTESTED: u32 = 1 << 31;
+
+    fn new(rank: Rank, is_contested: bool) -> Self {
+        match is_contested {
+            _ if rank == Rank::NONE => Self::NOBODY,
+            true => Self(rank.0 | Self::CONTESTED),
+            false => Self(rank.0),
+        }
+    }
+
+    /// The candidate, if it is one.
+    #[inline(always)]
+    pub fn rank(self) -> Option<Rank> {
+        (self != Self::NOBODY && self != Self::OWN).then_some(Rank(self.0 & !Self::CONTESTED))
+    }
+
+    /// Of a cell that a candidate serves.
+    #[inline(always)]
+    pub fn status(self) -> Status {
+        if self.0 & Self::CONTESTED == 0 { Status::Good } else { Status::Overlapped }
+    }
+}
+
+const _: () = assert!(Rank::FARTHEST.0 < Server::CONTESTED);
+
 impl Candidates {
     /// None.
     pub fn clear(&mut self) {
         self.words.clear();
         self.cells.clear();
+        self.run_of.clear();
         self.runs.clear();
+    }
+
+    /// No cell has any.
+    fn clear_cells(&mut self) {
+        for Layer { places, numbers } in &mut self.layers {
+            places.clear();
+            places.resize(AROUND + LANES, FAR);
+            numbers.resize(AROUND + LANES, 0);
+        }
+        self.counts.clear();
+        self.counts.resize(AROUND, 0);
+        self.full_rows = 0;
+        self.crowded.clear();
         self.is_sorted = false;
     }
 
@@ -99,17 +161,41 @@ impl Candidates {
         self.words.len()
     }
 
-    /// Adds a run of the tile's bin, from tile number `source`.
-    pub fn add(&mut self, source: u32, run: &[u64]) {
-        self.runs.push((source, self.words.len() as u32));
-        let room = MOST - self.words.len();
-        self.words.extend(binned(run).take(room));
-        let [x, y] = [0, 1].map(|axis| move |word: Binned| (word.place()[axis] / STEPS) as u16);
-        self.cells.extend(binned(run).take(room).map(|word| y(word) * ACROSS as u16 + x(word)));
+    /// Adds a run of the tile's bin, from tile number `source`. Returns the numbers of its candidates.
+    pub fn add(&mut self, source: u32, run: &[u64]) -> Range<usize> {
+        if self.runs.is_empty() {
+            self.clear_cells();
+        }
+        let start = self.words.len();
+        let run = &run[..run.len().min(MOST - start)];
+        self.words.extend(binned(run));
+        self.cells.extend(binned(run).map(cell_of));
+        self.run_of.resize(self.words.len(), self.runs.len() as u16);
+        self.runs.push((source, start as u32));
+        let Self { words, cells, layers, counts, full_rows, crowded, .. } = self;
+        for ((number, word), cell) in (start as u32..).zip(&words[start..]).zip(&cells[start..]) {
+            let at = usize::from(*cell);
+            let count = usize::from(counts[at]);
+            if count < LAYERS {
+                let Layer { places, numbers } = &mut layers[count];
+                let [x, y] = word.place();
+                places[at] = (y as u32) << 16 | x as u32;
+                numbers[at] = number;
+                if count + 1 == LAYERS {
+                    *full_rows |= 1 << (at / ROW);
+                }
+            } else if count == LAYERS {
+                crowded.push(*cell);
+            } else {
+                continue;
+            }
+            counts[at] += 1;
+        }
+        start..self.words.len()
     }
 
     /// The tiles that they come from, with their candidates' numbers.
-    pub fn runs(&self) -> impl Iterator<Item = (u32, std::ops::Range<usize>)> {
+    pub fn runs(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
         let ends = self.runs.iter().skip(1).map(|(_, first)| *first as usize).chain([self.len()]);
         self.runs.iter().zip(ends).map(|((source, first), end)| (*source, *first as usize..end))
     }
@@ -120,71 +206,49 @@ impl Candidates {
         (self.words[number], usize::from(self.cells[number]))
     }
 
+    /// The number of the [run](Self::runs) in which a candidate came.
+    #[inline(always)]
+    pub fn run_of(&self, number: usize) -> usize {
+        usize::from(self.run_of[number])
+    }
+
     /// The tile that a candidate comes from.
     pub fn source(&self, number: usize) -> u32 {
-        let after = self.runs.partition_point(|(_, first)| *first as usize <= number);
-        self.runs[after - 1].0
+        self.runs[self.run_of(number)].0
     }
 
-    /// Notes of each cell which candidates it has: needed for [`nearest_in_row`](Self::nearest_in_row).
-    pub fn pair(&mut self) {
-        let Self { words, cells, pairs, counts, crowded, .. } = self;
-        for Pair { places, numbers } in &mut *pairs {
-            places.clear();
-            places.resize(ACROSS * ROW + 8, FAR);
-            numbers.resize(ACROSS * ROW + 8, 0);
-        }
-        counts.clear();
-        counts.resize(AROUND, 0);
-        crowded.clear();
-        for ((number, word), cell) in (0..).zip(&*words).zip(&*cells) {
-            let count = &mut counts[usize::from(*cell)];
-            let at = usize::from(*cell) + usize::from(*cell) / ACROSS * (ROW - ACROSS);
-            if let Some(Pair { places, numbers }) = pairs.get_mut(usize::from(*count)) {
-                let [x, y] = word.place();
-                places[at] = (y as u32) << 16 | x as u32;
-                numbers[at] = number;
-                *count += 1;
-            } else if *count == 2 {
-                crowded.push(*cell);
-                *count += 1;
-            }
-        }
-    }
-
-    /// Calls `each(column, rank, is_contested)` for the cells of a row of the tile: the candidate nearest to the target, if
-    /// it is near enough, and whether others are, too. Right where no cell beside is [crowded](Self::crowded).
+    /// For eight cells of a row of the tile from column `first` on, the candidate nearest to the target, if it is near
+    /// enough, and whether others are, too. Right where no cell beside is [crowded](Self::crowded).
     #[inline(always)]
-    pub fn nearest_in_row(&self, row: usize, columns: usize, mut each: impl FnMut(usize, Rank, bool)) {
+    pub fn nearest_to_eight(&self, row: usize, first: usize) -> [Server; LANES] {
+        // rows above, at and below
+        let layers = if self.full_rows >> row & 7 != 0 { LAYERS } else { LAYERS - 1 };
         let down = (row + 1) as u32 * STEPS as u32 + STEPS as u32 / 2;
-        for first in (0..columns).step_by(8) {
-            let across = |lane: usize| (first + lane + 1) as u32 * STEPS as u32 + STEPS as u32 / 2;
-            let targets: i16x16 =
-                bytemuck::cast(u32x8::new(std::array::from_fn(|lane| (down << 16) | across(lane))));
-            let (mut best, mut near) = (u32x8::splat(u32::MAX), u32x8::ZERO);
-            for Pair { places, numbers } in &self.pairs {
-                for beside in [0, 1, 2].map(|down| (row + down) * ROW + first) {
-                    for at in beside..beside + 3 {
-                        let places: i16x16 = bytemuck::cast(eight(places, at));
-                        let aside = places - targets;
-                        let far: u32x8 = bytemuck::cast(aside.dot(aside));
-                        let far = far.min(u32x8::splat(u32::from(u16::MAX)));
-                        let rank = (far << 16_u32) | eight(numbers, at);
-                        best = best.min(rank);
-                        near += rank.cmp_lt(u32x8::splat(Rank::FARTHEST.0));
-                    }
+        let across = |lane: usize| (first + lane + 1) as u32 * STEPS as u32 + STEPS as u32 / 2;
+        let targets: i16x16 =
+            bytemuck::cast(u32x8::new(std::array::from_fn(|lane| (down << 16) | across(lane))));
+        let (mut best, mut near) = (u32x8::splat(u32::MAX), u32x8::ZERO);
+        for Layer { places, numbers } in &self.layers[..layers] {
+            for beside in [0, 1, 2].map(|down| (row + down) * ROW + first) {
+                for at in beside..beside + 3 {
+                    let places: i16x16 = bytemuck::cast(eight(places, at));
+                    let aside = places - targets;
+                    let far: u32x8 = bytemuck::cast(aside.dot(aside));
+                    let far = far.min(u32x8::splat(u32::from(u16::MAX)));
+                    let rank = (far << 16_u32) | eight(numbers, at);
+                    best = best.min(rank);
+                    near += rank.cmp_lt(u32x8::splat(Rank::FARTHEST.0));
                 }
             }
-            let (best, near) = (best.to_array(), near.to_array());
-            for lane in 0..8.min(columns - first) {
-                let rank = if best[lane] <= Rank::FARTHEST.0 { Rank(best[lane]) } else { Rank::NONE };
-                // as many were subtracted from zero
-                each(first + lane, rank, near[lane].wrapping_neg() > 1);
-            }
         }
+        // as many were subtracted from zero
+        let is_contested = near.cmp_gt(u32x8::ZERO) & near.cmp_lt(u32x8::MAX);
+        let servers = best | (is_contested & u32x8::splat(Server::CONTESTED));
+        let none = best.cmp_gt(u32x8::splat(Rank::FARTHEST.0));
+        (servers | none).to_array().map(Server)
     }
 
-    /// Cells in and around the tile with more candidates than [`nearest_in_row`](Self::nearest_in_row) looks at.
+    /// Cells in and around the tile with more candidates than [`nearest_to_eight`](Self::nearest_to_eight) looks at.
     pub fn crowded(&self) -> &[u16] {
         &self.crowded
     }
@@ -217,25 +281,26 @@ impl Candidates {
         starts[0] = 0;
     }
 
-    /// Of the candidates that lie in a cell in or around the tile the one nearest to the eye, and how many there are.
-    pub fn nearest_to_eye(&self, around: usize) -> (Rank, usize) {
+    /// Of the candidates that lie in `cell` the one nearest to the eye, and whether there are several.
+    pub fn nearest_to_eye(&self, cell: usize) -> Server {
+        let around = around(cell);
         let all = self.lie_in(around..around + 1);
         let depth = |number: &&u16| (self.words[usize::from(**number)].depth(), **number);
         let nearest = all.iter().min_by_key(depth);
-        (nearest.map_or(Rank::NONE, |number| Rank::new(0, *number)), all.len())
+        Server::new(nearest.map_or(Rank::NONE, |number| Rank::new(0, *number)), all.len() > 1)
     }
 
     /// The numbers of the candidates that lie in cells in or around the tile.
-    fn lie_in(&self, around: std::ops::Range<usize>) -> &[u16] {
+    fn lie_in(&self, around: Range<usize>) -> &[u16] {
         &self.sorted[usize::from(self.starts[around.start])..usize::from(self.starts[around.end])]
     }
 
     /// The candidate nearest to the target of `cell`, if it is near enough, of those that come `after` another one; and
     /// whether several are near enough.
-    pub fn nearest(&self, cell: usize, after: Option<Rank>) -> (Rank, bool) {
+    pub fn nearest(&self, cell: usize, after: Option<Rank>) -> Server {
         let target = place(cell).map(|at| (at as i32 + 1) * STEPS + STEPS / 2);
         let (middle, mut best, mut near) = (around(cell), Rank::NONE, 0);
-        for first in [middle - ACROSS, middle, middle + ACROSS] {
+        for first in [middle - ROW, middle, middle + ROW] {
             for number in self.lie_in(first - 1..first + 2) {
                 let [x, y] = self.words[usize::from(*number)].place();
                 let aside = [x - target[0], y - target[1]];
@@ -246,7 +311,7 @@ impl Candidates {
                 }
             }
         }
-        (best, near > 1)
+        Server::new(best, near > 1)
     }
 }
 
@@ -261,5 +326,12 @@ fn eight(values: &[u32], at: usize) -> u32x8 {
 #[inline(always)]
 pub fn around(cell: usize) -> usize {
     let [column, row] = place(cell).map(|at| at as usize + 1);
-    row * ACROSS + column
+    row * ROW + column
+}
+
+/// The cell in or around a tile in which a candidate lies.
+#[inline(always)]
+fn cell_of(word: Binned) -> u16 {
+    let [x, y] = word.place().map(|at| at / STEPS);
+    (y * ROW as i32 + x) as u16
 }

@@ -13,6 +13,18 @@ impl CellSet {
     /// All cells.
     pub const ALL: Self = Self([u16::MAX; CELLS / BLOCK]);
 
+    /// Those that `holds`.
+    pub fn of(holds: impl Fn(usize) -> bool) -> Self {
+        Self(std::array::from_fn(|block| {
+            (0..BLOCK).fold(0, |bits, lane| bits | u16::from(holds(block * BLOCK + lane)) << lane)
+        }))
+    }
+
+    /// Those that are in both.
+    pub fn and(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|block| self.0[block] & other.0[block]))
+    }
+
     /// Adds a cell.
     #[inline(always)]
     pub fn insert(&mut self, cell: usize) {

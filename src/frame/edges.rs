@@ -3,8 +3,9 @@
 use wide::{i16x8, u16x8};
 
 use super::candidates::{ACROSS, AROUND, Candidates, ROW, Sources};
-use super::grid::Extent;
-use crate::samples::{BACKGROUND, Octahedral, Tile};
+use super::cells::CellSet;
+use super::grid::{Extent, cell_number};
+use crate::samples::{BACKGROUND, Octahedral};
 
 /// Where surfaces beside each other differ so much in depth (a share of it), one is before the other.
 pub const DEPTH_STEP: f32 = 0.1;
@@ -12,13 +13,13 @@ pub const DEPTH_STEP: f32 = 0.1;
 /// Edges in a tile. Keeps its memory.
 #[derive(Debug, Default)]
 pub struct Edges {
-    /// For each cell in and around the tile, what its candidates show; rows are filled up to [`ROW`].
+    /// For each cell in and around the tile, what its candidates show.
     shown: Vec<Shown>,
     /// Which quarters of each cell in and around the tile have a candidate, a bit each: 1 left above, 2 right above, 4 left
     /// below, 8 right below.
     quarters: Vec<u8>,
-    /// For each cell in and around the tile, whether it is at an edge.
-    is_edge: Vec<bool>,
+    /// The cells of the tile that are at an edge.
+    pub cells: CellSet,
 }
 
 /// The least of what some candidates show, and the complement of the greatest: surface, depth, and the two coordinates
@@ -32,9 +33,11 @@ type Row = [[u16; ROW]; 8];
 impl Shown {
     const NOTHING: Self = Self(u16x8::MAX);
 
+    /// Surface and depth, then the two coordinates of the normal in a word.
     #[inline(always)]
-    fn of([surface, depth, across, down]: [u16; 4]) -> Self {
-        Self(u16x8::new([surface, depth, across, down, !surface, !depth, !across, !down]))
+    fn of([surface, depth]: [u16; 2], normal: u32) -> Self {
+        let least = u64::from(normal) << 32 | u64::from(depth) << 16 | u64::from(surface);
+        Self(bytemuck::cast([least, !least]))
     }
 
     #[inline(always)]
@@ -80,9 +83,6 @@ fn one_surface([above, own, below]: [&Row; 3]) -> [bool; ROW] {
     is_one
 }
 
-/// Candidates ahead of the one at work whose records are fetched: some lie in memory that no cache has.
-const AHEAD: usize = 48;
-
 /// Low bits of a [depth](super::bins::Binned::depth) that are not looked at: 16 are left, 8 of them below the point.
 const DEPTH_LOST: u32 = 13;
 
@@ -105,23 +105,22 @@ impl Edges {
     pub fn find<'t>(&mut self, candidates: &Candidates, extent: Extent, sources: &impl Sources<'t>) {
         self.take(candidates, sources);
         mark_beyond(extent, &mut self.quarters);
-        let Self { shown, quarters, is_edge } = self;
-        is_edge.clear();
-        is_edge.resize(AROUND, false);
-        let [columns, count] = extent.cells.map(|count| count as usize);
+        let Self { shown, quarters, cells } = self;
+        *cells = CellSet::default();
+        let [columns, count] = extent.cells;
         let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
         let shown_in = |row: usize| &shown[row * ROW..(row + 1) * ROW];
         join_row(shown_in(0), &mut rows[0]);
         join_row(shown_in(1), &mut rows[1]);
-        for row in 1..=count {
+        for row in 1..=count as usize {
             join_row(shown_in(row + 1), &mut rows[(row + 1) % 3]);
             let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
             let is_round = has_all_quadrants(quarters, row);
-            let cells = row * ACROSS + 1..row * ACROSS + 1 + columns;
-            for ((is_edge, is_one), is_round) in
-                is_edge[cells].iter_mut().zip(&is_one[1..]).zip(&is_round[1..])
-            {
-                *is_edge = !(*is_one & *is_round);
+            let is_inner = is_one[1..].iter().zip(&is_round[1..]).map(|(is_one, is_round)| *is_one & *is_round);
+            for (column, is_inner) in (0..columns).zip(is_inner) {
+                if !is_inner {
+                    cells.insert(cell_number([column, row as u32 - 1]));
+                }
             }
         }
     }
@@ -130,32 +129,20 @@ impl Edges {
     fn take<'t>(&mut self, candidates: &Candidates, sources: &impl Sources<'t>) {
         let Self { shown, quarters, .. } = self;
         shown.clear();
-        shown.resize(ACROSS * ROW, Shown::NOTHING);
+        shown.resize(AROUND, Shown::NOTHING);
         quarters.clear();
         quarters.resize(AROUND, 0);
         for (source, numbers) in candidates.runs() {
             let Some(tile) = sources(source) else { continue };
-            let end = numbers.end;
             for number in numbers {
-                if number + AHEAD < end {
-                    tile.prefetch_record(candidates.get(number + AHEAD).0.slot());
-                }
                 let (word, cell) = candidates.get(number);
-                let (model, record) = Tile::surface_in(tile, word.slot());
-                let [across, down] = record.normal.steps().map(|step| step as u16);
+                let (model, record) = tile.surface_in(word.slot());
                 let depth = (word.depth() >> DEPTH_LOST) as u16;
-                let values = [surface(model, record.material), depth, across, down];
-                let shown = &mut shown[cell + cell / ACROSS * (ROW - ACROSS)];
-                *shown = shown.with(Shown::of(values));
+                let seen = Shown::of([surface(model, record.material), depth], record.normal.both_steps());
+                shown[cell] = shown[cell].with(seen);
                 quarters[cell] |= word.quarter();
             }
         }
-    }
-
-    /// Whether a cell in or around the tile is at an edge.
-    #[inline(always)]
-    pub fn has(&self, around: usize) -> bool {
-        self.is_edge[around]
     }
 }
 
@@ -165,8 +152,8 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     let [columns, rows] = extent.cells.map(|count| count as usize + 1);
     let [left, top, right, bottom] = extent.goes_on;
     for at in 0..ACROSS {
-        let column = |x: usize| at * ACROSS + x;
-        let row = |y: usize| y * ACROSS + at;
+        let column = |x: usize| at * ROW + x;
+        let row = |y: usize| y * ROW + at;
         for (cell, goes_on) in
             [(column(0), left), (column(columns), right), (row(0), top), (row(rows), bottom)]
         {
@@ -179,14 +166,14 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
 
 /// For each cell of a row whether each of the four quadrants around its target has a sample, within a cell and a half.
 #[inline(always)]
-fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; ACROSS] {
-    let of_row = |row: usize| -> [u8; ACROSS] {
-        let quarters = &quarters[row * ACROSS..(row + 1) * ACROSS];
+fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; ROW] {
+    let of_row = |row: usize| -> [u8; ROW] {
+        let quarters = &quarters[row * ROW..(row + 1) * ROW];
         std::array::from_fn(|at| quarters[at])
     };
     let (above, own, below) = (of_row(row - 1), of_row(row), of_row(row + 1));
-    let mut all = [true; ACROSS];
-    for at in 1..ACROSS - 1 {
+    let mut all = [true; ROW];
+    for at in 1..ROW - 1 {
         let (left, right) = (at - 1, at + 1);
         let left_above = own[at] & 1 | own[left] & 3 | above[at] & 5 | above[left];
         let right_above = own[at] & 2 | own[right] & 3 | above[at] & 10 | above[right];
@@ -203,16 +190,16 @@ mod tests {
 
     #[test]
     fn an_empty_quadrant_is_seen_whichever_it_is() {
-        let middle = 5 * ACROSS + 5;
+        let middle = 5 * ROW + 5;
         let has_all_quadrants =
-            |quarters: &[u8], cell: usize| has_all_quadrants(quarters, cell / ACROSS)[cell % ACROSS];
+            |quarters: &[u8], cell: usize| has_all_quadrants(quarters, cell / ROW)[cell % ROW];
         assert!(has_all_quadrants(&[15; AROUND], middle));
         // each quadrant: a quarter of the own cell, halves of two beside it, and all of the one at the corner
         let quadrants = [
-            [(0, 1), (-1, 3), (-(ACROSS as isize), 5), (-(ACROSS as isize) - 1, 15)],
-            [(0, 2), (1, 3), (-(ACROSS as isize), 10), (-(ACROSS as isize) + 1, 15)],
-            [(0, 4), (-1, 12), (ACROSS as isize, 5), (ACROSS as isize - 1, 15)],
-            [(0, 8), (1, 12), (ACROSS as isize, 10), (ACROSS as isize + 1, 15)],
+            [(0, 1), (-1, 3), (-(ROW as isize), 5), (-(ROW as isize) - 1, 15)],
+            [(0, 2), (1, 3), (-(ROW as isize), 10), (-(ROW as isize) + 1, 15)],
+            [(0, 4), (-1, 12), (ROW as isize, 5), (ROW as isize - 1, 15)],
+            [(0, 8), (1, 12), (ROW as isize, 10), (ROW as isize + 1, 15)],
         ];
         for quadrant in quadrants {
             let mut quarters = [15; AROUND];
@@ -230,15 +217,18 @@ mod tests {
 
     #[test]
     fn one_surface_has_one_material_one_depth_and_one_normal() {
+        let shown = |[surface, depth, across, down]: [u16; 4]| {
+            Shown::of([surface, depth], u32::from(down) << 16 | u32::from(across))
+        };
         let values = [7, 1000, 30000, 40000];
         let joined = |other: [u16; 4]| {
             let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
             for (number, row) in rows.iter_mut().enumerate() {
-                let mut shown = [Shown::of(values); ROW];
+                let mut row_shown = [shown(values); ROW];
                 if number == 2 {
-                    shown[17] = Shown::of(other);
+                    row_shown[17] = shown(other);
                 }
-                join_row(&shown, row);
+                join_row(&row_shown, row);
             }
             let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
             assert!(is_one[1..15].iter().chain(&is_one[19..ROW - 1]).all(|is_one| *is_one));

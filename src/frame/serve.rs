@@ -12,14 +12,17 @@
 //! covers, as in a frame that is traced in full, however long a chain of inferred frames is and however densely the
 //! surface happens to be sampled.
 //!
-//! The paper's own rule, for comparison, is [`nearest_to_eye`]: of the samples in a cell the one nearest to the eye
+//! The paper's own rule, for comparison, is [`nearest_to_eye`](Candidates::nearest_to_eye): of the samples in a cell the one nearest to the eye
 //! serves it, and the others go. Samples drift against the grid; two share a cell while the cell beside it is empty,
 //! and a fifth of all true samples are lost that way every frame.
 
-use super::candidates::{ACROSS, AROUND, Candidates, Rank, Sources, around};
+use super::bins::{Binned, STEPS};
+use super::bits::set_bits;
+use super::candidates::{AROUND, Candidates, ROW, Server, Sources};
 use super::cells::CellSet;
 use super::edges::Edges;
 use super::grid::{Extent, cell_number};
+use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Status, Tile};
 use crate::settings::Reuse;
 
@@ -33,31 +36,15 @@ pub struct Serving {
     candidates: Candidates,
     edges: Edges,
     /// For each cell who serves it, or was asked last.
-    asked: Vec<Asked>,
-    /// For each candidate, the cell that it serves.
-    serves: Vec<u16>,
-    /// Cells that are served by a candidate which has one already.
-    again: Vec<(u16, u16)>,
+    servers: Vec<Server>,
+    /// The candidates that serve a cell, a bit each.
+    serving: Vec<u64>,
     /// For each cell in and around the tile, how many of the samples in it are kept.
     kept: Vec<u8>,
     moves: Vec<Move>,
     /// Flags that any sample that serves has.
     flags: Flags,
 }
-
-/// Who serves a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Asked {
-    /// Nobody is near enough.
-    Nobody,
-    /// Its own sample, which stays.
-    Own,
-    /// This candidate, and whether others are near enough, too.
-    One(Rank, bool),
-}
-
-/// In place of a cell: none.
-const NOWHERE: u16 = u16::MAX;
 
 impl Serving {
     /// No candidates, for a new tile.
@@ -78,18 +65,21 @@ impl Serving {
 
     /// Chooses a server for each cell of the tile. Candidates are in the tiles that `sources` has.
     pub fn serve<'t>(&mut self, reuse: Reuse, extent: Extent, sources: &impl Sources<'t>) {
-        let Self { candidates, edges, asked, .. } = self;
-        asked.clear();
-        asked.resize(CELLS, Asked::Nobody);
+        let Self { candidates, edges, servers, .. } = self;
+        servers.clear();
+        servers.resize(CELLS, Server::NOBODY);
+        if candidates.len() == 0 {
+            return;
+        }
         match reuse {
             Reuse::Target => {
                 edges.find(candidates, extent, sources);
-                nearest_to_targets(candidates, extent, asked);
+                nearest_to_targets(candidates, extent, servers);
             }
             Reuse::Paper => {
                 candidates.sort();
                 for cell in cells(extent) {
-                    asked[cell] = nearest_to_eye(candidates, cell);
+                    servers[cell] = candidates.nearest_to_eye(cell);
                 }
             }
         }
@@ -97,58 +87,44 @@ impl Serving {
 
     /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody.
     pub fn fill<'t>(&mut self, reuse: Reuse, extent: Extent, tile: &mut Tile, sources: &impl Sources<'t>) {
-        self.assign(tile);
-        let Self { candidates, serves, again, kept, moves, flags, .. } = self;
-        tile.spares.clear();
-        for (source, numbers) in candidates.runs() {
-            let Some(from) = sources(source) else { continue };
-            moves.clear();
-            for number in numbers {
-                let (word, lies_in) = candidates.get(number);
-                let is_own = is_within(extent, lies_in);
-                let cell = serves[number];
-                if cell != NOWHERE {
-                    tile.set_copy(usize::from(cell), !is_own);
-                    moves.push(Move { to: cell, from: word.slot() as u16 });
-                } else if is_own && reuse == Reuse::Target && tile.spares.len() < MOST_SPARES {
-                    let kept = &mut kept[lies_in];
-                    if *kept < KEPT {
-                        *kept += 1;
-                        tile.spares.push(from, word.slot());
-                    }
-                }
-            }
-            *flags = flags.with(tile.copy_slots(from, moves));
-        }
-        // a sample that has a cell already is kept there
-        for (cell, number) in &*again {
-            let (cell, number) = (usize::from(*cell), usize::from(*number));
-            let Some(from) = sources(candidates.source(number)) else { continue };
-            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
-            tile.set_copy(cell, true);
-        }
-    }
-
-    /// Gives each candidate the first of the cells that it serves, and each cell its status.
-    fn assign(&mut self, tile: &mut Tile) {
-        let Self { candidates, asked, serves, again, kept, .. } = self;
+        let Self { candidates, servers, serving, kept, moves, flags, .. } = self;
         kept.clear();
         kept.resize(AROUND, 0);
-        again.clear();
-        serves.clear();
-        serves.resize(candidates.len(), NOWHERE);
-        for (cell, asked) in asked.iter().enumerate() {
-            let Asked::One(rank, is_contested) = asked else {
-                tile.clear(cell, Status::Missed);
-                continue;
-            };
-            tile.status[cell] = if *is_contested { Status::Overlapped } else { Status::Good };
-            let number = rank.number();
-            if serves[number] == NOWHERE {
-                serves[number] = cell as u16;
-                kept[candidates.get(number).1] += 1;
-            } else {
-                again.push((cell as u16, number as u16));
+        serving.clear();
+        serving.resize(candidates.len().div_ceil(WORD), 0);
+        moves.clear();
+        let from: Vec<&Tile> = candidates.runs().filter_map(|(source, _)| sources(source)).collect();
+        for (first, servers) in (0..CELLS).step_by(LANES).zip(servers.chunks_exact(LANES)) {
+            let mut copies = 0;
+            for (lane, server) in servers.iter().enumerate() {
+                let cell = first + lane;
+                let Some(rank) = server.rank() else {
+                    tile.clear(cell, Status::Missed);
+                    continue;
+                };
+                let number = rank.number();
+                let (word, lies_in) = candidates.get(number);
+                let (source, slot) = (candidates.run_of(number), word.slot());
+                let is_first = set(serving, number);
+                kept[lies_in] += u8::from(is_first);
+                // a sample that has a cell already is kept there, and one beyond the tile by another tile
+                copies |= u8::from(!(is_first & is_within(extent, word))) << lane;
+                tile.status[cell] = server.status();
+                *flags = flags.with(tile.copy_untagged(cell, from[source], slot));
+                moves.push(Move { to: cell as u16, source: source as u16, from: slot as u16 });
+            }
+            tile.copies[first / LANES] = copies;
+        }
+        tile.copy_tags(&from, moves);
+        tile.spares.clear();
+        if reuse == Reuse::Paper {
+            return;
+        }
+        for number in unset(serving, candidates.len()) {
+            let (word, lies_in) = candidates.get(number);
+            if is_within(extent, word) && kept[lies_in] < KEPT && tile.spares.len() < MOST_SPARES {
+                kept[lies_in] += 1;
+                tile.spares.push(from[candidates.run_of(number)], word.slot());
             }
         }
     }
@@ -156,21 +132,20 @@ impl Serving {
     /// Makes `tile` the tile `before` again, and fills those of its cells that have no sample with their servers.
     pub fn merge<'t>(&mut self, before: &Tile, tile: &mut Tile, sources: &impl Sources<'t>) {
         tile.clone_from(before);
-        let Self { candidates, asked, serves, flags, .. } = self;
-        serves.clear();
-        serves.resize(candidates.len(), NOWHERE);
-        for (cell, asked) in asked.iter_mut().enumerate() {
+        let Self { candidates, servers, serving, flags, .. } = self;
+        serving.clear();
+        serving.resize(candidates.len().div_ceil(WORD), 0);
+        for (cell, server) in servers.iter_mut().enumerate() {
             if tile.model[cell] != EMPTY {
-                *asked = Asked::Own;
+                *server = Server::OWN;
                 continue;
             }
-            let Asked::One(rank, is_contested) = *asked else { continue };
+            let Some(rank) = server.rank() else { continue };
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
-            let is_first = std::mem::replace(&mut serves[number], cell as u16) == NOWHERE;
-            tile.set_copy(cell, !is_first);
-            tile.status[cell] = if is_contested { Status::Overlapped } else { Status::Good };
+            tile.set_copy(cell, !set(serving, number));
+            tile.status[cell] = server.status();
         }
     }
 
@@ -182,25 +157,18 @@ impl Serving {
         tile: &mut Tile,
         sources: &impl Sources<'t>,
     ) -> Option<CellSet> {
-        let Self { candidates, asked, flags, .. } = self;
-        if candidates.len() == 0 || reuse == Reuse::Paper {
+        let Self { candidates, servers, flags, .. } = self;
+        if candidates.len() == 0 || reuse == Reuse::Paper || !tile.status.contains(&Status::Obscured) {
             return None;
         }
         let mut next = CellSet::default();
-        if tile.status.contains(&Status::Obscured) {
-            candidates.sort();
-        }
-        for (cell, asked) in asked.iter_mut().enumerate() {
-            if tile.status[cell] != Status::Obscured {
+        candidates.sort();
+        for (cell, server) in servers.iter_mut().enumerate() {
+            if tile.status[cell] != Status::Obscured || *server == Server::NOBODY {
                 continue;
             }
-            let after = match asked {
-                Asked::Nobody => continue,
-                Asked::Own => None,
-                Asked::One(rank, _) => Some(*rank),
-            };
-            *asked = Asked::of(candidates.nearest(cell, after));
-            let Asked::One(rank, _) = asked else { continue };
+            *server = candidates.nearest(cell, server.rank());
+            let Some(rank) = server.rank() else { continue };
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
@@ -213,34 +181,25 @@ impl Serving {
     }
 
     /// Cells at edges that are served: their targets are to be probed.
-    pub fn probes(&self, extent: Extent, tile: &Tile) -> CellSet {
-        let mut probes = CellSet::default();
+    pub fn probes(&self, tile: &Tile) -> CellSet {
         if self.candidates.len() == 0 {
-            return probes;
+            return CellSet::default();
         }
-        for cell in cells(extent) {
-            if self.edges.has(around(cell)) && tile.status[cell].is_reused() {
-                probes.insert(cell);
-            }
-        }
-        probes
-    }
-}
-
-impl Asked {
-    fn of((rank, is_contested): (Rank, bool)) -> Self {
-        if rank == Rank::NONE { Self::Nobody } else { Self::One(rank, is_contested) }
+        let reused = CellSet::of(|cell| tile.status[cell].is_reused());
+        self.edges.cells.and(&reused)
     }
 }
 
 /// The candidate nearest to each cell's target.
-fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, asked: &mut [Asked]) {
-    candidates.pair();
+fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server]) {
     let [columns, rows] = extent.cells;
     for row in 0..rows {
-        candidates.nearest_in_row(row as usize, columns as usize, |column, rank, is_contested| {
-            asked[cell_number([column as u32, row])] = Asked::of((rank, is_contested));
-        });
+        for first in (0..columns).step_by(LANES) {
+            let nearest = candidates.nearest_to_eight(row as usize, first as usize);
+            for (column, server) in (first..columns).zip(nearest) {
+                servers[cell_number([column, row])] = server;
+            }
+        }
     }
     if candidates.crowded().is_empty() {
         return;
@@ -248,21 +207,33 @@ fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, asked: &mut [
     // few: each cell beside a crowded one looks at all that are there
     candidates.sort();
     for crowded in candidates.crowded() {
-        let [column, row] = [usize::from(*crowded) % ACROSS, usize::from(*crowded) / ACROSS];
+        let [column, row] = [usize::from(*crowded) % ROW, usize::from(*crowded) / ROW];
         let beside = |at: usize, count: u32| at.saturating_sub(2)..(at + 1).min(count as usize);
         for row in beside(row, rows) {
             for column in beside(column, columns) {
                 let cell = cell_number([column as u32, row as u32]);
-                asked[cell] = Asked::of(candidates.nearest(cell, None));
+                servers[cell] = candidates.nearest(cell, None);
             }
         }
     }
 }
 
-/// The paper's rule: of the candidates in a cell the one nearest to the eye.
-fn nearest_to_eye(candidates: &Candidates, cell: usize) -> Asked {
-    let (rank, count) = candidates.nearest_to_eye(around(cell));
-    Asked::of((rank, count > 1))
+/// Bits of a word.
+const WORD: usize = u64::BITS as usize;
+
+/// Sets a bit. Whether it was not set.
+#[inline(always)]
+fn set(bits: &mut [u64], number: usize) -> bool {
+    let (word, bit) = (&mut bits[number / WORD], 1 << (number % WORD));
+    let was_unset = *word & bit == 0;
+    *word |= bit;
+    was_unset
+}
+
+/// The numbers below `count` whose bits are not set.
+fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
+    let words = bits.iter().zip((0..).step_by(WORD));
+    words.flat_map(|(word, first)| set_bits(!*word).map(move |bit| first + bit)).take_while(move |number| *number < count)
 }
 
 /// The cells of a tile that are in the picture.
@@ -271,9 +242,10 @@ fn cells(extent: Extent) -> impl Iterator<Item = usize> {
     (0..rows).flat_map(move |row| (0..columns).map(move |column| cell_number([column, row])))
 }
 
-/// Whether a cell in or around a tile is in it.
+/// Whether a candidate lies in the tile, and in the picture.
 #[inline(always)]
-fn is_within(extent: Extent, around: usize) -> bool {
-    let within = |at: usize, count: u32| at >= 1 && at <= count as usize;
-    within(around % ACROSS, extent.cells[0]) && within(around / ACROSS, extent.cells[1])
+fn is_within(extent: Extent, word: Binned) -> bool {
+    let [x, y] = word.place().map(|at| (at - STEPS) as u32);
+    let [columns, rows] = extent.cells.map(|count| count * STEPS as u32);
+    (x < columns) & (y < rows)
 }

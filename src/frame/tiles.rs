@@ -418,8 +418,7 @@ fn update_samples(
             }
         }
         if frame.reuse == Reuse::Target {
-            let extent = frame.view.grid.extent_of(number);
-            probes = serving.probes(extent, tile);
+            probes = serving.probes(tile);
         }
     }
     let flags = serving.flags();

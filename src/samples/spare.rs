@@ -21,9 +21,9 @@ pub struct Spares {
     /// The samples.
     pub samples: Vec<Spare>,
     /// By light that has one tag a sample, the tag of each sample.
-    single: Vec<Vec<Tag>>,
+    pub(super) single: Vec<Vec<Tag>>,
     /// By light that is an area, the tags of each sample.
-    area: Vec<Vec<AreaTag>>,
+    pub(super) area: Vec<Vec<AreaTag>>,
 }
 
 /// As many as a tile may have: a [slot](Tile::slots) has 11 bits.

@@ -6,7 +6,6 @@ use half::slice::HalfFloatSliceExt;
 
 use super::{MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::prefetch::prefetch;
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -28,7 +27,9 @@ pub type Column<T> = [T; CELLS];
 pub struct Move {
     /// Its new cell.
     pub to: u16,
-    /// Its old [slot](Tile::slots).
+    /// Its old tile, by its number in a list.
+    pub source: u16,
+    /// Its [slot](Tile::slots) there.
     pub from: u16,
 }
 
@@ -168,14 +169,6 @@ impl Tile {
         }
     }
 
-    /// Fetches what will be asked of the sample in a slot.
-    #[inline(always)]
-    pub fn prefetch_record(&self, slot: usize) {
-        if let Some(record) = self.record.get(slot) {
-            prefetch(std::slice::from_ref(record));
-        }
-    }
-
     /// What the sample in a slot shows: its model, and what else is kept.
     #[inline(always)]
     pub fn surface_in(&self, slot: usize) -> (u32, &Record) {
@@ -185,40 +178,42 @@ impl Tile {
         }
     }
 
-    /// Copies samples, with their light and tags, from slots of `from` to cells. Status and whether they are copies are the
-    /// caller's. Returns the flags that any of them has.
-    pub fn copy_slots(&mut self, from: &Self, moves: &[Move]) -> Flags {
-        let mut flags = Flags::default();
-        for way in moves {
-            let (to, slot) = (usize::from(way.to) % CELLS, usize::from(way.from));
-            if slot < CELLS {
-                self.x[to] = from.x[slot];
-                self.y[to] = from.y[slot];
-                self.z[to] = from.z[slot];
-                self.model[to] = from.model[slot];
-                self.record[to] = from.record[slot];
-                flags = flags.with(self.record[to].flags);
-            } else {
-                flags = flags.with(self.copy_slot(to, from, slot));
-            }
-        }
-        self.tags.copy_all(&from.tags, moves);
-        flags
+    /// Copies the sample in `slot` of `from`, with its light and without its tags, to `cell`. Status and whether it is a
+    /// copy are the caller's. Returns its flags.
+    #[inline(always)]
+    pub fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
+        // records straight from one to the other: a copy in between waits for itself
+        let record = if slot < CELLS {
+            self.x[cell] = from.x[slot];
+            self.y[cell] = from.y[slot];
+            self.z[cell] = from.z[slot];
+            self.model[cell] = from.model[slot];
+            &from.record[slot]
+        } else {
+            let spare = &from.spares.samples[slot - CELLS];
+            [self.x[cell], self.y[cell], self.z[cell]] = spare.point.to_array();
+            self.model[cell] = spare.model;
+            &spare.record
+        };
+        self.record[cell] = *record;
+        record.flags
+    }
+
+    /// Copies the tags of samples that were copied from the tiles `sources`.
+    pub fn copy_tags(&mut self, sources: &[&Self], moves: &[Move]) {
+        let tags = sources.iter().map(|tile| (&tile.tags, &tile.spares));
+        self.tags.copy_all(&tags.collect::<Vec<_>>(), moves);
     }
 
     /// Copies the sample in `slot` of `from`, with its light and its tags, to `cell`. Status and whether it is a copy are
     /// the caller's. Returns its flags.
     #[inline]
     pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
-        let Spare { point, model, record } = from.slot(slot);
-        [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
-        self.model[cell] = model;
-        self.record[cell] = record;
         match slot.checked_sub(CELLS) {
             None => self.tags.take_over(cell, &from.tags, slot),
             Some(number) => from.spares.copy_tags(number, &mut self.tags, cell),
         }
-        record.flags
+        self.copy_untagged(cell, from, slot)
     }
 
     /// Where the sample is: see [`Tile::x`].

@@ -1,6 +1,6 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, Move};
+use super::{CELLS, Column, EMPTY, Move, Spares};
 use crate::lanes::{LANES, Mask};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -277,10 +277,14 @@ impl Tags {
         }
     }
 
-    /// Copies the tags of those samples that come from a cell.
-    pub fn copy_all(&mut self, from: &Self, moves: &[Move]) {
-        copy_all(&mut self.single, &from.single, moves);
-        copy_all(&mut self.area, &from.area, moves);
+    /// Copies tags out of tiles, of each of which `sources` has the cells' tags and the spare samples.
+    pub fn copy_all(&mut self, sources: &[(&Self, &Spares)], moves: &[Move]) {
+        for (column, to) in self.single.iter_mut().enumerate() {
+            copy_all(to, sources, moves, |(tags, spares)| (&tags.single[column], &spares.single[column]));
+        }
+        for (column, to) in self.area.iter_mut().enumerate() {
+            copy_all(to, sources, moves, |(tags, spares)| (&tags.area[column], &spares.area[column]));
+        }
     }
 
     /// Forgets what is known of some cells.
@@ -300,13 +304,17 @@ impl Tags {
     }
 }
 
-fn copy_all<T: Copy>(to: &mut [Column<T>], from: &[Column<T>], moves: &[Move]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        for Move { to: cell, from: slot } in moves {
-            if let Some(tag) = from.get(usize::from(*slot)) {
-                to[usize::from(*cell) % CELLS] = *tag;
-            }
-        }
+/// One column of tags; `column` takes it out of a source.
+fn copy_all<'t, T: Copy + 't, S: Copy>(
+    to: &mut Column<T>,
+    sources: &[S],
+    moves: &[Move],
+    column: impl Fn(S) -> (&'t Column<T>, &'t Vec<T>),
+) {
+    let columns: Vec<_> = sources.iter().map(|source| column(*source)).collect();
+    for Move { to: cell, source, from } in moves {
+        let ((cells, spares), slot) = (columns[usize::from(*source)], usize::from(*from));
+        to[usize::from(*cell) % CELLS] = if slot < CELLS { cells[slot] } else { spares[slot - CELLS] };
     }
 }
 
