@@ -1,11 +1,9 @@
 //! Where the nearest sample need not show what a cell's target shows: at edges.
 
-use wide::{i16x8, u16x8};
-
 use super::candidates::{ACROSS, AROUND, Candidates, ROW, Sources};
 use super::cells::CellSet;
 use super::grid::{Extent, cell_number};
-use crate::samples::{BACKGROUND, Octahedral};
+use crate::samples::BACKGROUND;
 
 /// Where surfaces beside each other differ so much in depth (a share of it), one is before the other.
 pub const DEPTH_STEP: f32 = 0.1;
@@ -22,65 +20,38 @@ pub struct Edges {
     pub cells: CellSet,
 }
 
-/// The least of what some candidates show, and the complement of the greatest: surface, depth, and the two coordinates
-/// of the normal.
-#[derive(Debug, Clone, Copy)]
-struct Shown(u16x8);
+/// The least surface and the least depth that some candidates show, and the complements of the greatest: each of the four
+/// is the least of what is joined.
+type Shown = [u16; 4];
 
-/// The same of the cells of a row, each of the eight values by itself.
-type Row = [[u16; ROW]; 8];
+/// No candidate.
+const NOTHING: Shown = [u16::MAX; 4];
 
-impl Shown {
-    const NOTHING: Self = Self(u16x8::MAX);
-
-    /// Surface and depth, then the two coordinates of the normal in a word.
-    #[inline(always)]
-    fn of([surface, depth]: [u16; 2], normal: u32) -> Self {
-        let least = u64::from(normal) << 32 | u64::from(depth) << 16 | u64::from(surface);
-        Self(bytemuck::cast([least, !least]))
-    }
-
-    #[inline(always)]
-    fn with(self, other: Self) -> Self {
-        Self(self.0.min(other.0))
-    }
+fn shown(surface: u16, depth: u16) -> Shown {
+    [surface, depth, !surface, !depth]
 }
 
-/// For each cell of a row what is shown in it and beside it.
-#[inline(always)]
-fn join_row(shown: &[Shown], joined: &mut Row) {
-    let mut row: Row = [[0; ROW]; 8];
-    for (first, eight) in (0..).step_by(8).zip(shown.chunks_exact(8)) {
-        let eight: [i16x8; 8] = std::array::from_fn(|cell| bytemuck::cast(eight[cell].0));
-        for (values, column) in row.iter_mut().zip(i16x8::transpose(eight)) {
-            values[first..first + 8].copy_from_slice(&column.to_array().map(|value| value as u16));
-        }
-    }
-    for (values, joined) in row.iter().zip(joined) {
-        for ((joined, left), (own, right)) in joined[1..ROW - 1]
-            .iter_mut()
-            .zip(&values[..ROW - 2])
-            .zip(values[1..ROW - 1].iter().zip(&values[2..]))
-        {
-            *joined = *left.min(own).min(right);
-        }
-    }
+fn join(a: Shown, b: Shown) -> Shown {
+    std::array::from_fn(|value| a[value].min(b[value]))
 }
 
 /// For each cell of the middle one of three rows whether all that is shown around it may be one surface.
 #[inline(always)]
-fn one_surface([above, own, below]: [&Row; 3]) -> [bool; ROW] {
-    const LEAST_STEP: [u16; 4] = [1, DEPTH_STEPS, Octahedral::FOLD as u16, Octahedral::FOLD as u16];
-    let mut is_one = [true; ROW];
-    for (value, step) in LEAST_STEP.into_iter().enumerate() {
-        let join = |value: usize, at: usize| above[value][at].min(own[value][at]).min(below[value][at]);
-        let range: [u16; ROW] =
-            std::array::from_fn(|at| (!join(value + 4, at)).wrapping_sub(join(value, at)));
-        for (is_one, range) in is_one.iter_mut().zip(range) {
-            *is_one &= range < step;
-        }
+fn one_surface(rows: [&[Shown]; 3]) -> [bool; ROW] {
+    const VALUES: usize = ROW * 4;
+    let mut column = [0; VALUES];
+    let [above, own, below] = rows.map(|row| &row.as_flattened()[..VALUES]);
+    for (at, least) in column.iter_mut().enumerate() {
+        *least = above[at].min(own[at]).min(below[at]);
     }
-    is_one
+    let mut square = [0; VALUES];
+    for at in 4..VALUES - 4 {
+        square[at] = column[at - 4].min(column[at]).min(column[at + 4]);
+    }
+    std::array::from_fn(|cell| {
+        let range = |value: usize| (!square[4 * cell + value + 2]).wrapping_sub(square[4 * cell + value]);
+        (range(0) == 0) & (range(1) < DEPTH_STEPS)
+    })
 }
 
 /// Low bits of a [depth](super::bins::Binned::depth) that are not looked at: 16 are left, 8 of them below the point.
@@ -108,13 +79,8 @@ impl Edges {
         let Self { shown, quarters, cells } = self;
         *cells = CellSet::default();
         let [columns, count] = extent.cells;
-        let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
-        let shown_in = |row: usize| &shown[row * ROW..(row + 1) * ROW];
-        join_row(shown_in(0), &mut rows[0]);
-        join_row(shown_in(1), &mut rows[1]);
         for row in 1..=count as usize {
-            join_row(shown_in(row + 1), &mut rows[(row + 1) % 3]);
-            let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
+            let is_one = one_surface([row - 1, row, row + 1].map(|row| &shown[row * ROW..(row + 1) * ROW]));
             let is_round = has_all_quadrants(quarters, row);
             let is_inner = is_one[1..].iter().zip(&is_round[1..]).map(|(is_one, is_round)| *is_one & *is_round);
             for (column, is_inner) in (0..columns).zip(is_inner) {
@@ -127,9 +93,9 @@ impl Edges {
 
     /// Notes what the candidates show, and where in their cells they are.
     fn take<'t>(&mut self, candidates: &Candidates, sources: &impl Sources<'t>) {
-        let Self { shown, quarters, .. } = self;
-        shown.clear();
-        shown.resize(AROUND, Shown::NOTHING);
+        let Self { shown: cells, quarters, .. } = self;
+        cells.clear();
+        cells.resize(AROUND, NOTHING);
         quarters.clear();
         quarters.resize(AROUND, 0);
         for (source, numbers) in candidates.runs() {
@@ -138,8 +104,7 @@ impl Edges {
                 let (word, cell) = candidates.get(number);
                 let (model, record) = tile.surface_in(word.slot());
                 let depth = (word.depth() >> DEPTH_LOST) as u16;
-                let seen = Shown::of([surface(model, record.material), depth], record.normal.both_steps());
-                shown[cell] = shown[cell].with(seen);
+                cells[cell] = join(cells[cell], shown(surface(model, record.material), depth));
                 quarters[cell] |= word.quarter();
             }
         }
@@ -216,29 +181,18 @@ mod tests {
     }
 
     #[test]
-    fn one_surface_has_one_material_one_depth_and_one_normal() {
-        let shown = |[surface, depth, across, down]: [u16; 4]| {
-            Shown::of([surface, depth], u32::from(down) << 16 | u32::from(across))
-        };
-        let values = [7, 1000, 30000, 40000];
-        let joined = |other: [u16; 4]| {
-            let mut rows: [Row; 3] = [[[0; ROW]; 8]; 3];
-            for (number, row) in rows.iter_mut().enumerate() {
-                let mut row_shown = [shown(values); ROW];
-                if number == 2 {
-                    row_shown[17] = shown(other);
-                }
-                join_row(&row_shown, row);
-            }
-            let is_one = one_surface([&rows[0], &rows[1], &rows[2]]);
+    fn one_surface_has_one_material_and_one_depth() {
+        let is_one = |other: Shown| {
+            let mut rows = [[shown(7, 1000); ROW]; 3];
+            rows[2][17] = other;
+            let is_one = one_surface(rows.each_ref().map(|row| &row[..]));
             assert!(is_one[1..15].iter().chain(&is_one[19..ROW - 1]).all(|is_one| *is_one));
             assert!(is_one[16] == is_one[17] && is_one[17] == is_one[18]);
             is_one[17]
         };
-        assert!(joined(values) && joined([7, 1000 + DEPTH_STEPS / 2, 31000, 39000]));
-        assert!(!joined([8, 1000, 30000, 40000]), "another material");
-        assert!(!joined([7, 1000 + 2 * DEPTH_STEPS, 30000, 40000]), "a step");
-        assert!(!joined([7, 1000, 40000, 40000]) && !joined([7, 1000, 30000, 10000]), "a fold");
+        assert!(is_one(shown(7, 1000)) && is_one(shown(7, 1000 + DEPTH_STEPS / 2)) && is_one(NOTHING));
+        assert!(!is_one(shown(8, 1000)) && !is_one(shown(6, 1000)), "another material");
+        assert!(!is_one(shown(7, 1000 + 2 * DEPTH_STEPS)), "a step");
         assert!(surface(0, 1) != surface(1, 0) && surface(3, 9) != surface(BACKGROUND, 9));
     }
 }

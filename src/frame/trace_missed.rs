@@ -147,7 +147,6 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
     server.triangle == met.triangle
         || server.material == met.material
             && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
-            && server.normal.is_near(met.normal)
 }
 
 /// Mends the points (object space) that lie beside their rays.

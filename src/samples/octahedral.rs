@@ -36,29 +36,6 @@ impl Octahedral {
         ((x & u32x8::splat(0xffff)) | (y << 16_u32)).to_array().map(Self)
     }
 
-    /// Whether neither coordinate differs by [`FOLD`](Self::FOLD) or more.
-    pub fn is_near(self, other: Self) -> bool {
-        let [a, b] = [self.steps(), other.steps()];
-        a[0].abs_diff(b[0]) < Self::FOLD && a[1].abs_diff(b[1]) < Self::FOLD
-    }
-
-    /// Where normals differ by so many of 65535 steps in one of their two coordinates, a surface is folded: some 20
-    /// degrees.
-    pub const FOLD: u32 = 8192;
-
-    /// The two coordinates of the square, in steps from 0 to 65535.
-    #[inline(always)]
-    pub fn steps(self) -> [u32; 2] {
-        let both = self.both_steps();
-        [both & 0xffff, both >> 16]
-    }
-
-    /// The same in one word: the first in the low half.
-    #[inline(always)]
-    pub fn both_steps(self) -> u32 {
-        self.0 ^ 0x8000_8000
-    }
-
     /// The vector, of unit length.
     pub fn unfold(self) -> Vec3 {
         Self::unfold_lanes([self; LANES]).lane(0)
