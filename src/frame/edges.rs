@@ -1,9 +1,11 @@
 //! Where the nearest sample need not show what a cell's target shows: at edges.
 
+use wide::{u16x8, u16x16, u64x4};
+
 use super::candidates::{ACROSS, AROUND, Candidates, ROW, Sources};
 use super::cells::CellSet;
 use super::grid::{Extent, cell_number};
-use crate::samples::BACKGROUND;
+use crate::samples::{BACKGROUND, TILE};
 
 /// Where surfaces beside each other differ so much in depth (a share of it), one is before the other.
 pub const DEPTH_STEP: f32 = 0.1;
@@ -20,38 +22,47 @@ pub struct Edges {
     pub cells: CellSet,
 }
 
-/// The least surface and the least depth that some candidates show, and the complements of the greatest: each of the four
-/// is the least of what is joined.
-type Shown = [u16; 4];
+/// What some candidates show, four values of 16 bits: the least surface and the least depth, and the complements of the
+/// greatest. What several show together is the least of each.
+type Shown = u64;
 
 /// No candidate.
-const NOTHING: Shown = [u16::MAX; 4];
+const NOTHING: Shown = u64::MAX;
 
-fn shown(surface: u16, depth: u16) -> Shown {
-    [surface, depth, !surface, !depth]
-}
-
-fn join(a: Shown, b: Shown) -> Shown {
-    std::array::from_fn(|value| a[value].min(b[value]))
-}
-
-/// For each cell of the middle one of three rows whether all that is shown around it may be one surface.
 #[inline(always)]
-fn one_surface(rows: [&[Shown]; 3]) -> [bool; ROW] {
-    const VALUES: usize = ROW * 4;
-    let mut column = [0; VALUES];
-    let [above, own, below] = rows.map(|row| &row.as_flattened()[..VALUES]);
-    for (at, least) in column.iter_mut().enumerate() {
-        *least = above[at].min(own[at]).min(below[at]);
+fn shown(surface: u16, depth: u16) -> Shown {
+    let least = u64::from(depth) << 16 | u64::from(surface);
+    !least << 32 | least
+}
+
+#[inline(always)]
+fn join(a: Shown, b: Shown) -> Shown {
+    let [a, b]: [u16x8; 2] = [[a, 0], [b, 0]].map(bytemuck::cast);
+    let [least, _]: [Shown; 2] = bytemuck::cast(a.min(b));
+    least
+}
+
+/// For each cell of the tile in the middle one of three rows whether all that is shown around it may be one surface.
+#[inline(always)]
+fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
+    // by how much at most the greatest is more than the least; what is compared are the first two of four values
+    const MOST: [u16; 4] = [0, DEPTH_STEPS - 1, u16::MAX, u16::MAX];
+    let most: u16x16 = bytemuck::cast([MOST; 4]);
+    let mut is_one = [true; TILE];
+    for (first, is_one) in (0..).step_by(4).zip(is_one.chunks_exact_mut(4)) {
+        let mut joined = u16x16::splat(u16::MAX);
+        for row in rows {
+            for left in first..first + 3 {
+                let four: [Shown; 4] = std::array::from_fn(|cell| row[left + cell]);
+                joined = joined.min(bytemuck::cast(four));
+            }
+        }
+        let complements: u16x16 = bytemuck::cast(bytemuck::cast::<_, u64x4>(joined) >> 32);
+        let range = !complements - joined;
+        let beyond: [u64; 4] = bytemuck::cast(range.saturating_sub(most));
+        is_one.iter_mut().zip(beyond).for_each(|(is_one, beyond)| *is_one = beyond == 0);
     }
-    let mut square = [0; VALUES];
-    for at in 4..VALUES - 4 {
-        square[at] = column[at - 4].min(column[at]).min(column[at + 4]);
-    }
-    std::array::from_fn(|cell| {
-        let range = |value: usize| (!square[4 * cell + value + 2]).wrapping_sub(square[4 * cell + value]);
-        (range(0) == 0) & (range(1) < DEPTH_STEPS)
-    })
+    is_one
 }
 
 /// Low bits of a [depth](super::bins::Binned::depth) that are not looked at: 16 are left, 8 of them below the point.
@@ -82,7 +93,7 @@ impl Edges {
         for row in 1..=count as usize {
             let is_one = one_surface([row - 1, row, row + 1].map(|row| &shown[row * ROW..(row + 1) * ROW]));
             let is_round = has_all_quadrants(quarters, row);
-            let is_inner = is_one[1..].iter().zip(&is_round[1..]).map(|(is_one, is_round)| *is_one & *is_round);
+            let is_inner = is_one.iter().zip(&is_round).map(|(is_one, is_round)| *is_one & *is_round);
             for (column, is_inner) in (0..columns).zip(is_inner) {
                 if !is_inner {
                     cells.insert(cell_number([column, row as u32 - 1]));
@@ -129,24 +140,22 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     }
 }
 
-/// For each cell of a row whether each of the four quadrants around its target has a sample, within a cell and a half.
+/// For each cell of the tile in a row whether each of the four quadrants around its target has a sample, within a cell and a half.
 #[inline(always)]
-fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; ROW] {
+fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; TILE] {
     let of_row = |row: usize| -> [u8; ROW] {
         let quarters = &quarters[row * ROW..(row + 1) * ROW];
         std::array::from_fn(|at| quarters[at])
     };
     let (above, own, below) = (of_row(row - 1), of_row(row), of_row(row + 1));
-    let mut all = [true; ROW];
-    for at in 1..ROW - 1 {
-        let (left, right) = (at - 1, at + 1);
+    std::array::from_fn(|column| {
+        let (left, at, right) = (column, column + 1, column + 2);
         let left_above = own[at] & 1 | own[left] & 3 | above[at] & 5 | above[left];
         let right_above = own[at] & 2 | own[right] & 3 | above[at] & 10 | above[right];
         let left_below = own[at] & 4 | own[left] & 12 | below[at] & 5 | below[left];
         let right_below = own[at] & 8 | own[right] & 12 | below[at] & 10 | below[right];
-        all[at] = (left_above != 0) & (right_above != 0) & (left_below != 0) & (right_below != 0);
-    }
-    all
+        (left_above != 0) & (right_above != 0) & (left_below != 0) & (right_below != 0)
+    })
 }
 
 #[cfg(test)]
@@ -157,7 +166,7 @@ mod tests {
     fn an_empty_quadrant_is_seen_whichever_it_is() {
         let middle = 5 * ROW + 5;
         let has_all_quadrants =
-            |quarters: &[u8], cell: usize| has_all_quadrants(quarters, cell / ROW)[cell % ROW];
+            |quarters: &[u8], cell: usize| has_all_quadrants(quarters, cell / ROW)[cell % ROW - 1];
         assert!(has_all_quadrants(&[15; AROUND], middle));
         // each quadrant: a quarter of the own cell, halves of two beside it, and all of the one at the corner
         let quadrants = [
@@ -186,9 +195,10 @@ mod tests {
             let mut rows = [[shown(7, 1000); ROW]; 3];
             rows[2][17] = other;
             let is_one = one_surface(rows.each_ref().map(|row| &row[..]));
-            assert!(is_one[1..15].iter().chain(&is_one[19..ROW - 1]).all(|is_one| *is_one));
-            assert!(is_one[16] == is_one[17] && is_one[17] == is_one[18]);
-            is_one[17]
+            // cell 17 is in column 16 of the tile
+            assert!(is_one[..15].iter().chain(&is_one[18..]).all(|is_one| *is_one));
+            assert!(is_one[15] == is_one[16] && is_one[16] == is_one[17]);
+            is_one[16]
         };
         assert!(is_one(shown(7, 1000)) && is_one(shown(7, 1000 + DEPTH_STEPS / 2)) && is_one(NOTHING));
         assert!(!is_one(shown(8, 1000)) && !is_one(shown(6, 1000)), "another material");
