@@ -11,6 +11,7 @@
 //! to the bit for any number of threads.
 
 pub mod audit;
+mod ahead;
 mod bins;
 mod bits;
 mod bounce;

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::ahead::Ahead;
 use super::bins::Bins;
 use super::cells::CellSet;
 use super::channels::{Picture, Written};
@@ -19,6 +20,7 @@ use super::path_bounds::TilePaths;
 use super::stay::{self, Detached};
 use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
+use super::verify::Request;
 use super::window::{Window, cut};
 use super::{enhance, light, reproject, trace_missed, verify};
 use crate::film::Film;
@@ -263,6 +265,19 @@ impl Work<'_> {
             true => Outcome::Counts,
         }
     }
+
+    /// What the tile after number `number` begins with; `rest` are those after it in its run.
+    fn ahead<'t>(&self, number: usize, rest: &'t [Box<Tile>]) -> Ahead<'t>
+    where
+        Self: 't,
+    {
+        match &self.start.reused {
+            Reused::Projected(old, _) => {
+                Ahead { before: old.tile(number as u32 + 1), now: rest.first().map(AsRef::as_ref) }
+            }
+            Reused::None | Reused::InPlace(..) => Ahead::default(),
+        }
+    }
 }
 
 /// Takes tiles through all phases.
@@ -273,9 +288,11 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
             |(mut scratch, mut samples, mut written), run| {
                 let Run { first, tiles, states, films, mut window } = run;
-                for (number, ((tile, state), film)) in (first..).zip(tiles.iter_mut().zip(states).zip(films))
-                {
-                    let outcome = infer_tile(work, number, tile, state, &mut scratch);
+                let mut tiles = tiles.iter_mut();
+                for (number, (state, film)) in (first..).zip(states.iter_mut().zip(films)) {
+                    let Some(tile) = tiles.next() else { break };
+                    let ahead = work.ahead(number, tiles.as_slice());
+                    let outcome = infer_tile(work, number, tile, state, ahead, &mut scratch);
                     let begin = Instant::now();
                     let Work { frame, picture, dirty, .. } = *work;
                     let ThreadScratch { filtering, radiance, placed, trace, .. } = &mut scratch;
@@ -322,6 +339,7 @@ fn infer_tile(
     number: usize,
     tile: &mut Tile,
     state: &mut TileState,
+    ahead: Ahead,
     scratch: &mut ThreadScratch,
 ) -> Outcome {
     let Work { frame, dirty, .. } = *work;
@@ -336,7 +354,7 @@ fn infer_tile(
         scratch.seconds.gather += begin.elapsed().as_secs_f64();
         Change::None
     } else {
-        update_samples(work, number, tile, state, scratch)
+        update_samples(work, number, tile, state, ahead, scratch)
     };
     if change != Change::None {
         state.content = None;
@@ -373,6 +391,7 @@ fn update_samples(
     number: usize,
     tile: &mut Tile,
     state: &mut TileState,
+    mut ahead: Ahead,
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
@@ -403,7 +422,9 @@ fn update_samples(
         let bounds = state.content.as_ref().map(|content| &content.bounds);
         let mut cells = CellSet::ALL;
         for asked in 1.. {
-            verify::verify(frame, among, tile, &cells, bounds, serving.flags(), trace);
+            let request = Request { cells: &cells, bounds, flags: serving.flags(), ahead };
+            verify::verify(frame, among, tile, &request, trace);
+            ahead = Ahead::default();
             let next = match reused {
                 _ if asked == MOST_ASKED => None,
                 Reused::None => None,

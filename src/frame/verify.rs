@@ -3,6 +3,7 @@
 //! Segments run from the eye to the sample, so that the rays of a tile start in one point and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
+use super::ahead::Ahead;
 use super::bits::{count_bits, set_bits, status_bits};
 use super::cells::{BLOCK, CellSet};
 use super::frame_view::FrameView;
@@ -14,17 +15,28 @@ use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Flags, Status, Tile};
 use crate::trace::{Among, Blockers, Coherence, Purpose};
 
-/// Turns those of `cells` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
-/// `bounds` has at least the samples of models that did not move, if that is known; `flags`: those that any sample has.
+/// What is to be verified of a tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Cells whose samples are asked for.
+    pub cells: &'a CellSet,
+    /// Of at least the samples of models that did not move, if they are known.
+    pub bounds: Option<&'a TileBounds>,
+    /// Flags that any sample has.
+    pub flags: Flags,
+    /// What to fetch meanwhile.
+    pub ahead: Ahead<'a>,
+}
+
+/// Turns cells of a `request` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
 pub fn verify(
     frame: &FrameView,
     among: Among,
     tile: &mut Tile,
-    cells: &CellSet,
-    bounds: Option<&TileBounds>,
-    flags: Flags,
+    request: &Request,
     scratch: &mut TraceScratch,
 ) {
+    let Request { cells, bounds, flags, .. } = *request;
     for first in (0..CELLS).step_by(LANES) {
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
         let asked = reused & cells.eight(first);
@@ -39,13 +51,13 @@ pub fn verify(
         None => TileBounds::samples(frame, tile).may_be_hidden(frame),
     };
     if frame.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
-        verify_against(SightCheck::Moved, &[Blockers::Moved], frame, tile, cells, flags, scratch);
+        verify_against(SightCheck::Moved, &[Blockers::Moved], frame, tile, request, scratch);
     }
     let blockers: &[Blockers] = match among {
         Among::All => &[Blockers::Still, Blockers::Movable],
         Among::Still => &[Blockers::Still],
     };
-    verify_against(SightCheck::Everything, blockers, frame, tile, cells, flags, scratch);
+    verify_against(SightCheck::Everything, blockers, frame, tile, request, scratch);
 }
 
 /// Sends the segments of all samples whose check is `check` against `blockers`.
@@ -54,10 +66,10 @@ fn verify_against(
     blockers: &[Blockers],
     frame: &FrameView,
     tile: &mut Tile,
-    cells: &CellSet,
-    flags: Flags,
+    request: &Request,
     scratch: &mut TraceScratch,
 ) {
+    let Request { cells, flags, ahead, .. } = *request;
     let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
     let any_unseen = flags.has(Flags::UNSEEN);
     let for_unseen = any_unseen && check == SightCheck::Everything;
@@ -77,7 +89,7 @@ fn verify_against(
         };
         u16::from_le_bytes([bits(0), bits(LANES)])
     });
-    push_segments(frame, tile, &asked, scratch);
+    push_segments(frame, tile, &asked, ahead, scratch);
     scratch.tally.counts.verification += scratch.rays.count();
     scratch.begin_answers();
     for by in blockers {
@@ -110,10 +122,17 @@ fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: 
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
 /// packets that they are, and what is left one after the other.
-fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], scratch: &mut TraceScratch) {
+fn push_segments(
+    frame: &FrameView,
+    tile: &Tile,
+    asked: &[u16; CELLS / BLOCK],
+    ahead: Ahead,
+    scratch: &mut TraceScratch,
+) {
     // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
+        ahead.fetch(first);
         for half in [0, LANES] {
             let bits = (asked >> half) as u8;
             count_bits(bits, &mut scratch.tally.cells.verification[first + half..first + half + LANES]);

@@ -58,10 +58,10 @@ impl LeavingStore {
         Self { tiles: store.tiles.into_iter().map(Some).collect(), order, gone: 0 }
     }
 
-    /// Tile number `number`, unless it has gone.
+    /// Tile number `number`, if there is one and it has not gone.
     #[inline]
     pub fn tile(&self, number: u32) -> Option<&Tile> {
-        self.tiles[number as usize].as_deref()
+        self.tiles.get(number as usize)?.as_deref()
     }
 
     /// Gives back what nobody wants any more now that `done` tiles of the new store are done.

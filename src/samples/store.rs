@@ -6,6 +6,7 @@ use half::slice::HalfFloatSliceExt;
 
 use super::{MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::prefetch::prefetch;
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -167,6 +168,15 @@ impl Tile {
             None => Spare { point: self.point(slot), model: self.model[slot], record: self.record[slot] },
             Some(number) => self.spares.samples[number],
         }
+    }
+
+    /// Has the cells of a block, from `first` on, fetched.
+    #[inline(always)]
+    pub fn prefetch(&self, first: usize) {
+        let block = first..first + 2 * LANES;
+        [&self.x, &self.y, &self.z].into_iter().for_each(|column| prefetch(&column[block.clone()]));
+        prefetch(&self.model[block.clone()]);
+        prefetch(&self.record[block]);
     }
 
     /// What the sample in a slot shows: its model, and what else is kept.
