@@ -9,8 +9,8 @@ pub const LINE: usize = 64;
 pub fn prefetch<T>(values: &[T]) {
     let in_line = (LINE / size_of::<T>()).max(1);
     values.iter().step_by(in_line).for_each(fetch);
-    // where the first is not at the beginning of its line, the last has a line more
-    if let Some(last) = values.last() {
+    // where the first is not at the beginning of its line, the last may have a line more
+    if let [_, .., last] = values {
         fetch(last);
     }
 }

@@ -150,7 +150,9 @@ pub struct BinWriter {
 /// What goes into one bin.
 #[derive(Debug, Default)]
 struct Pile {
-    tile: u32,
+    /// Column and row of the tile.
+    tile: [i32; 2],
+    number: u32,
     /// One cell left of and above the tile, in [`STEPS`] from the picture's corner.
     origin: [i32; 2],
     words: Vec<u64>,
@@ -186,41 +188,59 @@ impl BinWriter {
 
     fn add_one(&mut self, grid: &Grid, slot: usize, depth: f32, at: [i32; 2], halo: bool) {
         let edge = grid.tile_edge() as i32;
-        let cell = at.map(|at| at / STEPS);
-        let tile = cell.map(|cell| cell / edge);
-        let reach = [0, 1].map(|axis| {
-            let (in_tile, count) = (cell[axis] % edge, grid.tile_counts()[axis] as i32);
-            let before = halo && in_tile == 0 && tile[axis] > 0;
-            let after = halo && in_tile == edge - 1 && tile[axis] + 1 < count;
-            tile[axis] - i32::from(before)..=tile[axis] + i32::from(after)
-        });
-        let [columns, rows] = reach;
-        for row in rows {
-            for column in columns.clone() {
-                let pile = self.pile(grid, [column, row]);
-                let place = [at[0] - pile.origin[0], at[1] - pile.origin[1]];
-                pile.words.push(Binned::new(depth, place, slot).0);
-            }
+        let pile = self.pile_at(grid, at);
+        let Pile { tile, origin, words, .. } = &mut self.piles[pile];
+        let place = [at[0] - origin[0], at[1] - origin[1]];
+        words.push(Binned::new(depth, place, slot).0);
+        if !halo {
+            return;
         }
+        let tile = *tile;
+        // towards which neighbours: -1, 0 or 1
+        let [beside_x, beside_y] = [0, 1].map(|axis| match place[axis] / STEPS {
+            1 if tile[axis] > 0 => -1,
+            cell if cell == edge && tile[axis] + 1 < grid.tile_counts()[axis] as i32 => 1,
+            _ => 0,
+        });
+        let neighbours = [[beside_x, 0], [0, beside_y], [beside_x, beside_y]];
+        let is_new = [beside_x != 0, beside_y != 0, beside_x != 0 && beside_y != 0];
+        for [x, y] in neighbours.into_iter().zip(is_new).filter_map(|(beside, is_new)| is_new.then_some(beside)) {
+            let neighbour = self.pile_of(grid, [tile[0] + x, tile[1] + y]);
+            let Pile { origin, words, .. } = &mut self.piles[neighbour];
+            words.push(Binned::new(depth, [at[0] - origin[0], at[1] - origin[1]], slot).0);
+        }
+    }
+
+    /// What goes into the bin of the tile that holds this place.
+    #[inline(always)]
+    fn pile_at(&mut self, grid: &Grid, at: [i32; 2]) -> usize {
+        let edge = grid.tile_edge() as i32;
+        let holds = |pile: &Pile| {
+            (0..2).all(|axis| (STEPS..(edge + 1) * STEPS).contains(&(at[axis] - pile.origin[axis])))
+        };
+        if self.used == 0 || !holds(&self.piles[self.latest]) {
+            self.latest = match self.piles[..self.used].iter().position(holds) {
+                Some(known) => known,
+                None => self.open(grid, at.map(|at| at / STEPS / edge)),
+            };
+        }
+        self.latest
     }
 
     /// What goes into the bin of the tile in this column and row.
-    fn pile(&mut self, grid: &Grid, [column, row]: [i32; 2]) -> &mut Pile {
-        let tile = row as u32 * grid.tiles_x + column as u32;
-        if self.used == 0 || self.piles[self.latest].tile != tile {
-            let known = self.piles[..self.used].iter().position(|pile| pile.tile == tile);
-            self.latest = known.unwrap_or_else(|| self.open(tile, bin_origin(grid, tile as usize)));
-        }
-        &mut self.piles[self.latest]
+    fn pile_of(&mut self, grid: &Grid, tile: [i32; 2]) -> usize {
+        let known = self.piles[..self.used].iter().position(|pile| pile.tile == tile);
+        known.unwrap_or_else(|| self.open(grid, tile))
     }
 
     #[cold]
-    fn open(&mut self, tile: u32, origin: [i32; 2]) -> usize {
+    fn open(&mut self, grid: &Grid, tile: [i32; 2]) -> usize {
         if self.used == self.piles.len() {
             self.piles.push(Pile::default());
         }
         let pile = &mut self.piles[self.used];
-        (pile.tile, pile.origin) = (tile, origin);
+        let number = tile[1] as u32 * grid.tiles_x + tile[0] as u32;
+        (pile.tile, pile.number, pile.origin) = (tile, number, bin_origin(grid, number as usize));
         self.used += 1;
         self.used - 1
     }
@@ -229,9 +249,9 @@ impl BinWriter {
     /// any of it is for.
     pub fn send(&mut self, source: u32, bins: &Bins) -> u32 {
         let mut until = 0;
-        for Pile { tile, words, .. } in &mut self.piles[..self.used] {
-            until = until.max(*tile + 1);
-            let mut list = bins.tile(*tile as usize);
+        for Pile { number, words, .. } in &mut self.piles[..self.used] {
+            until = until.max(*number + 1);
+            let mut list = bins.tile(*number as usize);
             // no more than what is needed: from frame to frame about as much goes into a bin
             if list.len() < MOST_KEPT {
                 list.reserve_exact(words.len() + 1);

@@ -41,7 +41,8 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
     if may_have_turned == 0 {
         return 0;
     }
-    let mut facets = Octahedral::unfold_lanes(tile.facets(first));
+    // which side needs no length
+    let mut facets = Octahedral::directions(tile.facets(first));
     for lane in set_bits(frame.displaced_bits(models)) {
         facets.set_lane(lane, frame.transform(models[lane]).facet(facets.lane(lane)));
     }

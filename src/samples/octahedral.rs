@@ -44,13 +44,19 @@ impl Octahedral {
     /// Eight vectors, of unit length.
     #[inline(always)]
     pub fn unfold_lanes(eight: [Self; LANES]) -> Vec3x8 {
+        Self::directions(eight).normalize()
+    }
+
+    /// Eight vectors, of any length.
+    #[inline(always)]
+    pub fn directions(eight: [Self; LANES]) -> Vec3x8 {
         let bits = u32x8::new(std::array::from_fn(|lane| eight[lane].0));
         let [x, y] = [bits << 16_u32, bits].map(|bits| F32x8::from_whole(signed(bits) >> 16));
         let step = F32x8::splat(1.0 / STEPS);
         let (x, y) = (x * step, y * step);
         let z = F32x8::splat(1.0) - x.abs() - y.abs();
         let fold = (-z).max(F32x8::ZERO);
-        Vec3x8 { x: x - fold.with_sign_of(x), y: y - fold.with_sign_of(y), z }.normalize()
+        Vec3x8 { x: x - fold.with_sign_of(x), y: y - fold.with_sign_of(y), z }
     }
 }
 

@@ -170,13 +170,18 @@ impl Tile {
         }
     }
 
-    /// Has the cells of a block, from `first` on, fetched.
+    /// Has the samples of a block, from cell `first` on, fetched.
     #[inline(always)]
     pub fn prefetch(&self, first: usize) {
-        let block = first..first + 2 * LANES;
-        [&self.x, &self.y, &self.z].into_iter().for_each(|column| prefetch(&column[block.clone()]));
-        prefetch(&self.model[block.clone()]);
-        prefetch(&self.record[block]);
+        self.prefetch_places(first);
+        prefetch(&self.record[first..first + 2 * LANES]);
+    }
+
+    /// Has the places of a block's samples fetched: what projection reads.
+    #[inline(always)]
+    pub fn prefetch_places(&self, first: usize) {
+        [&self.x, &self.y, &self.z].into_iter().for_each(|column| prefetch(&column[first..=first]));
+        prefetch(&self.model[first..=first]);
     }
 
     /// What the sample in a slot shows: its model, and what else is kept.
