@@ -35,11 +35,7 @@ impl<'t, F: Fn(u32) -> Option<&'t Tile>> Sources<'t> for F {}
 /// Candidates, by number: in the order of the tiles that they come from, and of their slots. Keeps its memory.
 #[derive(Debug, Default)]
 pub struct Candidates {
-    words: Vec<Binned>,
-    /// For each candidate the cell in or around the tile in which it lies.
-    cells: Vec<u16>,
-    /// For each candidate the run in which it came.
-    run_of: Vec<u16>,
+    all: Vec<Candidate>,
     /// The tiles that they come from, with the number of the first candidate of each.
     runs: Vec<(u32, u32)>,
     /// For each cell in and around the tile, its first candidates: in the first layer one of each cell that has any.
@@ -55,6 +51,17 @@ pub struct Candidates {
     /// The numbers of the candidates, cell by cell.
     sorted: Vec<u16>,
     is_sorted: bool,
+}
+
+/// A sample that may serve cells of a tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// What its bin says.
+    pub word: Binned,
+    /// The cell in or around the tile in which it lies.
+    pub cell: u16,
+    /// The number of the [run](Candidates::runs) in which it came.
+    pub run: u16,
 }
 
 /// Layers of candidates. With two, one cell in seven of a camera that travels backwards is crowded.
@@ -136,9 +143,7 @@ const _: () = assert!(Rank::FARTHEST.0 < Server::CONTESTED);
 impl Candidates {
     /// None.
     pub fn clear(&mut self) {
-        self.words.clear();
-        self.cells.clear();
-        self.run_of.clear();
+        self.all.clear();
         self.runs.clear();
     }
 
@@ -158,7 +163,7 @@ impl Candidates {
 
     /// How many.
     pub fn len(&self) -> usize {
-        self.words.len()
+        self.all.len()
     }
 
     /// Adds a run of the tile's bin, from tile number `source`. Returns the numbers of its candidates.
@@ -166,14 +171,13 @@ impl Candidates {
         if self.runs.is_empty() {
             self.clear_cells();
         }
-        let start = self.words.len();
+        let start = self.all.len();
         let run = &run[..run.len().min(MOST - start)];
-        self.words.extend(binned(run));
-        self.cells.extend(binned(run).map(cell_of));
-        self.run_of.resize(self.words.len(), self.runs.len() as u16);
+        let number = self.runs.len() as u16;
         self.runs.push((source, start as u32));
-        let Self { words, cells, layers, counts, full_rows, crowded, .. } = self;
-        for ((number, word), cell) in (start as u32..).zip(&words[start..]).zip(&cells[start..]) {
+        self.all.extend(binned(run).map(|word| Candidate { word, cell: cell_of(word), run: number }));
+        let Self { all, layers, counts, full_rows, crowded, .. } = self;
+        for (number, Candidate { word, cell, .. }) in (start as u32..).zip(&all[start..]) {
             let at = usize::from(*cell);
             let count = usize::from(counts[at]);
             if count < LAYERS {
@@ -191,7 +195,7 @@ impl Candidates {
             }
             counts[at] += 1;
         }
-        start..self.words.len()
+        start..self.all.len()
     }
 
     /// The tiles that they come from, with their candidates' numbers.
@@ -200,21 +204,15 @@ impl Candidates {
         self.runs.iter().zip(ends).map(|((source, first), end)| (*source, *first as usize..end))
     }
 
-    /// What is known of a candidate, and the cell in or around the tile in which it lies.
+    /// What is known of a candidate.
     #[inline(always)]
-    pub fn get(&self, number: usize) -> (Binned, usize) {
-        (self.words[number], usize::from(self.cells[number]))
-    }
-
-    /// The number of the [run](Self::runs) in which a candidate came.
-    #[inline(always)]
-    pub fn run_of(&self, number: usize) -> usize {
-        usize::from(self.run_of[number])
+    pub fn get(&self, number: usize) -> Candidate {
+        self.all[number]
     }
 
     /// The tile that a candidate comes from.
     pub fn source(&self, number: usize) -> u32 {
-        self.runs[self.run_of(number)].0
+        self.runs[usize::from(self.all[number].run)].0
     }
 
     /// For eight cells of a row of the tile from column `first` on, the candidate nearest to the target, if it is near
@@ -259,10 +257,10 @@ impl Candidates {
         if std::mem::replace(&mut self.is_sorted, true) {
             return;
         }
-        let Self { words, cells, starts, sorted, .. } = self;
+        let Self { all, starts, sorted, .. } = self;
         starts.clear();
         starts.resize(AROUND + 1, 0);
-        for cell in &*cells {
+        for Candidate { cell, .. } in &*all {
             starts[usize::from(*cell) + 1] += 1;
         }
         let mut sum = 0;
@@ -270,9 +268,9 @@ impl Candidates {
             sum += *start;
             *start = sum;
         }
-        sorted.resize(words.len(), 0);
+        sorted.resize(all.len(), 0);
         // each start moves to its end, which is the next one's start
-        for (number, cell) in (0..).zip(&*cells) {
+        for (number, Candidate { cell, .. }) in (0..).zip(&*all) {
             let at = &mut starts[usize::from(*cell)];
             sorted[usize::from(*at)] = number;
             *at += 1;
@@ -285,7 +283,7 @@ impl Candidates {
     pub fn nearest_to_eye(&self, cell: usize) -> Server {
         let around = around(cell);
         let all = self.lie_in(around..around + 1);
-        let depth = |number: &&u16| (self.words[usize::from(**number)].depth(), **number);
+        let depth = |number: &&u16| (self.all[usize::from(**number)].word.depth(), **number);
         let nearest = all.iter().min_by_key(depth);
         Server::new(nearest.map_or(Rank::NONE, |number| Rank::new(0, *number)), all.len() > 1)
     }
@@ -302,7 +300,7 @@ impl Candidates {
         let (middle, mut best, mut near) = (around(cell), Rank::NONE, 0);
         for first in [middle - ROW, middle, middle + ROW] {
             for number in self.lie_in(first - 1..first + 2) {
-                let [x, y] = self.words[usize::from(*number)].place();
+                let [x, y] = self.all[usize::from(*number)].word.place();
                 let aside = [x - target[0], y - target[1]];
                 let rank = Rank::new((aside[0] * aside[0] + aside[1] * aside[1]) as u32, *number);
                 if after.is_none_or(|after| rank > after) && rank < Rank::FARTHEST {

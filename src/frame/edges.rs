@@ -2,7 +2,7 @@
 
 use wide::{u16x8, u16x16, u64x4};
 
-use super::candidates::{ACROSS, AROUND, Candidates, ROW, Sources};
+use super::candidates::{ACROSS, AROUND, Candidate, Candidates, ROW, Sources};
 use super::cells::CellSet;
 use super::grid::{Extent, cell_number};
 use crate::samples::{BACKGROUND, TILE};
@@ -112,7 +112,8 @@ impl Edges {
         for (source, numbers) in candidates.runs() {
             let Some(tile) = sources(source) else { continue };
             for number in numbers {
-                let (word, cell) = candidates.get(number);
+                let Candidate { word, cell, .. } = candidates.get(number);
+                let cell = usize::from(cell);
                 let (model, record) = tile.surface_in(word.slot());
                 let depth = (word.depth() >> DEPTH_LOST) as u16;
                 cells[cell] = join(cells[cell], shown(surface(model, record.material), depth));

@@ -18,7 +18,7 @@
 
 use super::bins::{Binned, STEPS};
 use super::bits::set_bits;
-use super::candidates::{AROUND, Candidates, ROW, Server, Sources};
+use super::candidates::{AROUND, Candidate, Candidates, ROW, Server, Sources};
 use super::cells::CellSet;
 use super::edges::Edges;
 use super::grid::{Extent, cell_number};
@@ -103,15 +103,14 @@ impl Serving {
                     continue;
                 };
                 let number = rank.number();
-                let (word, lies_in) = candidates.get(number);
-                let (source, slot) = (candidates.run_of(number), word.slot());
+                let Candidate { word, cell: lies_in, run } = candidates.get(number);
                 let is_first = set(serving, number);
-                kept[lies_in] += u8::from(is_first);
+                kept[usize::from(lies_in)] += u8::from(is_first);
                 // a sample that has a cell already is kept there, and one beyond the tile by another tile
                 copies |= u8::from(!(is_first & is_within(extent, word))) << lane;
                 tile.status[cell] = server.status();
-                *flags = flags.with(tile.copy_untagged(cell, from[source], slot));
-                moves.push(Move { to: cell as u16, source: source as u16, from: slot as u16 });
+                *flags = flags.with(tile.copy_untagged(cell, from[usize::from(run)], word.slot()));
+                moves.push(Move { to: cell as u16, source: run, from: word.slot() as u16 });
             }
             tile.copies[first / LANES] = copies;
         }
@@ -121,10 +120,11 @@ impl Serving {
             return;
         }
         for number in unset(serving, candidates.len()) {
-            let (word, lies_in) = candidates.get(number);
-            if is_within(extent, word) && kept[lies_in] < KEPT && tile.spares.len() < MOST_SPARES {
-                kept[lies_in] += 1;
-                tile.spares.push(from[candidates.run_of(number)], word.slot());
+            let Candidate { word, cell, run } = candidates.get(number);
+            let kept = &mut kept[usize::from(cell)];
+            if is_within(extent, word) && *kept < KEPT && tile.spares.len() < MOST_SPARES {
+                *kept += 1;
+                tile.spares.push(from[usize::from(run)], word.slot());
             }
         }
     }
@@ -143,7 +143,7 @@ impl Serving {
             let Some(rank) = server.rank() else { continue };
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
-            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
+            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
             tile.set_copy(cell, !set(serving, number));
             tile.status[cell] = server.status();
         }
@@ -171,7 +171,7 @@ impl Serving {
             let Some(rank) = server.rank() else { continue };
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
-            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).0.slot()));
+            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
             // whoever keeps it, it is not this cell
             tile.set_copy(cell, true);
             tile.status[cell] = Status::Overlapped;

@@ -197,6 +197,7 @@ impl Tile {
     /// copy are the caller's. Returns its flags.
     #[inline(always)]
     pub fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
+        let cell = cell % CELLS;
         // records straight from one to the other: a copy in between waits for itself
         let record = if slot < CELLS {
             self.x[cell] = from.x[slot];
