@@ -142,7 +142,7 @@ fn push_segments(
                 .map(|first| (frame.offsets(tile, first), segment_ends(&tile.model[first..first + LANES])));
             let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);
             let own = [&tile.model[first..first + BLOCK], &triangles];
-            scratch.rays.push_packet_to_samples(frame.view.camera.eye, ways, own, *asked);
+            scratch.rays.push_packet_to_samples(frame.view.camera.eye, &ways, own, *asked);
             scratch.owners.extend(first as u32..(first + BLOCK) as u32);
         }
     }
