@@ -87,13 +87,32 @@ impl Serving {
 
     /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody.
     pub fn fill<'t>(&mut self, reuse: Reuse, extent: Extent, tile: &mut Tile, sources: &impl Sources<'t>) {
-        let Self { candidates, servers, serving, kept, moves, flags, .. } = self;
+        let from: Vec<&Tile> = self.candidates.runs().filter_map(|(source, _)| sources(source)).collect();
+        self.assign(extent, tile);
+        let Self { candidates, serving, kept, moves, flags, .. } = self;
+        *flags = tile.copy_all(&from, moves);
+        tile.spares.clear();
+        if reuse == Reuse::Paper {
+            return;
+        }
+        for number in unset(serving, candidates.len()) {
+            let Candidate { word, cell, run } = candidates.get(number);
+            let kept = &mut kept[usize::from(cell)];
+            if is_within(extent, word) && *kept < KEPT && tile.spares.len() < MOST_SPARES {
+                *kept += 1;
+                tile.spares.push(from[usize::from(run)], word.slot());
+            }
+        }
+    }
+
+    /// Gives each cell its status, and lists which sample it gets.
+    fn assign(&mut self, extent: Extent, tile: &mut Tile) {
+        let Self { candidates, servers, serving, kept, moves, .. } = self;
         kept.clear();
         kept.resize(AROUND, 0);
         serving.clear();
         serving.resize(candidates.len().div_ceil(WORD), 0);
         moves.clear();
-        let from: Vec<&Tile> = candidates.runs().filter_map(|(source, _)| sources(source)).collect();
         for (first, servers) in (0..CELLS).step_by(LANES).zip(servers.chunks_exact(LANES)) {
             let mut copies = 0;
             for (lane, server) in servers.iter().enumerate() {
@@ -109,23 +128,9 @@ impl Serving {
                 // a sample that has a cell already is kept there, and one beyond the tile by another tile
                 copies |= u8::from(!(is_first & is_within(extent, word))) << lane;
                 tile.status[cell] = server.status();
-                *flags = flags.with(tile.copy_untagged(cell, from[usize::from(run)], word.slot()));
                 moves.push(Move { to: cell as u16, source: run, from: word.slot() as u16 });
             }
             tile.copies[first / LANES] = copies;
-        }
-        tile.copy_tags(&from, moves);
-        tile.spares.clear();
-        if reuse == Reuse::Paper {
-            return;
-        }
-        for number in unset(serving, candidates.len()) {
-            let Candidate { word, cell, run } = candidates.get(number);
-            let kept = &mut kept[usize::from(cell)];
-            if is_within(extent, word) && *kept < KEPT && tile.spares.len() < MOST_SPARES {
-                *kept += 1;
-                tile.spares.push(from[usize::from(run)], word.slot());
-            }
         }
     }
 

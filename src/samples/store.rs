@@ -196,7 +196,7 @@ impl Tile {
     /// Copies the sample in `slot` of `from`, with its light and without its tags, to `cell`. Status and whether it is a
     /// copy are the caller's. Returns its flags.
     #[inline(always)]
-    pub fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
+    fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
         let cell = cell % CELLS;
         // records straight from one to the other: a copy in between waits for itself
         let record = if slot < CELLS {
@@ -215,10 +215,17 @@ impl Tile {
         record.flags
     }
 
-    /// Copies the tags of samples that were copied from the tiles `sources`.
-    pub fn copy_tags(&mut self, sources: &[&Self], moves: &[Move]) {
+    /// Copies samples, with their light and tags, from tiles in `sources`. Status and whether they are copies are the
+    /// caller's. Returns the flags that any of them has.
+    pub fn copy_all(&mut self, sources: &[&Self], moves: &[Move]) -> Flags {
+        let copy = |flags: Flags, Move { to, source, from }: &Move| {
+            let source = sources[usize::from(*source)];
+            flags.with(self.copy_untagged(usize::from(*to), source, usize::from(*from)))
+        };
+        let flags = moves.iter().fold(Flags::default(), copy);
         let tags = sources.iter().map(|tile| (&tile.tags, &tile.spares));
         self.tags.copy_all(&tags.collect::<Vec<_>>(), moves);
+        flags
     }
 
     /// Copies the sample in `slot` of `from`, with its light and its tags, to `cell`. Status and whether it is a copy are
