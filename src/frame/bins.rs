@@ -204,7 +204,9 @@ impl BinWriter {
         });
         let neighbours = [[beside_x, 0], [0, beside_y], [beside_x, beside_y]];
         let is_new = [beside_x != 0, beside_y != 0, beside_x != 0 && beside_y != 0];
-        for [x, y] in neighbours.into_iter().zip(is_new).filter_map(|(beside, is_new)| is_new.then_some(beside)) {
+        for [x, y] in
+            neighbours.into_iter().zip(is_new).filter_map(|(beside, is_new)| is_new.then_some(beside))
+        {
             let neighbour = self.pile_of(grid, [tile[0] + x, tile[1] + y]);
             let Pile { origin, words, .. } = &mut self.piles[neighbour];
             words.push(Binned::new(depth, [at[0] - origin[0], at[1] - origin[1]], slot).0);

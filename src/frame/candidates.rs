@@ -166,8 +166,8 @@ impl Candidates {
         self.all.len()
     }
 
-    /// Adds a run of the tile's bin, from tile number `source`. Returns the numbers of its candidates.
-    pub fn add(&mut self, source: u32, run: &[u64]) -> Range<usize> {
+    /// Adds a run of the tile's bin, from tile number `source`.
+    pub fn add(&mut self, source: u32, run: &[u64]) {
         if self.runs.is_empty() {
             self.clear_cells();
         }
@@ -195,7 +195,6 @@ impl Candidates {
             }
             counts[at] += 1;
         }
-        start..self.all.len()
     }
 
     /// The tiles that they come from, with their candidates' numbers.

@@ -10,8 +10,8 @@
 //! of them while they are in the cache, and tiles share nothing but what is only read. So frames are the same
 //! to the bit for any number of threads.
 
-pub mod audit;
 mod ahead;
+pub mod audit;
 mod bins;
 mod bits;
 mod bounce;

@@ -238,7 +238,9 @@ fn set(bits: &mut [u64], number: usize) -> bool {
 /// The numbers below `count` whose bits are not set.
 fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
     let words = bits.iter().zip((0..).step_by(WORD));
-    words.flat_map(|(word, first)| set_bits(!*word).map(move |bit| first + bit)).take_while(move |number| *number < count)
+    words
+        .flat_map(|(word, first)| set_bits(!*word).map(move |bit| first + bit))
+        .take_while(move |number| *number < count)
 }
 
 /// The cells of a tile that are in the picture.

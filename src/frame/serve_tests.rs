@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::bins::{Binned, STEPS};
-use super::candidates::{ACROSS, Candidates, REACH, Rank};
+use super::candidates::{Candidate, Candidates, REACH, ROW, Rank, Server};
 use super::grid::{Extent, holds, place};
 use super::serve::{KEPT, Serving};
 use crate::lanes::LANES;
@@ -138,22 +138,23 @@ fn one_after_the_other_candidates_come_from_near_to_far() {
         candidates.sort();
         for (number, one) in thrown.iter().enumerate() {
             assert_eq!(candidates.source(number), one.source);
-            let (word, lies_in) = candidates.get(number);
+            let Candidate { word, cell, .. } = candidates.get(number);
             let [x, y] = one.lies_in();
             assert_eq!((word.slot(), word.place()), (one.slot, one.at));
-            assert_eq!(lies_in, y as usize * ACROSS + x as usize);
+            assert_eq!(usize::from(cell), y as usize * ROW + x as usize);
         }
         for cell in (0..CELLS).filter(|cell| holds(extent.cells, *cell)) {
             let near = by_distance(&thrown, cell);
             let mut after = None;
             for (place, number) in near.iter().enumerate() {
-                let (rank, is_contested) = candidates.nearest(cell, after);
-                assert!(rank != Rank::NONE, "{throw:?}, cell {cell}: {place} of {near:?}");
-                assert_eq!(rank.number(), *number, "{throw:?}, cell {cell}: {place} of {near:?}");
-                assert_eq!(is_contested, place + 1 < near.len(), "{throw:?}, cell {cell}, {place}");
-                after = Some(rank);
+                let server = candidates.nearest(cell, after);
+                let found = server.rank().map(Rank::number);
+                assert_eq!(found, Some(*number), "{throw:?}, cell {cell}: {place} of {near:?}");
+                let status = if place + 1 < near.len() { Status::Overlapped } else { Status::Good };
+                assert_eq!(server.status(), status, "{throw:?}, cell {cell}, {place}");
+                after = server.rank();
             }
-            assert_eq!(candidates.nearest(cell, after), (Rank::NONE, false), "{throw:?}, cell {cell}");
+            assert_eq!(candidates.nearest(cell, after), Server::NOBODY, "{throw:?}, cell {cell}");
             most = most.max(near.len());
             none += usize::from(near.is_empty());
             let at = |number: &usize| thrown[*number].at;

@@ -9,11 +9,14 @@ use super::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::shade::surface::meet_exactly;
-use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayPacket};
+use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
 const OFF_RAY: f32 = 2.5e-6;
+
+/// Rays that are traced at once: with their answers they fit into a first-level cache.
+const AT_ONCE: usize = 16 * trace::LANES;
 
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
 /// is `among`.
@@ -38,13 +41,17 @@ pub fn trace_missed(
     if scratch.owners.is_empty() {
         return;
     }
-    push_rays(frame, number, scratch);
-    scratch.tally.counts.primary += scratch.rays.len() as u64;
-    frame.tracer.closest(&scratch.rays, among, Coherence::Coherent, &mut scratch.hits);
-    let answers = scratch.rays.packets().zip(&scratch.hits.packets).zip(scratch.owners.chunks(trace::LANES));
-    for (((rays, _), hits), owners) in answers {
-        for (half, owners) in owners.chunks(LANES).enumerate() {
-            keep(frame, rays, hits, half * LANES, owners, tile);
+    let TraceScratch { owners, rays, hits, tally, .. } = &mut *scratch;
+    tally.counts.primary += owners.len() as u64;
+    for owners in owners.chunks(AT_ONCE) {
+        rays.clear();
+        push_rays(frame, number, owners, rays);
+        frame.tracer.closest(rays, among, Coherence::Coherent, hits);
+        let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
+        for (((rays, _), hits), owners) in answers {
+            for (half, owners) in owners.chunks(LANES).enumerate() {
+                keep(frame, rays, hits, half * LANES, owners, tile);
+            }
         }
     }
     // those that were confirmed keep what they know
@@ -53,14 +60,14 @@ pub fn trace_missed(
 }
 
 /// A ray through the centre of each cell in `owners`.
-fn push_rays(frame: &FrameView, number: usize, scratch: &mut TraceScratch) {
+fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBatch) {
     let grid = &frame.view.grid;
     let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
     let (eye, far) = (Vec3x8::splat(frame.view.camera.eye), F32x8::splat(f32::INFINITY));
-    for owners in scratch.owners.chunks(LANES) {
+    for owners in owners.chunks(LANES) {
         let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
         let directions = frame.view.directions(x + centre[0], y + centre[1]);
-        scratch.rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
+        rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
     }
 }
 
@@ -145,8 +152,7 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
     let offset = frame.offset(tile.point(cell), model);
     let far = offset.dot(frame.view.camera.forward);
     server.triangle == met.triangle
-        || server.material == met.material
-            && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
+        || server.material == met.material && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
 }
 
 /// Mends the points (object space) that lie beside their rays.
