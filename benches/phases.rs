@@ -153,7 +153,7 @@ fn push_and_block(bencher: Bencher, run: usize) {
         for run in segments.chunks(run) {
             batch.clear();
             for (ways, models, triangles, lanes) in run {
-                batch.push_packet_to_samples(eye, *ways, [models, triangles], *lanes);
+                batch.push_packet_to_samples(eye, ways, [models, triangles], *lanes);
             }
             let mut words = [0; 64];
             let words = &mut words[..run.len()];
@@ -170,8 +170,7 @@ fn base_frame(bencher: Bencher) {
     let (scene, settings) = shot(folder.path());
     let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
     bencher.counter(samples(&settings)).bench_local(|| {
-        let finished = renderer.render(1, false).expect("a commit that succeeded once");
-        renderer.recycle(finished.film);
+        renderer.render(1, false).expect("a commit that succeeded once");
     });
 }
 
@@ -184,8 +183,7 @@ fn reprojected_frame(bencher: Bencher) {
     let mut frame = 0;
     bencher.counter(samples(&settings)).bench_local(|| {
         frame += 1;
-        let finished = renderer.render(frame, true).expect("a commit that succeeded once");
-        renderer.recycle(finished.film);
+        renderer.render(frame, true).expect("a commit that succeeded once");
     });
 }
 
@@ -203,7 +201,7 @@ fn samples(settings: &Settings) -> ItemsCount {
     ItemsCount::new(settings.width * settings.height * settings.samples.pow(2))
 }
 
-fn frame(folder: &Path) -> (Film, FrameMeta) {
+fn frame(folder: &Path) -> (std::sync::Arc<Film>, FrameMeta) {
     let (scene, settings) = shot(folder);
     let mut renderer = Renderer::new(&scene, &settings).expect("a small scene fits into memory");
     let finished = renderer.render(1, false).expect("a small scene fits into memory");

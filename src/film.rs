@@ -131,8 +131,6 @@ pub struct Film {
     pub height: u32,
     /// In any order; no two of the same name.
     pub planes: Vec<Plane>,
-    /// By which a renderer knows its last film again; 0 for films that no renderer made.
-    pub stamp: u32,
 }
 
 impl Film {

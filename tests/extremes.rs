@@ -4,6 +4,7 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
@@ -34,7 +35,7 @@ fn shot(eyes: [DVec3; 2], target: DVec3, models: &str) -> String {
 
 /// Renders all frames with an audit that must find no difference; gives the last one's film.
 #[track_caller]
-fn audited(folder: &TempDir, shot: &str, kind: BackendKind, what: &str) -> Film {
+fn audited(folder: &TempDir, shot: &str, kind: BackendKind, what: &str) -> Arc<Film> {
     let path = folder.path().join("shot.toml");
     std::fs::write(&path, shot).unwrap();
     let shot = scene::load(&path, true).unwrap();

@@ -3,7 +3,7 @@
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
-use afterimage::film::Values;
+use afterimage::film::{Film, Values};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::Aim;
@@ -292,14 +292,15 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
     for (scene, settings) in [matt(), glossy(), (matt().0, &mitchell), (glossy().0, &mitchell)] {
         let scene = with_camera(scene, rests(EYE), turn.clone());
         let has_mirrors = scene.models.iter().any(|model| model.name == "mirror");
-        let run = |recycle: bool| {
+        let run = |may_reuse: bool| {
             let mut renderer = Renderer::new(&scene, settings).expect("the scene builds");
+            let mut held = Vec::new();
             let frames: [_; NUMBERS.len()] = std::array::from_fn(|at| {
                 let finished = renderer.render(NUMBERS[at], true).expect("renders");
-                let copy = finished.film.clone();
-                // not every film comes back
-                if recycle && at != 3 && at != 8 {
-                    renderer.recycle(finished.film);
+                let copy = Film::clone(&finished.film);
+                // not every film is dropped in time
+                if !may_reuse || at == 3 || at == 8 {
+                    held.push(finished.film);
                 }
                 (copy, finished.stats)
             });
@@ -336,13 +337,14 @@ fn a_mirror_shows_what_moves_behind_the_eye() {
     for (flyer, light) in [seen_in_a_mirror(), hard, soft] {
         let scene = before_a_mirror(flyer, light);
         let settings = Settings { width: 192, height: 144, ..toy::settings(1) };
-        let run = |recycle: bool| {
+        let run = |may_reuse: bool| {
             let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
+            let mut held = Vec::new();
             let frames = (1..=LAST).map(|frame| {
                 let finished = renderer.render(frame, true).expect("renders");
                 let shown = finished.film.values("reflection.R").expect("a plane");
-                if recycle {
-                    renderer.recycle(finished.film);
+                if !may_reuse {
+                    held.push(finished.film);
                 }
                 (shown, finished.stats.rays.reflection)
             });
@@ -371,15 +373,18 @@ fn what_is_at_rest_is_left_alone() {
         let settings = Settings { width: 192, height: 144, filter, ..toy::settings(2) };
         let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
         let mut render = |frame: i32, mark: bool| {
-            let mut film = renderer.render(frame, true).expect("renders").film;
+            let film = renderer.render(frame, true).expect("renders").film;
             let is_marked = |value: &&f32| **value == MARK;
             let marked =
                 ["R", "P.X"].map(|name| film.values(name).expect("a plane").iter().filter(is_marked).count());
-            for plane in film.planes.iter_mut().filter(|plane| mark && matches!(plane.name, "R" | "P.X")) {
-                let count = plane.values.len();
-                plane.values = Values::of(plane.kind, &vec![MARK; count]);
-            }
-            renderer.recycle(film);
+            drop(film);
+            renderer.spoil_film(|film| {
+                for plane in film.planes.iter_mut().filter(|plane| mark && matches!(plane.name, "R" | "P.X"))
+                {
+                    let count = plane.values.len();
+                    plane.values = Values::of(plane.kind, &vec![MARK; count]);
+                }
+            });
             marked
         };
         (1..=marked).for_each(|frame| assert_eq!(render(frame, frame == marked), [0; 2]));

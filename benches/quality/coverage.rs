@@ -115,7 +115,6 @@ pub fn count(
             if let Some(number) = number {
                 code.read(&film, pass, |pixel, material, count| put(number, pixel, material, count));
             }
-            renderer.recycle(film);
         }
     }
     Ok(())

@@ -236,7 +236,6 @@ fn pictures(
             pictures.insert(frame, Picture::of(&finished.film));
             counts.insert(frame, finished.stats.samples);
         }
-        renderer.recycle(finished.film);
     }
     Ok((pictures, counts))
 }

@@ -22,6 +22,5 @@ pub fn side_by_side(reference: &Picture, picture: &Picture) -> Film {
         width: 3 * width as u32,
         height: (reference.colors.len() / width) as u32,
         planes: vec![plane("R", 0), plane("G", 1), plane("B", 2)],
-        stamp: 0,
     }
 }

@@ -1,6 +1,8 @@
 //! Reference frames with many samples a pixel, each of which can be read by itself: they are rendered as a larger
 //! picture with one sample a pixel.
 
+use std::sync::Arc;
+
 use afterimage::film::Film;
 use afterimage::frame::{RenderError, Renderer};
 use afterimage::scene::Scene;
@@ -15,7 +17,7 @@ pub struct Reference {
     side: usize,
     /// Pixels across and down.
     size: [usize; 2],
-    film: Film,
+    film: Arc<Film>,
     /// Material of each sample; for the background one more than the last.
     material: Vec<u16>,
     materials: usize,

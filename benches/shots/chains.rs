@@ -221,9 +221,8 @@ fn measure(scene: &Scene, settings: &Settings, marks: &[i32]) -> Failable<Vec<(i
         for (mark, seconds) in marks.iter().zip(&mut full_seconds) {
             if (frame - mark).abs() <= NEIGHBOURS {
                 let start = Instant::now();
-                let film = full.render(frame, false)?.film;
+                full.render(frame, false)?;
                 seconds.push(start.elapsed().as_secs_f64());
-                full.recycle(film);
             }
         }
     }
@@ -240,7 +239,6 @@ impl Chain<'_> {
         let finished = self.renderer.render(frame, true)?;
         let seconds = start.elapsed().as_secs_f64();
         let samples = finished.stats.samples;
-        self.renderer.recycle(finished.film);
         let percent = |count: u64| 100.0 * count as f64 / samples.total() as f64;
         self.frames.push(Frame {
             seconds,

@@ -126,13 +126,12 @@ pub fn full_and_reprojected(renderer: &mut Renderer, frames: Range<i32>, rounds:
     Ok(best.map(|frames| mean(&frames)))
 }
 
-/// Renders a frame, and gives its film back.
+/// Renders a frame.
 fn render(renderer: &mut Renderer, frame: i32, reuse: bool) -> Failable<Cost> {
     let start = Instant::now();
     let finished = renderer.render(frame, reuse)?;
     let seconds = start.elapsed().as_secs_f64();
     let (samples, rays) = (finished.stats.samples, finished.stats.rays.total() as f64);
-    renderer.recycle(finished.film);
     Ok(Cost { seconds, rays, kept: samples.reused() as f64 / samples.total() as f64 })
 }
 

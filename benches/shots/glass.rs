@@ -108,7 +108,6 @@ fn measure(
         if fastest.as_ref().is_none_or(|best| finished.stats.seconds.rendering() < best.seconds.rendering()) {
             fastest = Some(finished.stats.clone());
         }
-        renderer.recycle(finished.film);
     }
     let FrameStats { rays, tracing, seconds, .. } = fastest.ok_or("no frame was rendered")?;
     let speed = |rays: u64, seconds: f64| if rays == 0 { 0.0 } else { rays as f64 / seconds / 1e6 };

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 use afterimage::film::Film;
@@ -140,7 +141,7 @@ fn frames(arguments: &Arguments) -> Range<i32> {
 }
 
 /// The last frame, inferred from all before it.
-fn picture(scene: &Scene, settings: &Settings, mut frames: Range<i32>) -> Failable<Film> {
+fn picture(scene: &Scene, settings: &Settings, mut frames: Range<i32>) -> Failable<Arc<Film>> {
     let mut renderer = Renderer::new(scene, settings)?;
     let first = renderer.render(frames.next().unwrap_or_default(), false)?;
     frames.try_fold(first.film, |_, frame| Ok(renderer.render(frame, true)?.film))

@@ -154,11 +154,6 @@ impl<'s> Pair<'s> {
         Ok(Self { kind, ours, full, build_bytes })
     }
 
-    fn recycle(&mut self, (ours, full): (Finished, Finished)) {
-        self.ours.recycle(ours.film);
-        self.full.recycle(full.film);
-    }
-
     /// Both ways of one frame.
     fn render(&mut self, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
         if ours_first {
@@ -301,7 +296,6 @@ fn compare_step(
         made.agreements[number][0] += Agreement::between(&ours.film, &theirs.0.film);
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
-        pair.recycle(theirs);
     }
     let file = options.target.as_ref().map(|target| target.write(&mut ours)).transpose()?;
     if options.report.is_some() && made.to_show.contains(&step.frame) {
@@ -312,7 +306,6 @@ fn compare_step(
     terminal.result(&row(&frame));
     terminal.frame_done(&frame.reprojected, file.as_deref());
     made.frames[0].push(frame);
-    pairs[0].recycle((ours, full));
     Ok(())
 }
 

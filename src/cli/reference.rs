@@ -48,7 +48,6 @@ impl<'s> Judge<'s> {
         let reference =
             reference.map_err(|error| Failure::Failed(format!("frame {frame}, reference: {error}")))?.film;
         let [reprojected, full] = both.map(|finished| PictureError::between(&finished.film, &reference));
-        self.renderer.recycle(reference);
         Ok(BothErrors { reprojected, full })
     }
 }

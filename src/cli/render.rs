@@ -207,7 +207,6 @@ fn render_step(
         terminal.result(&table::row(&finished.stats, full));
     }
     terminal.frame_done(&finished.stats, file.as_deref());
-    renderer.recycle(finished.film);
     Ok(())
 }
 

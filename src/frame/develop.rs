@@ -16,23 +16,15 @@ use crate::film::{Film, Plane};
 use crate::lanes::{F32x8, LANES};
 use crate::layers::Layers;
 
-/// An undeveloped frame, to be written over `used` where that is of the same size. What a plane holds is
-/// known only where it says that it is zero.
-pub fn blank(grid: &Grid, layers: Layers, used: Option<Film>) -> Film {
+/// An undeveloped frame.
+pub fn blank(grid: &Grid, layers: Layers) -> Film {
     let (width, height) = (grid.width, grid.height);
-    let names = || channels(layers).map(|channel| channel.name);
-    let fits = |film: &Film| {
-        (film.width, film.height) == (width, height) && names().eq(film.planes.iter().map(|plane| plane.name))
-    };
-    if let Some(film) = used.filter(fits) {
-        return film;
-    }
     let plane = |channel: Channel| {
         let values = channel.room(width as usize * height as usize);
         Plane { name: channel.name, kind: channel.kind, values, is_zero: true }
     };
     let planes = channels(layers).map(plane);
-    Film { width, height, planes: planes.collect(), stamp: 0 }
+    Film { width, height, planes: planes.collect() }
 }
 
 /// What the tiles of two bands add to their pixels. Of the band above it is the last tiles that count.
@@ -249,7 +241,7 @@ mod tests {
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             let least = 8_u32.div_ceil(grid.tile_pixels);
             for band in [grid.tiles_y, least] {
-                let mut film = blank(&grid, settings.layers, None);
+                let mut film = blank(&grid, settings.layers);
                 let picture = Picture::over(&film, &settings);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
                 let mut written = Written::default();

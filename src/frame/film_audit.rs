@@ -72,7 +72,7 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
 fn make_anew(frame: &FrameView, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
     let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
-    let mut film = blank(grid, settings.layers, None);
+    let mut film = blank(grid, settings.layers);
     let picture = Picture::over(&film, settings);
     let is_wide = settings.filter != Filter::Box;
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());

@@ -101,11 +101,11 @@ pub struct Renderer<'s> {
     last: Option<Last>,
     bins: Bins,
     detached: Detached,
-    /// Frames rendered so far: the stamp of the film of the last one.
+    /// Frames rendered so far.
     rendered: u32,
     buffers: FrameBuffers,
-    /// A film that its user gave back.
-    used_film: Option<Film>,
+    /// The frame rendered last. What stays the same is left in it, unless somebody still reads it then.
+    film: Option<Arc<Film>>,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
 }
@@ -113,8 +113,9 @@ pub struct Renderer<'s> {
 /// A frame that is done.
 #[derive(Debug)]
 pub struct Finished {
-    /// The picture.
-    pub film: Film,
+    /// The picture. It is the renderer's: whoever drops it before the next frame is rendered lets that frame be made in its
+    /// memory, where what stays the same need not be made again.
+    pub film: Arc<Film>,
     /// What it cost.
     pub stats: FrameStats,
     /// What it was seen by, in the space of the shot's files.
@@ -151,7 +152,7 @@ impl<'s> Renderer<'s> {
             bins: Bins::default(),
             detached: Detached::default(),
             rendered: 0,
-            used_film: None,
+            film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
         })
     }
@@ -210,9 +211,9 @@ impl<'s> Renderer<'s> {
         let (mut store, reused) = begin(last, &frame_view, &self.layout, &mut buffers.states, lists);
         let mut start_with = Start { reused, estimate };
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
-        let is_new = self.used_film.is_none();
-        let mut film = develop::blank(&self.grid, self.settings.layers, self.used_film.take());
-        let film_is_last = std::mem::replace(&mut film.stamp, self.rendered + 1) == self.rendered;
+        let shown = self.film.take().and_then(Arc::into_inner);
+        let film_is_last = shown.is_some();
+        let mut film = shown.unwrap_or_else(|| develop::blank(&self.grid, self.settings.layers));
         self.rendered += 1;
         let sum = run_tiles(
             &frame_view,
@@ -232,23 +233,20 @@ impl<'s> Renderer<'s> {
         seconds.total = start.elapsed().as_secs_f64();
         let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| {
-            // nothing was left standing in a film that is new
-            let differs = match is_new {
-                true => Vec::new(),
-                false => film_audit::differing_pixels(&frame_view, &store, &self.settings, &film),
+            // nothing was left in a film that is new
+            let differs = match film_is_last {
+                true => film_audit::differing_pixels(&frame_view, &store, &self.settings, &film),
+                false => Vec::new(),
             };
             audit_tiles(&frame_view, &store, &differs)
         });
         drop(tracer);
         let camera = self.scene.space.camera_of_files(&pose.camera);
         self.last = Some((store, pose));
+        let film = Arc::new(film);
+        self.film = Some(Arc::clone(&film));
         let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
         Ok(Finished { film, stats, camera, backend: self.kind })
-    }
-
-    /// Takes back a film that is written: the next frame is made in its memory.
-    pub fn recycle(&mut self, film: Film) {
-        self.used_film = Some(film);
     }
 
     /// Seconds that the acceleration structures took.

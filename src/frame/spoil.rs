@@ -1,11 +1,14 @@
 //! Paths to break what a frame leaves to the next one, one for each class of failure that the audit has to find. For
 //! tests of just that.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use half::f16;
 
 use super::path_bounds::TilePaths;
 use super::{Last, RenderError, Renderer};
+use crate::film::Film;
 use crate::lanes::Vec3x8;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
@@ -56,6 +59,16 @@ impl Renderer<'_> {
             }
         }
         Ok(count)
+    }
+}
+
+impl Renderer<'_> {
+    /// Spoils the frame rendered last as it is kept for the next one.
+    #[doc(hidden)]
+    pub fn spoil_film(&mut self, spoil: impl FnOnce(&mut Film)) {
+        if let Some(film) = &mut self.film {
+            spoil(Arc::make_mut(film));
+        }
     }
 }
 

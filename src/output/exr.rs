@@ -106,7 +106,7 @@ mod tests {
             plane("P.X", PlaneKind::Float, 0.1),
             plane("status.good", PlaneKind::Half, 1.0),
         ];
-        Film { width: 3, height: 2, planes, stamp: 0 }
+        Film { width: 3, height: 2, planes }
     }
 
     #[test]

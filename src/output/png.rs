@@ -95,7 +95,7 @@ mod tests {
         let data = [vec![1.0, 0.0], vec![0.0, 1.0], vec![0.5, 0.5]];
         let planes = ["R", "G", "B"].into_iter().zip(data);
         let planes = planes.map(|(name, data)| Plane::new(name, PlaneKind::Half, &data));
-        let mut film = Film { width: 2, height: 1, planes: planes.collect(), stamp: 0 };
+        let mut film = Film { width: 2, height: 1, planes: planes.collect() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         write_png(&path, &film).unwrap();

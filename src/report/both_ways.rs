@@ -156,7 +156,7 @@ pub(crate) mod tests {
 
     pub fn film(values: [f32; 4]) -> Film {
         let plane = |name| Plane::new(name, PlaneKind::Half, &values);
-        Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec(), stamp: 0 }
+        Film { width: 2, height: 2, planes: ["R", "G", "B"].map(plane).to_vec() }
     }
 
     #[test]

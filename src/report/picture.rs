@@ -136,7 +136,7 @@ mod tests {
     fn film(width: u32, height: u32, names: &[(&'static str, f32)]) -> Film {
         let data = |value| vec![value; (width * height) as usize];
         let planes = names.iter().map(|&(name, value)| Plane::new(name, PlaneKind::Half, &data(value)));
-        Film { width, height, planes: planes.collect(), stamp: 0 }
+        Film { width, height, planes: planes.collect() }
     }
 
     #[test]
