@@ -29,25 +29,27 @@ use picture::Picture;
 use reference::Reference;
 use subjects::Subject;
 
-// The bounds: what the renderer reaches, with some room. Those that are lists have an entry for each of `SAMPLES`.
+// The bounds: what the renderer reaches, with some room. Lists have an entry for each of `SAMPLES`.
 
 /// Samples along a pixel's edge.
 const SAMPLES: [u32; 2] = [1, 2];
 
-/// RMSE of an inferred frame, over that of a jittered one.
-const MOST_ERROR: [f64; 2] = [1.1, 1.3];
+/// RMSE of an inferred frame, over that of a jittered one. More with 2x2: in so young a chain all samples have drifted by
+/// the same amount (docs/quality.md).
+const MOST_ERROR: [f64; 2] = [1.15, 1.35];
 
-/// Signed coverage error of discs, in percent of their rim; of either sign.
-const MOST_OF_RIM: [f64; 2] = [20.0, 12.0];
+/// Samples that are traced for an inferred frame: a share.
+const MOST_TRACED: f64 = 0.06;
 
-/// Signed coverage error of wires, in percent of their area; of either sign.
-const MOST_OF_WIRES: [f64; 2] = [25.0, 16.0];
+/// Signed coverage error, less that of a frame that is traced in full, of either sign: in percent of the rim of discs or of
+/// the area of wires.
+const MOST_GROWTH: f64 = 0.6;
 
-/// Area moved, in percent of the picture.
-const MOST_MOVED: [f64; 2] = [6.0, 4.0];
+/// Area moved, in percent of the picture, less that of a frame that is traced in full.
+const MOST_MOVED: f64 = 0.04;
 
 /// Flicker, over that of jittered frames.
-const MOST_FLICKER: [f64; 2] = [1.0, 1.4];
+const MOST_FLICKER: [f64; 2] = [0.7, 1.4];
 
 /// How much the error pops between base and inferred frames, over how much between frames that are traced anew.
 const MOST_POP: [f64; 2] = [3.5, 3.5];
@@ -58,8 +60,8 @@ fn options() -> Options {
     Options { size: SIZE, frames: vec![24], reference: 16, sequence: 4, window: 8, seeds: 4 }
 }
 
-/// Compares frame 24 of a chain with the bounds, and its coverage with `most_coverage`.
-fn hold(subject: &Subject, flow: Flow, most_coverage: [f64; 2]) {
+/// Compares frame 24 of a chain with the bounds.
+fn hold(subject: &Subject, flow: Flow) {
     let options = options();
     let comparison = Comparison::new(subject, flow, &options).unwrap();
     for (number, samples) in SAMPLES.into_iter().enumerate() {
@@ -71,13 +73,14 @@ fn hold(subject: &Subject, flow: Flow, most_coverage: [f64; 2]) {
         println!(
             "{what}: {inferred:.2} {centred:.2}, {traced:.2}, {coverage:.2?}, {moved:.3?}, {flicker:.2?}"
         );
-        assert!(*traced < 0.5, "{what}: {traced} traced, so that reuse was not measured");
+        assert!(*traced < MOST_TRACED, "{what}: {traced} traced");
         assert!(*inferred > 0.0 && *inferred < MOST_ERROR[number], "{what}: error {inferred}");
         let coverage = coverage.unwrap();
-        assert!(coverage.inferred.abs() < most_coverage[number], "{what}: {coverage:?}");
+        let growth = coverage.inferred - coverage.centred;
+        assert!(growth.abs() < MOST_GROWTH, "{what}: {coverage:?}");
         // or the picture is too small to say anything
         assert!(coverage.jittered < 3.0, "{what}: {coverage:?}");
-        assert!(moved[0] < MOST_MOVED[number], "{what}: {moved:?} moved");
+        assert!(moved[0] - moved[1] < MOST_MOVED, "{what}: {moved:?} moved");
         assert!(flicker[1] > 0.0 && flicker[1] < MOST_FLICKER[number], "{what}: flicker {flicker:?}");
         let pops = comparison.pops(samples).unwrap();
         println!("{what}: {:.2} {:.2} {:.2?}", pops.from_base, pops.to_base, pops.over_centred);
@@ -91,27 +94,27 @@ fn hold(subject: &Subject, flow: Flow, most_coverage: [f64; 2]) {
 
 #[test]
 fn discs_keep_their_size_when_the_camera_comes_near() {
-    hold(&subjects::discs(), Flow::In, MOST_OF_RIM);
+    hold(&subjects::discs(), Flow::In);
 }
 
 #[test]
 fn discs_keep_their_size_when_the_camera_goes_away() {
-    hold(&subjects::discs(), Flow::Out, MOST_OF_RIM);
+    hold(&subjects::discs(), Flow::Out);
 }
 
 #[test]
 fn wires_keep_their_width_when_the_camera_comes_near() {
-    hold(&subjects::wires(SIZE[1]), Flow::In, MOST_OF_WIRES);
+    hold(&subjects::wires(SIZE[1]), Flow::In);
 }
 
 #[test]
 fn wires_keep_their_width_when_the_camera_goes_sideways() {
-    hold(&subjects::wires(SIZE[1]), Flow::Sideways, MOST_OF_WIRES);
+    hold(&subjects::wires(SIZE[1]), Flow::Sideways);
 }
 
 #[test]
 fn what_moves_keeps_its_size_before_a_camera_at_rest() {
-    hold(&subjects::movers(), Flow::Rest, MOST_OF_RIM);
+    hold(&subjects::movers(), Flow::Rest);
 }
 
 /// A reference and the renderer's own frame with as many samples have the same picture and the same areas.
