@@ -16,7 +16,7 @@ use afterimage::samples::CELLS;
 use afterimage::scene::{self, Scene, obj};
 use afterimage::settings::{Build, Settings};
 use afterimage::trace::embree::EmbreeBackend;
-use afterimage::trace::{Among, Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch};
+use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use tempfile::TempDir;
@@ -106,7 +106,7 @@ fn trace_closest(bencher: Bencher) {
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher
         .counter(ItemsCount::new(rays.len()))
-        .bench_local(|| tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits));
+        .bench_local(|| tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits));
 }
 
 /// One thread.
@@ -121,7 +121,7 @@ fn trace_blocked(bencher: Bencher) {
         .counter(ItemsCount::new(rays.len()))
         .with_inputs(|| vec![0; rays.packet_count()])
         .bench_local_refs(|blocked| {
-            tracer.blocked(&rays, Blockers::Still, Purpose::Shadow, Coherence::Coherent, blocked)
+            tracer.blocked(&rays, Occluders::Still, Purpose::Shadow, Coherence::Coherent, blocked)
         });
 }
 
@@ -134,7 +134,7 @@ fn push_and_block(bencher: Bencher, run: usize) {
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
     let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
-    tracer.closest(&primary, Among::All, Coherence::Coherent, &mut hits);
+    tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
     let eye = Pose::of(&scene, 1).camera.eye;
     let segments: Vec<_> = primary
         .packets()
@@ -157,7 +157,7 @@ fn push_and_block(bencher: Bencher, run: usize) {
             }
             let mut words = [0; 64];
             let words = &mut words[..run.len()];
-            tracer.blocked(&batch, Blockers::Still, Purpose::Sight, Coherence::Coherent, words);
+            tracer.blocked(&batch, Occluders::Still, Purpose::Sight, Coherence::Coherent, words);
             blocked += words.iter().map(|bits| bits.count_ones()).sum::<u32>();
         }
         blocked

@@ -16,7 +16,7 @@ use afterimage::scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::rust::RustBackend;
-use afterimage::trace::{Among, Backend, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
+use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -98,7 +98,7 @@ fn report(
 fn closest(tracer: &dyn Tracer, rays: &[RayBatch], coherence: Coherence) -> Vec<HitBatch> {
     let trace = |batch: &RayBatch| {
         let mut hits = HitBatch::default();
-        tracer.closest(batch, Among::All, coherence, &mut hits);
+        tracer.closest(batch, SceneSubset::All, coherence, &mut hits);
         hits
     };
     rays.par_iter().map(trace).collect()
@@ -113,8 +113,8 @@ fn count_hits(hits: &[HitBatch], rays: &[RayBatch]) -> usize {
 fn count_blocked(tracer: &dyn Tracer, rays: &[RayBatch], purpose: Purpose) -> usize {
     let trace = |batch: &RayBatch| -> usize {
         let mut blocked = vec![0_u16; batch.packet_count()];
-        tracer.blocked(batch, Blockers::Still, purpose, Coherence::Coherent, &mut blocked);
-        tracer.blocked(batch, Blockers::Movable, purpose, Coherence::Coherent, &mut blocked);
+        tracer.blocked(batch, Occluders::Still, purpose, Coherence::Coherent, &mut blocked);
+        tracer.blocked(batch, Occluders::Movable, purpose, Coherence::Coherent, &mut blocked);
         blocked.iter().map(|bits| bits.count_ones() as usize).sum()
     };
     rays.par_iter().map(trace).sum()

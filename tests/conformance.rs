@@ -12,7 +12,7 @@ use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{
-    Among, Backend, BackendKind, Blockers, Coherence, Hit, HitBatch, Purpose, RayBatch, Tracer,
+    Backend, BackendKind, Coherence, Hit, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer,
 };
 use glam::{DVec3, Vec3};
 use toy::{floor, keys, matt, mesh, moving, octahedron, still};
@@ -67,7 +67,7 @@ fn kinds() -> impl Iterator<Item = Kind> {
 }
 
 const WAYS: [Coherence; 4] =
-    [Coherence::Coherent, Coherence::Bounced, Coherence::Fanned, Coherence::Incoherent];
+    [Coherence::Coherent, Coherence::Bounced, Coherence::SharedOrigin, Coherence::Incoherent];
 
 fn scene_of(models: Vec<Model>) -> Scene {
     let camera = toy::camera(Track::constant(DVec3::Z), Track::constant(DVec3::ZERO));
@@ -91,7 +91,7 @@ fn on_each_moved(scene: &Scene, moved: &[bool], check: impl Fn(&dyn Tracer, Cohe
 
 fn closest(tracer: &dyn Tracer, way: Coherence, rays: &RayBatch) -> Vec<Option<Hit>> {
     let mut hits = HitBatch::default();
-    tracer.closest(rays, Among::All, way, &mut hits);
+    tracer.closest(rays, SceneSubset::All, way, &mut hits);
     (0..rays.len()).map(|ray| hits.get(ray)).collect()
 }
 
@@ -102,7 +102,13 @@ fn first(tracer: &dyn Tracer, way: Coherence, origin: Vec3, direction: Vec3) -> 
 }
 
 /// Whether a ray of `far` is blocked.
-fn blocks(tracer: &dyn Tracer, way: Coherence, by: Blockers, purpose: Purpose, rays: &RayBatch) -> Vec<bool> {
+fn blocks(
+    tracer: &dyn Tracer,
+    way: Coherence,
+    by: Occluders,
+    purpose: Purpose,
+    rays: &RayBatch,
+) -> Vec<bool> {
     let mut blocked = vec![0; rays.packet_count()];
     tracer.blocked(rays, by, purpose, way, &mut blocked);
     (0..rays.len()).map(|ray| blocked[ray / 16] >> (ray % 16) & 1 != 0).collect()
@@ -158,7 +164,7 @@ fn rays_end_where_they_are_said_to() {
             let mut rays = RayBatch::default();
             rays.push(Vec3::new(1.0, 1.0, 1.0), Vec3::NEG_Z, near, far);
             assert_eq!(closest(tracer, way, &rays)[0].is_some(), met, "{near} {far}");
-            let by = blocks(tracer, way, Blockers::Still, Purpose::Shadow, &rays);
+            let by = blocks(tracer, way, Occluders::Still, Purpose::Shadow, &rays);
             assert_eq!(by, [met], "{near} {far}");
         }
     });
@@ -212,8 +218,8 @@ fn a_segment_is_not_blocked_by_its_own_end() {
         ..TransformTrack::identity()
     };
     for (models, by) in [
-        (vec![still("still", square(), Vec3::ZERO)], Blockers::Still),
-        (vec![moving("moving", square(), track)], Blockers::Movable),
+        (vec![still("still", square(), Vec3::ZERO)], Occluders::Still),
+        (vec![moving("moving", square(), track)], Occluders::Movable),
     ] {
         on_each(&scene_of(models), |tracer, way| {
             let at = Vec3::new(0.6, 0.0, 0.2);
@@ -246,8 +252,8 @@ fn shadow_rays_pass_clear_triangles() {
     on_each(&scene, |tracer, way| {
         for (x, z, casts) in [(0.5, 0.2, true), (-0.5, -0.2, false)] {
             let rays = down(x, z, 9.0);
-            assert_eq!(blocks(tracer, way, Blockers::Still, Purpose::Shadow, &rays), [casts]);
-            assert_eq!(blocks(tracer, way, Blockers::Still, Purpose::Sight, &rays), [true]);
+            assert_eq!(blocks(tracer, way, Occluders::Still, Purpose::Shadow, &rays), [casts]);
+            assert_eq!(blocks(tracer, way, Occluders::Still, Purpose::Sight, &rays), [true]);
             assert!(closest(tracer, way, &rays)[0].is_some());
         }
     });
@@ -285,14 +291,14 @@ fn few_clear_triangles_and_many_are_passed_alike() {
         on_each_moved(&scene, &[false, false, true, true], |tracer, way| {
             for (model, x) in [(0, 0.1), (1, 4.1), (2, 8.1)] {
                 let (to_roof, to_floor) = (down(x, 0.3, 1.5), down(x, 0.3, 9.0));
-                let by = if model == 0 { Blockers::Still } else { Blockers::Movable };
+                let by = if model == 0 { Occluders::Still } else { Occluders::Movable };
                 for (rays, purpose, blocked) in [
                     (&to_roof, Purpose::Shadow, false),
                     (&to_roof, Purpose::Sight, true),
                     (&to_floor, Purpose::Shadow, true),
                 ] {
                     assert_eq!(blocks(tracer, way, by, purpose, rays), [blocked], "{model} {purpose:?}");
-                    let moved = blocks(tracer, way, Blockers::Moved, purpose, rays);
+                    let moved = blocks(tracer, way, Occluders::Moved, purpose, rays);
                     assert_eq!(moved, [blocked && model == 2], "{model} {purpose:?}");
                 }
                 let hit = closest(tracer, way, &to_floor)[0].unwrap();
@@ -307,7 +313,7 @@ fn few_clear_triangles_and_many_are_passed_alike() {
                 assert_eq!(blocks(tracer, way, by, Purpose::Sight, &rays), [false]);
             }
             // all of it is clear
-            for by in [Blockers::Still, Blockers::Movable, Blockers::Moved] {
+            for by in [Occluders::Still, Occluders::Movable, Occluders::Moved] {
                 assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &down(12.1, 0.1, 9.0)), [false]);
             }
             assert_eq!(closest(tracer, way, &down(12.1, 0.1, 9.0))[0].unwrap().model, 3);
@@ -332,11 +338,11 @@ fn halves_answer_for_themselves_and_moved_ones_apart() {
         {
             let rays = down(x, 0.0, 9.0);
             for (by, blocked) in
-                [Blockers::Still, Blockers::Movable, Blockers::Moved].into_iter().zip(answers)
+                [Occluders::Still, Occluders::Movable, Occluders::Moved].into_iter().zip(answers)
             {
                 assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &rays), [blocked], "{x} {by:?}");
             }
-            for (among, is_met) in [(Among::All, true), (Among::Still, answers[0])] {
+            for (among, is_met) in [(SceneSubset::All, true), (SceneSubset::Still, answers[0])] {
                 let mut hits = HitBatch::default();
                 tracer.closest(&rays, among, way, &mut hits);
                 assert_eq!(hits.get(0).is_some(), is_met, "{x} {among:?}");
@@ -399,9 +405,9 @@ fn batches_of_any_size_are_answered_and_kept_bits_stay() {
             }
             let met: Vec<bool> = closest(tracer, way, &rays).iter().map(Option::is_some).collect();
             assert_eq!(met, (0..count).map(|i| i % 3 != 0).collect::<Vec<_>>());
-            assert_eq!(blocks(tracer, way, Blockers::Still, Purpose::Shadow, &rays), met);
+            assert_eq!(blocks(tracer, way, Occluders::Still, Purpose::Shadow, &rays), met);
             let mut blocked = vec![0b1; rays.packet_count()];
-            tracer.blocked(&rays, Blockers::Still, Purpose::Shadow, way, &mut blocked);
+            tracer.blocked(&rays, Occluders::Still, Purpose::Shadow, way, &mut blocked);
             assert!(blocked.iter().all(|bits| bits & 1 == 1), "what is set stays set");
         }
     });
@@ -411,7 +417,7 @@ fn batches_of_any_size_are_answered_and_kept_bits_stay() {
 fn a_scene_of_nothing_is_met_by_nothing() {
     on_each(&scene_of(vec![]), |tracer, way| {
         assert_eq!(first(tracer, way, Vec3::ZERO, Vec3::X), None);
-        for by in [Blockers::Still, Blockers::Movable, Blockers::Moved] {
+        for by in [Occluders::Still, Occluders::Movable, Occluders::Moved] {
             assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &down(0.0, 0.0, 9.0)), [false]);
         }
     });
@@ -476,7 +482,7 @@ fn assert_two_agree(scene: &Scene, kinds: [Kind; 2]) {
         println!("{:?}: {met} meet, {neighbours} of them another triangle there, {apart} apart", kinds[1]);
         assert!(met > 1000 && apart * 2000 <= rays.len(), "{apart} of {} apart", rays.len());
         for purpose in [Purpose::Sight, Purpose::Shadow] {
-            for by in [Blockers::Still, Blockers::Movable] {
+            for by in [Occluders::Still, Occluders::Movable] {
                 let both = [&first, &second].map(|tracer| blocks(&**tracer, way, by, purpose, &rays));
                 let apart = both[0].iter().zip(&both[1]).filter(|(a, b)| a != b).count();
                 assert!(apart * 2000 <= rays.len(), "{by:?} {purpose:?}: {apart} apart");

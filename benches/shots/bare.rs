@@ -19,7 +19,7 @@ use afterimage::pose::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::shade::light::{Aim, arrival, arrivals};
+use afterimage::shade::light::{StratifiedPattern, light_sample, light_samples};
 use afterimage::shade::phong::faces;
 use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::embree::device_config;
@@ -192,8 +192,8 @@ impl Parts {
             F32x8::of(std::array::from_fn(value))
         };
         let weights = [each(|packet, at| packet.hit.u[at]), each(|packet, at| packet.hit.v[at])];
-        let (mut point, mut normal, mut facet) =
-            (corners.point(weights), corners.normal(weights), corners.facet());
+        let (mut point, mut normal, mut geometric_normal) =
+            (corners.point(weights), corners.normal(weights), corners.geometric_normal());
         for (lane, model) in models.iter().enumerate() {
             let Some(place) = model.map(|model| &pose.models[model]).filter(|place| !place.is_identity)
             else {
@@ -201,18 +201,18 @@ impl Parts {
             };
             point.set_lane(lane, place.point(point.lane(lane)));
             normal.set_lane(lane, place.normal(normal.lane(lane)));
-            facet.set_lane(lane, place.facet(facet.lane(lane)));
+            geometric_normal.set_lane(lane, place.geometric_normal(geometric_normal.lane(lane)));
         }
         let direction = Vec3x8 {
             x: each(|packet, at| packet.ray.dir_x[at]),
             y: each(|packet, at| packet.ray.dir_y[at]),
             z: each(|packet, at| packet.ray.dir_z[at]),
         };
-        let behind = facet.dot(direction).gt(F32x8::ZERO);
+        let behind = geometric_normal.dot(direction).gt(F32x8::ZERO);
         Eight {
             point,
             normal: behind.select3(-normal, normal),
-            facet: behind.select3(-facet, facet),
+            geometric_normal: behind.select3(-geometric_normal, geometric_normal),
             is_surface: Mask::of(|lane| models[lane].is_some()).bits(),
         }
     }
@@ -245,7 +245,7 @@ fn attach(
 struct Eight {
     point: Vec3x8,
     normal: Vec3x8,
-    facet: Vec3x8,
+    geometric_normal: Vec3x8,
     /// A bit each.
     is_surface: u8,
 }
@@ -339,21 +339,24 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
 fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> {
     let mut rays = RayBatch::default();
     for eight in tile {
-        let origins = off_surfaces(eight.point, eight.facet);
-        let aim = Aim::at(light, eight.point);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
+        let pattern = StratifiedPattern::at(light, eight.point);
         if !light.shape.is_area() {
-            let arrival = arrival(light, 0, &aim, eight.point);
-            let wanted = eight.is_surface & faces(eight.normal, eight.facet, &arrival).bits();
-            rays.push_lanes(origins, arrival.to_light, F32x8::splat(arrival.far), wanted);
+            let light_sample = light_sample(light, 0, &pattern, eight.point);
+            let wanted = eight.is_surface & faces(eight.normal, eight.geometric_normal, &light_sample).bits();
+            rays.push_lanes(origins, light_sample.to_light, F32x8::splat(light_sample.far), wanted);
             continue;
         }
         for lane in (0..HALF).filter(|lane| eight.is_surface >> lane & 1 != 0) {
-            let arrivals = arrivals(light, &aim, lane, eight.point.lane(lane));
-            let [normal, facet] = [&eight.normal, &eight.facet].map(|all| Vec3x8::splat(all.lane(lane)));
-            let wanted = u16::from_le_bytes([0, 1].map(|half| faces(normal, facet, &arrivals[half]).bits()));
+            let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
+            let [normal, geometric_normal] =
+                [&eight.normal, &eight.geometric_normal].map(|all| Vec3x8::splat(all.lane(lane)));
+            let wanted = u16::from_le_bytes(
+                [0, 1].map(|half| faces(normal, geometric_normal, &light_samples[half]).bits()),
+            );
             if wanted != 0 {
-                let ways = [arrivals[0].to_light, arrivals[1].to_light];
-                rays.push_packet(origins.lane(lane), ways, arrivals[0].far, wanted);
+                let ways = [light_samples[0].to_light, light_samples[1].to_light];
+                rays.push_packet(origins.lane(lane), ways, light_samples[0].far, wanted);
             }
         }
     }

@@ -109,7 +109,7 @@ impl Transform {
 
     /// A normal, object to world, of any length: for questions about its sign alone.
     #[inline]
-    pub fn facet(&self, normal: Vec3) -> Vec3 {
+    pub fn geometric_normal(&self, normal: Vec3) -> Vec3 {
         if self.is_identity {
             return normal;
         }

@@ -32,11 +32,11 @@ use super::shadow::ShadowQueue;
 use super::sight::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
-use crate::shade::light::{Aim, arrival};
+use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
 use crate::stats::AuditCounts;
-use crate::trace::{Among, Coherence, Hit, HitBatch, RayBatch};
+use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
 /// Of the distance from the eye to a sample: how far rounding may displace it. Single floats keep 6e-8 of
 /// the largest coordinate at every step from the triangle's corners over the model's matrix to the ray;
@@ -58,7 +58,7 @@ pub const COLOR_TOLERANCE: f32 = 1e-3;
 /// Light below this is black, whatever share of it differs.
 const DARKEST: f32 = 1e-4;
 
-/// Cosine between a facet and the line of sight up to which the facet may be seen from either side: what
+/// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either side: what
 /// rounding its normal to four bytes leaves open.
 const EDGE_ON_COSINE: f32 = 1e-4;
 
@@ -157,7 +157,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
 fn trace_all(frame: &FrameView, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
     rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
-    frame.tracer.closest(&batch, Among::All, Coherence::Coherent, &mut hits);
+    frame.tracer.closest(&batch, SceneSubset::All, Coherence::Coherent, &mut hits);
     hits
 }
 
@@ -236,9 +236,9 @@ fn meets(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> b
 /// another surface in the same place, either of which may be met first.
 fn coincides(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
-    let facet = frame.transform(sample.model).normal(sample.record.facet.unfold());
+    let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let tolerance = reach(frame, sample) + rounding(frame, sample);
-    (met.t * sight - offset(frame, sample)).dot(facet).abs() <= tolerance
+    (met.t * sight - offset(frame, sample)).dot(geometric_normal).abs() <= tolerance
 }
 
 /// Whether the sample is as near to the centre of its cell as one must be that serves it.
@@ -265,7 +265,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let reach = f64::from(TOLERANCE) * f64::from(offset(frame, sample).length().max(sample.point.length()));
 
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let facet = frame.transform(sample.model).normal(sample.record.facet.unfold());
+    let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let number = mesh.material_of[sample.record.triangle as usize];
     let material = &frame.scene.materials[usize::from(number)];
     let weights = lanes.weights_at(Vec3x8::splat(sample.point));
@@ -276,9 +276,10 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
         sample.record.material == number
             && nearest_point(corners, point).distance(point) <= reach
             && sample.record.normal.unfold().dot(normal * side) >= NORMAL_COSINE
-            && sample.record.facet.unfold().dot(lanes.facet().lane(0) * side) >= NORMAL_COSINE
+            && sample.record.geometric_normal.unfold().dot(lanes.geometric_normal().lane(0) * side)
+                >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
-            && facet.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
+            && geometric_normal.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
     )
 }
 
@@ -334,10 +335,14 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
         let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
         let reach = reach(frame, &Sample::of(tile, cell));
         // the same surface eight times, displaced in eight directions
-        let [point, normal, facet] = [&placed.point, &placed.normal, &placed.facet].map(|all| all.lane(lane));
-        let mut beside =
-            Placed { point: Vec3x8::ZERO, normal: Vec3x8::splat(normal), facet: Vec3x8::splat(facet) };
-        for (lane, aside) in around(facet).into_iter().enumerate() {
+        let [point, normal, geometric_normal] =
+            [&placed.point, &placed.normal, &placed.geometric_normal].map(|all| all.lane(lane));
+        let mut beside = Placed {
+            point: Vec3x8::ZERO,
+            normal: Vec3x8::splat(normal),
+            geometric_normal: Vec3x8::splat(geometric_normal),
+        };
+        for (lane, aside) in around(geometric_normal).into_iter().enumerate() {
             beside.point.set_lane(lane, point + aside * reach);
         }
         queue.clear();
@@ -360,12 +365,12 @@ fn ask(
     queue: &mut ShadowQueue,
 ) -> u8 {
     let light = &frame.pose.lights[source.light];
-    let arrival = arrival(light, source.point, &Aim::at(light, places), placed.point);
-    let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
-    queue.push(placed.point, placed.facet, &arrival, wanted & faces, owner);
+    let light_sample = light_sample(light, source.point, &StratifiedPattern::at(light, places), placed.point);
+    let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
+    queue.push(placed.point, placed.geometric_normal, &light_sample, wanted & faces, owner);
     faces
 }
 
 fn answer(frame: &FrameView, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
-    queue.answer(ShadowCheck::StillThenMovable, Among::All, Coherence::Coherent, frame.tracer, say);
+    queue.answer(ShadowCheck::StillThenMovable, SceneSubset::All, Coherence::Coherent, frame.tracer, say);
 }

@@ -17,11 +17,11 @@ use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::Tag;
-use crate::shade::light::{Aim, arrival, arrivals, way};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
-use crate::trace::{self, Among, Coherence, HitBatch, HitPacket, NO_HIT};
+use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
 
 /// A ray whose share in the picture is below this in all three colours is not followed: half the step of
 /// an 8-bit picture at full brightness.
@@ -125,7 +125,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
-    frame.tracer.closest(&scratch.rays, Among::All, Coherence::Bounced, &mut scratch.hits);
+    frame.tracer.closest(&scratch.rays, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
@@ -167,17 +167,17 @@ fn record_paths(frame: &FrameView, bounces: &mut Bounces, hits: &HitBatch) {
 fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
     let hits = Hits8::of(hits, from);
     let corners = hits.corners(frame);
-    let (mut point, mut normal, mut facet) =
-        (corners.point(hits.weights), corners.normal(hits.weights), corners.facet());
-    place(frame, hits.models, [&mut point, &mut normal, &mut facet]);
+    let (mut point, mut normal, mut geometric_normal) =
+        (corners.point(hits.weights), corners.normal(hits.weights), corners.geometric_normal());
+    place(frame, hits.models, [&mut point, &mut normal, &mut geometric_normal]);
     let (materials, reflectances) = hits.reflectances(frame, hits.weights);
     for (lane, bounce) in bounces.iter().enumerate().filter(|(lane, _)| hits.is_hit(*lane)) {
-        let from_behind = facet.lane(lane).dot(bounce.direction) > 0.0;
+        let from_behind = geometric_normal.lane(lane).dot(bounce.direction) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
         let surface = Surface {
             point: point.lane(lane),
             normal: normal.lane(lane) * side,
-            facet: facet.lane(lane) * side,
+            geometric_normal: geometric_normal.lane(lane) * side,
             reflectance: reflectances.lane(lane),
             material: materials[lane],
             from_behind,
@@ -191,7 +191,7 @@ fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bo
 struct MetLanes {
     point: Vec3x8,
     normal: Vec3x8,
-    facet: Vec3x8,
+    geometric_normal: Vec3x8,
     reflectance: Vec3x8,
     view: Vec3x8,
     materials: [u16; LANES],
@@ -212,7 +212,7 @@ impl MetLanes {
         Self {
             point: each(|met| met.surface.point),
             normal: each(|met| met.surface.normal),
-            facet: each(|met| met.surface.facet),
+            geometric_normal: each(|met| met.surface.geometric_normal),
             reflectance: each(|met| met.surface.reflectance),
             view: each(|met| -met.bounce.direction),
             materials: std::array::from_fn(|lane| at(lane).surface.material),
@@ -250,33 +250,39 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
         *counted = counted.saturating_add(rays as u16);
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
-        let aim = Aim::at(light, eight.point);
+        let pattern = StratifiedPattern::at(light, eight.point);
         if !light.shape.is_area() {
-            let arrival = arrival(light, 0, &aim, eight.point);
-            let asked = phong::faces(eight.normal, eight.facet, &arrival).bits() & eight.used;
-            queue.push(eight.point, eight.facet, &arrival, asked, first as u32);
+            let light_sample = light_sample(light, 0, &pattern, eight.point);
+            let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
+            queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first as u32);
             set_bits(asked).for_each(|lane| count(first + lane, 1));
             continue;
         }
-        let origins = off_surfaces(eight.point, eight.facet);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
         for lane in set_bits(eight.used) {
-            let arrivals = arrivals(light, &aim, lane, eight.point.lane(lane));
-            let asked = facing(eight.normal.lane(lane), eight.facet.lane(lane), &arrivals);
-            queue.push_sixteen(origins.lane(lane), &arrivals, asked, (first + lane) as u32);
+            let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
+            let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
+            queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
             count(first + lane, asked.count_ones());
         }
     }
     tally.counts.shadow += queue.count();
     let check = ShadowCheck::StillThenMovable;
     if light.shape.is_area() {
-        queue.answer_sixteen(check, Among::All, Coherence::Fanned, frame.tracer, |owner, shadows| {
-            lit[owner as usize] = shadows.asked & !shadows.blocked;
-            paths.note_dynamic(shadows.by_movable != 0);
-        });
+        queue.answer_sixteen(
+            check,
+            SceneSubset::All,
+            Coherence::SharedOrigin,
+            frame.tracer,
+            |owner, shadows| {
+                lit[owner as usize] = shadows.asked & !shadows.blocked;
+                paths.note_dynamic(shadows.by_dynamic != 0);
+            },
+        );
     } else {
-        queue.answer(check, Among::All, Coherence::Bounced, frame.tracer, |owner, tag| {
+        queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
-            paths.note_dynamic(tag == Tag::ByMovable);
+            paths.note_dynamic(tag == Tag::DynamicOccluder);
         });
     }
 }
@@ -293,12 +299,12 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point: eight.point, pattern: eight.point };
         let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
-        eight.light = add_light(eight.light, light, places, reached, |arrival| {
-            let diffuse = phong::diffuse(albedo, eight.normal, arrival);
+        eight.light = add_light(eight.light, light, places, reached, |light_sample| {
+            let diffuse = phong::diffuse(albedo, eight.normal, light_sample);
             if !may_shine {
                 return diffuse;
             }
-            diffuse + phong::specular(&gloss, eight.normal, eight.view, arrival)
+            diffuse + phong::specular(&gloss, eight.normal, eight.view, light_sample)
         });
     }
 }

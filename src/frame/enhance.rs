@@ -10,7 +10,7 @@ use super::radiance::{Light, Radiance, cut};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile, full_color};
-use crate::shade::light::{Arrival, way};
+use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
@@ -81,7 +81,7 @@ fn start_rays(
         let surface = Surface {
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
-            facet: placed.facet.lane(lane),
+            geometric_normal: placed.geometric_normal.lane(lane),
             reflectance: full_color(tile.record[cell].reflectance),
             material: tile.record[cell].material,
             from_behind: tile.record[cell].is_from_behind(),
@@ -110,7 +110,8 @@ fn highlights(
         }
         let places = Places { point: placed.point, pattern: tile.points(first) };
         let reached = |point| tile.tags.lit(*slot, point, first) & is_surface;
-        let shade = |arrival: &Arrival| phong::specular(gloss, placed.normal, -incoming, arrival);
+        let shade =
+            |light_sample: &LightSample| phong::specular(gloss, placed.normal, -incoming, light_sample);
         sum = add_light(sum, light, places, reached, shade);
     }
     sum

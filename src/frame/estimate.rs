@@ -15,7 +15,7 @@ use super::ray_tally::RayTally;
 use super::sight::{back_facing_bits, segments};
 use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, SampleStore, Tile};
-use crate::trace::{Blockers, Coherence, Purpose, RayBatch};
+use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
 /// In favour of reprojection: the border is for frames of which little is seen again, and where both ways cost
@@ -178,7 +178,7 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, a
         }
     }
     let mut blocked = vec![0; rays.packet_count()];
-    for by in [Blockers::Still, Blockers::Movable] {
+    for by in [Occluders::Still, Occluders::Movable] {
         frame.tracer.blocked(&rays, by, Purpose::Sight, Coherence::Coherent, &mut blocked);
     }
     sum.verified = rays.len() as u64;

@@ -15,7 +15,7 @@ use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::settings::Reuse;
 use crate::shade::phong::Palette;
-use crate::trace::{Among, Tracer};
+use crate::trace::{SceneSubset, Tracer};
 
 /// The scene in one frame. Built once a frame; no phase writes to it.
 #[derive(Clone, Copy)]
@@ -97,9 +97,9 @@ impl<'a> FrameView<'a> {
     }
 
     /// What rays from the eye through the cells of tile number `number` may meet.
-    pub fn in_sight(&self, number: usize) -> Among {
+    pub fn in_sight(&self, number: usize) -> SceneSubset {
         let ways = SweptBox::fan(self.view.camera.eye, &self.view.directions_of_tile(number));
-        if self.dynamic_bounds.may_meet_sweep(&ways) { Among::All } else { Among::Still }
+        if self.dynamic_bounds.may_meet_sweep(&ways) { SceneSubset::All } else { SceneSubset::Still }
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.

@@ -11,10 +11,10 @@ use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::tile_bounds::TileBounds;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
-use crate::shade::light::{Aim, arrival, arrivals, way};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
-use crate::trace::{Among, Coherence};
+use crate::trace::{Coherence, SceneSubset};
 
 /// A worker's memory for this phase.
 #[derive(Debug)]
@@ -60,8 +60,11 @@ pub fn light(
         let checks = [false, true].map(|moved| Checks::of(frame, light, moved, may_be_met));
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
         let bounds = bounds.get_or_insert_with(|| TileBounds::samples(frame, tile));
-        let among =
-            if bounds.may_be_in_shadow(frame.dynamic_bounds, pose) { Among::All } else { Among::Still };
+        let among = if bounds.may_be_in_shadow(frame.dynamic_bounds, pose) {
+            SceneSubset::All
+        } else {
+            SceneSubset::Still
+        };
         let query = LightQuery { light, among, checks };
         let ask = if pose.shape.is_area() { ask_area_light } else { ask_light };
         ask(frame, &query, tile, lighting, placed, tally);
@@ -103,7 +106,7 @@ struct LightQuery {
     /// Its number.
     light: usize,
     /// The only models that its rays can meet.
-    among: Among,
+    among: SceneSubset,
     /// For samples of models that did not move, and of those that did.
     checks: [Checks; 2],
 }
@@ -140,15 +143,15 @@ fn ask_light(
                 continue;
             }
         }
-        let arrival = arrival(pose, 0, &Aim::NONE, placed.point);
-        let faces = phong::faces(placed.normal, placed.facet, &arrival).bits();
+        let light_sample = light_sample(pose, 0, &StratifiedPattern::NONE, placed.point);
+        let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
         let tags = &mut tile.tags.single_mut(slot)[first..first + LANES];
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
-            lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::Averted)) << lane;
-            tags[lane] = Tag::Averted;
+            lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::BackFacing)) << lane;
+            tags[lane] = Tag::BackFacing;
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
-            queue.push(placed.point, placed.facet, &arrival, asked & faces, first as u32);
+            queue.push(placed.point, placed.geometric_normal, &light_sample, asked & faces, first as u32);
             count_bits(asked & faces, &mut tally.cells.shadow[first..first + LANES]);
         }
     }
@@ -206,18 +209,19 @@ fn ask_area_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let aim = Aim::at(pose, tile.points(first));
-        let origins = off_surfaces(placed.point, placed.facet);
+        let pattern = StratifiedPattern::at(pose, tile.points(first));
+        let origins = off_surfaces(placed.point, placed.geometric_normal);
         let mut to_points = [[0; LANES]; CHECKS.len()];
         for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
             let cell = first + lane;
             let point = placed.point.lane(lane);
-            let arrivals = arrivals(pose, &aim, lane, point);
-            let faces = facing(placed.normal.lane(lane), placed.facet.lane(lane), &arrivals);
+            let light_samples = light_samples(pose, &pattern, lane, point);
+            let faces = facing(placed.normal.lane(lane), placed.geometric_normal.lane(lane), &light_samples);
             if asked[0] != 0 {
                 let ([low, high], point) = (asked[0].to_le_bytes(), Vec3x8::splat(point));
-                let far = F32x8::splat(arrivals[0].far);
-                let meets = |half: usize| frame.moved_bounds.may_meet(point, arrivals[half].to_light, far);
+                let far = F32x8::splat(light_samples[0].far);
+                let meets =
+                    |half: usize| frame.moved_bounds.may_meet(point, light_samples[half].to_light, far);
                 asked[0] = u16::from_le_bytes([meets(0) & low, meets(1) & high]);
             }
             let all_asked = asked.into_iter().fold(0, |all, asked| all | asked);
@@ -225,12 +229,17 @@ fn ask_area_light(
                 tile,
                 slot,
                 cell,
-                Shadows { asked: all_asked & !faces, blocked: u16::MAX, by_movable: 0 },
+                Shadows { asked: all_asked & !faces, blocked: u16::MAX, by_dynamic: 0 },
             );
             for (check, asked) in asked.into_iter().enumerate() {
                 let asked = asked & faces;
                 if asks_all_points(CHECKS[check]) {
-                    lighting.queues[check].push_sixteen(origins.lane(lane), &arrivals, asked, cell as u32);
+                    lighting.queues[check].push_sixteen(
+                        origins.lane(lane),
+                        &light_samples,
+                        asked,
+                        cell as u32,
+                    );
                 } else {
                     to_points[check][lane] = asked;
                 }
@@ -241,11 +250,11 @@ fn ask_area_light(
         for (queue, asked) in lighting.queues.iter_mut().zip(&to_points) {
             let points = asked.iter().fold(0, |points, asked| points | asked);
             for point in (0..AREA_POINTS).filter(|point| points >> point & 1 != 0) {
-                let arrival = arrival(pose, point, &aim, placed.point);
+                let light_sample = light_sample(pose, point, &pattern, placed.point);
                 let wanted = (0..)
                     .zip(asked)
                     .fold(0, |bits, (lane, asked)| bits | ((asked >> point & 1) as u8) << lane);
-                queue.push_from(origins, &arrival, wanted, (point * CELLS + first) as u32);
+                queue.push_from(origins, &light_sample, wanted, (point * CELLS + first) as u32);
             }
         }
     }
@@ -253,11 +262,11 @@ fn ask_area_light(
     for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
         tally.counts.shadow += queue.count();
         if asks_all_points(check) {
-            queue.answer_sixteen(check, among, Coherence::Fanned, frame.tracer, |cell, shadows| {
+            queue.answer_sixteen(check, among, Coherence::SharedOrigin, frame.tracer, |cell, shadows| {
                 lighting.learn(tile, slot, cell as usize, shadows);
             });
         } else {
-            queue.answer(check, among, Coherence::Fanned, frame.tracer, |owner, tag| {
+            queue.answer(check, among, Coherence::SharedOrigin, frame.tracer, |owner, tag| {
                 let (point, cell) = (owner as usize / CELLS, owner as usize % CELLS);
                 lighting.learn(tile, slot, cell, Shadows::of_point(point, tag));
             });
@@ -277,7 +286,7 @@ impl Lighting {
     fn learn(&mut self, tile: &mut Tile, slot: TagSlot, cell: usize, shadows: Shadows) {
         let tags = &mut tile.tags.area_mut(slot)[cell];
         let before = *tags;
-        tags.learn(shadows.asked, !shadows.blocked, shadows.by_movable);
+        tags.learn(shadows.asked, !shadows.blocked, shadows.by_dynamic);
         let changes = before.changes_light_to(*tags);
         self.stale[cell / LANES] |= u8::from(changes) << (cell % LANES);
     }
@@ -292,8 +301,9 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
         let places = Places { point: placed.point, pattern: tile.points(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
-        sum =
-            add_light(sum, light, places, reached, |arrival| phong::diffuse(albedo, placed.normal, arrival));
+        sum = add_light(sum, light, places, reached, |light_sample| {
+            phong::diffuse(albedo, placed.normal, light_sample)
+        });
     }
     sum
 }

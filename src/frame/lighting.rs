@@ -2,14 +2,14 @@
 
 use crate::lanes::{Mask, Vec3x8};
 use crate::pose::LightPose;
-use crate::shade::light::{Aim, Arrival, arrival};
+use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 
 /// Where eight surfaces are.
 #[derive(Debug, Clone, Copy)]
 pub struct Places {
     /// World space.
     pub point: Vec3x8,
-    /// What decides at which points of an area light they aim: see [`Aim::at`].
+    /// What decides at which points of an area light they pattern: see [`StratifiedPattern::at`].
     pub pattern: Vec3x8,
 }
 
@@ -22,15 +22,15 @@ pub fn add_light(
     light: &LightPose,
     places: Places,
     reached: impl Fn(usize) -> Mask,
-    shade: impl Fn(&Arrival) -> Vec3x8,
+    shade: impl Fn(&LightSample) -> Vec3x8,
 ) -> Vec3x8 {
-    let aim = Aim::at(light, places.pattern);
+    let pattern = StratifiedPattern::at(light, places.pattern);
     (0..light.shape.points()).fold(sum, |sum, point| {
         let reached = reached(point);
         if !reached.any() {
             return sum;
         }
-        let arrival = arrival(light, point, &aim, places.point);
-        sum + reached.select3(shade(&arrival), Vec3x8::ZERO)
+        let light_sample = light_sample(light, point, &pattern, places.point);
+        sum + reached.select3(shade(&light_sample), Vec3x8::ZERO)
     })
 }

@@ -14,7 +14,7 @@ pub struct Placed {
     /// For shading.
     pub normal: Vec3x8,
     /// Of the triangles.
-    pub facet: Vec3x8,
+    pub geometric_normal: Vec3x8,
 }
 
 impl Placed {
@@ -23,13 +23,14 @@ impl Placed {
     #[inline]
     pub fn of(frame: &FrameView, tile: &Tile, first: usize) -> Self {
         let point = tile.points(first);
-        let (normals, facets) = (tile.normals(first), tile.facets(first));
-        let facet = Octahedral::unfold_lanes(facets);
+        let (normals, geometric_normals) = (tile.normals(first), tile.geometric_normals(first));
+        let geometric_normal = Octahedral::unfold_lanes(geometric_normals);
         // flat meshes: one vector is both
-        let normal = if normals == facets { facet } else { Octahedral::unfold_lanes(normals) };
-        let mut placed = Self { point, normal, facet };
-        let Self { point, normal, facet } = &mut placed;
-        place(frame, &tile.model[first..first + LANES], [point, normal, facet]);
+        let normal =
+            if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
+        let mut placed = Self { point, normal, geometric_normal };
+        let Self { point, normal, geometric_normal } = &mut placed;
+        place(frame, &tile.model[first..first + LANES], [point, normal, geometric_normal]);
         placed
     }
 }
@@ -41,7 +42,7 @@ pub struct PlacedTile {
     pub point: [Column<f32>; 3],
     /// For shading, world space.
     pub normal: [Column<f32>; 3],
-    facet: [Column<f32>; 3],
+    geometric_normal: [Column<f32>; 3],
     /// For each eight cells.
     is_ready: [bool; CELLS / LANES],
 }
@@ -59,13 +60,13 @@ impl PlacedTile {
             return Placed {
                 point: load(&self.point, first),
                 normal: load(&self.normal, first),
-                facet: load(&self.facet, first),
+                geometric_normal: load(&self.geometric_normal, first),
             };
         }
         let placed = Placed::of(frame, tile, first);
         store(placed.point, &mut self.point, first);
         store(placed.normal, &mut self.normal, first);
-        store(placed.facet, &mut self.facet, first);
+        store(placed.geometric_normal, &mut self.geometric_normal, first);
         self.is_ready[first / LANES] = true;
         placed
     }
@@ -83,7 +84,7 @@ impl PlacedTile {
 impl Default for PlacedTile {
     fn default() -> Self {
         let columns = [[0.0; CELLS]; 3];
-        Self { point: columns, normal: columns, facet: columns, is_ready: [false; CELLS / LANES] }
+        Self { point: columns, normal: columns, geometric_normal: columns, is_ready: [false; CELLS / LANES] }
     }
 }
 

@@ -102,10 +102,10 @@ impl Plan {
     pub fn shadow_check(&self, light: usize, moved: bool, tag: Tag) -> ShadowCheck {
         let light_moved = self.lights[light] == LightChange::Moved;
         match tag {
-            Tag::Averted | Tag::ByStill if !moved && !light_moved => ShadowCheck::Keep,
-            Tag::Lit | Tag::ByMovable if !moved && !light_moved && !self.any_moved => ShadowCheck::Keep,
+            Tag::BackFacing | Tag::StaticOccluder if !moved && !light_moved => ShadowCheck::Keep,
+            Tag::Lit | Tag::DynamicOccluder if !moved && !light_moved && !self.any_moved => ShadowCheck::Keep,
             Tag::Lit if !moved && !light_moved => ShadowCheck::Moved,
-            Tag::ByMovable => ShadowCheck::MovableThenStill,
+            Tag::DynamicOccluder => ShadowCheck::MovableThenStill,
             _ => ShadowCheck::StillThenMovable,
         }
     }
@@ -232,8 +232,8 @@ mod tests {
     #[test]
     fn a_still_sample_in_the_shadow_of_itself_or_of_a_still_model_stays_there() {
         let plan = Plan::between(&pose(), &moved_model());
-        assert_eq!(plan.shadow_check(0, false, Tag::Averted), ShadowCheck::Keep);
-        assert_eq!(plan.shadow_check(0, false, Tag::ByStill), ShadowCheck::Keep);
+        assert_eq!(plan.shadow_check(0, false, Tag::BackFacing), ShadowCheck::Keep);
+        assert_eq!(plan.shadow_check(0, false, Tag::StaticOccluder), ShadowCheck::Keep);
     }
 
     #[test]
@@ -246,16 +246,16 @@ mod tests {
     #[test]
     fn a_still_sample_shadowed_by_a_movable_model_asks_there_first() {
         let plan = Plan::between(&pose(), &moved_model());
-        assert_eq!(plan.shadow_check(0, false, Tag::ByMovable), ShadowCheck::MovableThenStill);
-        assert_eq!(change(|_| ()).shadow_check(0, false, Tag::ByMovable), ShadowCheck::Keep);
+        assert_eq!(plan.shadow_check(0, false, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
+        assert_eq!(change(|_| ()).shadow_check(0, false, Tag::DynamicOccluder), ShadowCheck::Keep);
     }
 
     #[test]
-    fn a_moved_shadowed_sample_asks_its_blocker_first() {
+    fn a_moved_shadowed_sample_asks_its_occluder_first() {
         let plan = Plan::between(&pose(), &moved_model());
-        assert_eq!(plan.shadow_check(0, true, Tag::ByMovable), ShadowCheck::MovableThenStill);
-        assert_eq!(plan.shadow_check(0, true, Tag::ByStill), ShadowCheck::StillThenMovable);
-        assert_eq!(plan.shadow_check(0, true, Tag::Averted), ShadowCheck::StillThenMovable);
+        assert_eq!(plan.shadow_check(0, true, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
+        assert_eq!(plan.shadow_check(0, true, Tag::StaticOccluder), ShadowCheck::StillThenMovable);
+        assert_eq!(plan.shadow_check(0, true, Tag::BackFacing), ShadowCheck::StillThenMovable);
     }
 
     #[test]
@@ -265,14 +265,14 @@ mod tests {
     }
 
     #[test]
-    fn under_a_moved_light_every_sample_asks_its_blocker_first() {
+    fn under_a_moved_light_every_sample_asks_its_occluder_first() {
         let plan = change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y });
         assert_eq!(plan.lights, [LightChange::None, LightChange::Moved]);
         for moved in [false, true] {
-            for tag in [Tag::Averted, Tag::Lit, Tag::ByStill, Tag::Unknown] {
+            for tag in [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::Unknown] {
                 assert_eq!(plan.shadow_check(1, moved, tag), ShadowCheck::StillThenMovable);
             }
-            assert_eq!(plan.shadow_check(1, moved, Tag::ByMovable), ShadowCheck::MovableThenStill);
+            assert_eq!(plan.shadow_check(1, moved, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
         }
         assert_eq!(plan.shadow_check(0, false, Tag::Lit), ShadowCheck::Keep, "the other light stands still");
     }
@@ -281,7 +281,7 @@ mod tests {
     fn a_recoloured_light_keeps_its_shadows_and_is_summed_anew() {
         let plan = change(|now| now.lights[0].strength = Vec3::X);
         assert_eq!(plan.lights, [LightChange::Strength, LightChange::None]);
-        for tag in [Tag::Averted, Tag::Lit, Tag::ByStill, Tag::ByMovable] {
+        for tag in [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::DynamicOccluder] {
             assert_eq!(plan.shadow_check(0, false, tag), ShadowCheck::Keep);
         }
         assert!(plan.light_changes(false));

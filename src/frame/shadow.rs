@@ -9,10 +9,10 @@ use super::plan::ShadowCheck;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
-use crate::shade::light::Arrival;
+use crate::shade::light::LightSample;
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
-use crate::trace::{Among, Blockers, Coherence, Purpose, RayBatch, Tracer};
+use crate::trace::{Coherence, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 
 // a bit of a sample's word for each point of a light
 const _: () = assert!(LightShape::GRID * LightShape::GRID == AREA_POINTS);
@@ -42,14 +42,14 @@ pub struct Shadows {
     /// Those that somebody blocks.
     pub blocked: u16,
     /// Those that a movable model blocks.
-    pub by_movable: u16,
+    pub by_dynamic: u16,
 }
 
 impl Shadows {
     /// Of the ray to one point of the light, of which this is the tag.
     pub fn of_point(point: usize, tag: Tag) -> Self {
         let bit = |is_set: bool| u16::from(is_set) << point;
-        Self { asked: bit(true), blocked: bit(tag != Tag::Lit), by_movable: bit(tag == Tag::ByMovable) }
+        Self { asked: bit(true), blocked: bit(tag != Tag::Lit), by_dynamic: bit(tag == Tag::DynamicOccluder) }
     }
 }
 
@@ -68,16 +68,23 @@ impl ShadowQueue {
     /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
     /// numbers count up from `owner`.
     #[inline(always)]
-    pub fn push(&mut self, point: Vec3x8, facet: Vec3x8, arrival: &Arrival, wanted: u8, owner: u32) {
+    pub fn push(
+        &mut self,
+        point: Vec3x8,
+        geometric_normal: Vec3x8,
+        light_sample: &LightSample,
+        wanted: u8,
+        owner: u32,
+    ) {
         if wanted != 0 {
-            self.push_from(off_surfaces(point, facet), arrival, wanted, owner);
+            self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
         }
     }
 
     /// The same from `origins` that are off their surfaces already.
     #[inline(always)]
-    pub fn push_from(&mut self, origins: Vec3x8, arrival: &Arrival, wanted: u8, owner: u32) {
-        self.rays.push_lanes(origins, arrival.to_light, F32x8::splat(arrival.far), wanted);
+    pub fn push_from(&mut self, origins: Vec3x8, light_sample: &LightSample, wanted: u8, owner: u32) {
+        self.rays.push_lanes(origins, light_sample.to_light, F32x8::splat(light_sample.far), wanted);
         if wanted == u8::MAX {
             self.owners.extend(owner..owner + LANES as u32);
         } else {
@@ -87,10 +94,10 @@ impl ShadowQueue {
 
     /// Adds the rays from `origin`, off its surface, to those points of an area light whose bit is set.
     #[inline(always)]
-    pub fn push_sixteen(&mut self, origin: Vec3, arrivals: &[Arrival; 2], wanted: u16, owner: u32) {
+    pub fn push_sixteen(&mut self, origin: Vec3, light_samples: &[LightSample; 2], wanted: u16, owner: u32) {
         if wanted != 0 {
-            let ways = [arrivals[0].to_light, arrivals[1].to_light];
-            self.rays.push_packet(origin, ways, arrivals[0].far, wanted);
+            let ways = [light_samples[0].to_light, light_samples[1].to_light];
+            self.rays.push_packet(origin, ways, light_samples[0].far, wanted);
             self.owners.push(owner);
         }
     }
@@ -100,7 +107,7 @@ impl ShadowQueue {
     pub fn answer(
         &mut self,
         check: ShadowCheck,
-        among: Among,
+        among: SceneSubset,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(u32, Tag),
@@ -114,7 +121,7 @@ impl ShadowQueue {
     pub fn answer_packets(
         &mut self,
         check: ShadowCheck,
-        among: Among,
+        among: SceneSubset,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(&[u32], &[Tag; PACKET]),
@@ -135,19 +142,19 @@ impl ShadowQueue {
     pub fn answer_sixteen(
         &mut self,
         check: ShadowCheck,
-        among: Among,
+        among: SceneSubset,
         coherence: Coherence,
         tracer: &dyn Tracer,
         mut say: impl FnMut(u32, Shadows),
     ) {
         let [first, second] = self.trace(check, among, coherence, tracer).map(|tag| match tag {
-            Tag::ByMovable => u16::MAX,
+            Tag::DynamicOccluder => u16::MAX,
             _ => 0,
         });
         let words = self.blocked.iter().zip(&self.by_first).zip(self.rays.packets());
         for (owner, ((blocked, by_first), (_, asked))) in self.owners.iter().zip(words) {
-            let by_movable = by_first & first | blocked & !by_first & second;
-            say(*owner, Shadows { asked, blocked: *blocked, by_movable });
+            let by_dynamic = by_first & first | blocked & !by_first & second;
+            say(*owner, Shadows { asked, blocked: *blocked, by_dynamic });
         }
     }
 
@@ -155,25 +162,25 @@ impl ShadowQueue {
     fn trace(
         &mut self,
         check: ShadowCheck,
-        among: Among,
+        among: SceneSubset,
         coherence: Coherence,
         tracer: &dyn Tracer,
     ) -> [Tag; 2] {
         let [first, second] = match check {
             ShadowCheck::Keep => [None, None],
-            ShadowCheck::Moved => [Some(Blockers::Moved), None],
-            ShadowCheck::StillThenMovable => [Some(Blockers::Still), Some(Blockers::Movable)],
-            ShadowCheck::MovableThenStill => [Some(Blockers::Movable), Some(Blockers::Still)],
+            ShadowCheck::Moved => [Some(Occluders::Moved), None],
+            ShadowCheck::StillThenMovable => [Some(Occluders::Still), Some(Occluders::Movable)],
+            ShadowCheck::MovableThenStill => [Some(Occluders::Movable), Some(Occluders::Still)],
         };
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);
-        let ask = |by: Option<Blockers>, blocked: &mut [u16]| {
+        let ask = |by: Option<Occluders>, blocked: &mut [u16]| {
             // who is not asked blocks nothing
-            let Some(by) = by.filter(|by| among == Among::All || *by == Blockers::Still) else {
+            let Some(by) = by.filter(|by| among == SceneSubset::All || *by == Occluders::Still) else {
                 return Tag::Lit;
             };
             tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
-            if by == Blockers::Still { Tag::ByStill } else { Tag::ByMovable }
+            if by == Occluders::Still { Tag::StaticOccluder } else { Tag::DynamicOccluder }
         };
         let first = ask(first, &mut self.blocked);
         self.by_first.clone_from(&self.blocked);
@@ -243,9 +250,9 @@ impl Checks {
 
 /// Which of an area light's points a surface faces, a bit each.
 #[inline(always)]
-pub fn facing(normal: Vec3, facet: Vec3, arrivals: &[Arrival; 2]) -> u16 {
-    let [normal, facet] = [normal, facet].map(Vec3x8::splat);
-    u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, facet, &arrivals[half]).bits()))
+pub fn facing(normal: Vec3, geometric_normal: Vec3, light_samples: &[LightSample; 2]) -> u16 {
+    let [normal, geometric_normal] = [normal, geometric_normal].map(Vec3x8::splat);
+    u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, geometric_normal, &light_samples[half]).bits()))
 }
 
 #[cfg(test)]
@@ -260,14 +267,14 @@ mod tests {
         let mixed = [
             Tag::Unknown,
             Tag::Lit,
-            Tag::Averted,
-            Tag::ByStill,
-            Tag::ByMovable,
+            Tag::BackFacing,
+            Tag::StaticOccluder,
+            Tag::DynamicOccluder,
             Tag::Lit,
             Tag::Lit,
             Tag::Lit,
         ];
-        for tags in [mixed, [Tag::Lit; LANES], [Tag::Averted; LANES]] {
+        for tags in [mixed, [Tag::Lit; LANES], [Tag::BackFacing; LANES]] {
             for moved in [0, u8::MAX, 0b1010_0110, 1] {
                 let asked = Checks::queues(&checks, &tags, moved);
                 for lane in 0..LANES {

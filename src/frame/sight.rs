@@ -42,10 +42,11 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
         return 0;
     }
     // which side needs no length
-    let mut facets = Octahedral::directions(tile.facets(first));
+    let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
     for lane in set_bits(frame.displaced_bits(models)) {
-        facets.set_lane(lane, frame.transform(models[lane]).facet(facets.lane(lane)));
+        geometric_normals
+            .set_lane(lane, frame.transform(models[lane]).geometric_normal(geometric_normals.lane(lane)));
     }
-    let before = facets.dot(frame.offsets(tile, first)).lt(F32x8::ZERO);
+    let before = geometric_normals.dot(frame.offsets(tile, first)).lt(F32x8::ZERO);
     may_have_turned & !before.bits()
 }

@@ -13,7 +13,7 @@ use crate::lanes::Vec3x8;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
 use crate::shade::surface::{Corners, reflectance, uv_at};
-use crate::trace::{Among, Backend, Coherence, HitBatch, RayBatch};
+use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
 /// What is broken. But for [`Paths`](Spoil::Paths) it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
@@ -104,7 +104,8 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             record.reflectance != kept
         }
         Spoil::Light => {
-            record.lit = record.lit.map(|part| f16::from_f32(part.to_f32() * 1.5 + 0.1));
+            record.direct_diffuse =
+                record.direct_diffuse.map(|part| f16::from_f32(part.to_f32() * 1.5 + 0.1));
             true
         }
         Spoil::Tags => {
@@ -128,8 +129,8 @@ fn flip(tile: &mut Tile, slot: TagSlot, cell: usize) -> bool {
     let Some(tag) = tile.tags.single_mut(slot).get_mut(cell) else { return false };
     let before = *tag;
     *tag = match before {
-        Tag::Lit => Tag::ByStill,
-        Tag::ByStill => Tag::Lit,
+        Tag::Lit => Tag::StaticOccluder,
+        Tag::StaticOccluder => Tag::Lit,
         other => other,
     };
     *tag != before
@@ -148,7 +149,7 @@ fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> R
         cells.retain(|cell| is_placed(tile.model[*cell]));
         let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());
         cells.iter().for_each(|cell| rays.push(eye, tile.point(*cell) - eye, BEHIND, f32::INFINITY));
-        tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits);
+        tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits);
         for (ray, cell) in cells.into_iter().enumerate() {
             let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
             let sight = tile.point(cell) - eye;
@@ -156,8 +157,9 @@ fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> R
             let mesh = &scene.models[hit.model as usize].mesh;
             let corners = Corners::all(mesh, hit.triangle);
             let weights = corners.weights_at(Vec3x8::splat(point));
-            let (normal, facet) = (corners.normal(weights).lane(0), corners.facet().lane(0));
-            let is_behind = facet.dot(sight) > 0.0;
+            let (normal, geometric_normal) =
+                (corners.normal(weights).lane(0), corners.geometric_normal().lane(0));
+            let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
             let material = mesh.material_of[hit.triangle as usize];
             let uv = || uv_at(mesh, hit.triangle, weights.map(|weight| weight.lane(0)));
@@ -167,7 +169,7 @@ fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> R
             tile.record[cell] = Record {
                 triangle: hit.triangle,
                 normal: Octahedral::fold(normal * side),
-                facet: Octahedral::fold(facet * side),
+                geometric_normal: Octahedral::fold(geometric_normal * side),
                 reflectance: half_colors(Vec3x8::splat(color))[0],
                 material,
                 flags: Flags::FROM_BEHIND.when(is_behind),

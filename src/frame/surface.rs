@@ -72,11 +72,11 @@ impl<'a> Hits8<'a> {
 /// Takes eight surfaces of `models` from object to world space. Normals have unit length. What is in a lane without a
 /// surface stays.
 #[inline(always)]
-pub fn place(frame: &FrameView, models: &[u32], [point, normal, facet]: [&mut Vec3x8; 3]) {
+pub fn place(frame: &FrameView, models: &[u32], [point, normal, geometric_normal]: [&mut Vec3x8; 3]) {
     for lane in set_bits(frame.displaced_bits(models)) {
         let transform = frame.transform(models[lane]);
         point.set_lane(lane, transform.point(point.lane(lane)));
         normal.set_lane(lane, transform.normal(normal.lane(lane)));
-        facet.set_lane(lane, transform.normal(facet.lane(lane)));
+        geometric_normal.set_lane(lane, transform.normal(geometric_normal.lane(lane)));
     }
 }

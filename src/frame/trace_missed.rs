@@ -9,7 +9,7 @@ use super::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::shade::surface::meet_exactly;
-use crate::trace::{self, Among, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
 /// enough that what a later ray through the point meets is what this one met.
@@ -23,7 +23,7 @@ const AT_ONCE: usize = 16 * trace::LANES;
 pub fn trace_missed(
     frame: &FrameView,
     number: usize,
-    among: Among,
+    among: SceneSubset,
     tile: &mut Tile,
     probes: &CellSet,
     scratch: &mut TraceScratch,
@@ -98,18 +98,18 @@ fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owne
     let mut point = corners.point(met.weights);
     put_on_ray(frame, direction, &met, &mut point);
     let weights = corners.weights_at(point);
-    let (normal, facet) = (corners.normal(weights), corners.facet());
-    let behind = seen_from_behind(frame, facet, direction, models);
+    let (normal, geometric_normal) = (corners.normal(weights), corners.geometric_normal());
+    let behind = seen_from_behind(frame, geometric_normal, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
-    let facets = Octahedral::fold_lanes(behind.select3(-facet, facet));
+    let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
     let (numbers, colors) = met.reflectances(frame, weights);
     let colors = half_colors(colors);
     let record = |lane: usize| Record {
         triangle: triangles[lane],
         normal: normals[lane],
-        facet: facets[lane],
+        geometric_normal: geometric_normals[lane],
         reflectance: colors[lane],
-        lit: Default::default(),
+        direct_diffuse: Default::default(),
         traced: frame.rendered,
         material: numbers[lane],
         flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
@@ -184,10 +184,10 @@ fn put_on_ray(frame: &FrameView, direction: Vec3x8, met: &Hits8, point: &mut Vec
 
 /// Where rays along `direction` see the backs of triangles with these normals (object space).
 #[inline(always)]
-fn seen_from_behind(frame: &FrameView, facet: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
-    let mut world = facet;
+fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
+    let mut world = geometric_normal;
     for lane in set_bits(frame.displaced_bits(models)) {
-        world.set_lane(lane, frame.transform(models[lane]).facet(facet.lane(lane)));
+        world.set_lane(lane, frame.transform(models[lane]).geometric_normal(geometric_normal.lane(lane)));
     }
     world.dot(direction).gt(F32x8::ZERO)
 }

@@ -13,7 +13,7 @@ use super::tile_bounds::TileBounds;
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Flags, Status, Tile};
-use crate::trace::{Among, Blockers, Coherence, Purpose};
+use crate::trace::{Coherence, Occluders, Purpose, SceneSubset};
 
 /// What is to be verified of a tile.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +31,7 @@ pub struct Request<'a> {
 /// Turns cells of a `request` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
 pub fn verify(
     frame: &FrameView,
-    among: Among,
+    among: SceneSubset,
     tile: &mut Tile,
     request: &Request,
     scratch: &mut TraceScratch,
@@ -51,19 +51,19 @@ pub fn verify(
         None => TileBounds::samples(frame, tile).may_be_hidden(frame),
     };
     if frame.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
-        verify_against(SightCheck::Moved, &[Blockers::Moved], frame, tile, request, scratch);
+        verify_against(SightCheck::Moved, &[Occluders::Moved], frame, tile, request, scratch);
     }
-    let blockers: &[Blockers] = match among {
-        Among::All => &[Blockers::Still, Blockers::Movable],
-        Among::Still => &[Blockers::Still],
+    let occluders: &[Occluders] = match among {
+        SceneSubset::All => &[Occluders::Still, Occluders::Movable],
+        SceneSubset::Still => &[Occluders::Still],
     };
-    verify_against(SightCheck::Everything, blockers, frame, tile, request, scratch);
+    verify_against(SightCheck::Everything, occluders, frame, tile, request, scratch);
 }
 
-/// Sends the segments of all samples whose check is `check` against `blockers`.
+/// Sends the segments of all samples whose check is `check` against `occluders`.
 fn verify_against(
     check: SightCheck,
-    blockers: &[Blockers],
+    occluders: &[Occluders],
     frame: &FrameView,
     tile: &mut Tile,
     request: &Request,
@@ -92,7 +92,7 @@ fn verify_against(
     push_segments(frame, tile, &asked, ahead, scratch);
     scratch.tally.counts.verification += scratch.rays.count();
     scratch.begin_answers();
-    for by in blockers {
+    for by in occluders {
         let blocked = &mut scratch.blocked;
         frame.tracer.blocked(&scratch.rays, *by, Purpose::Sight, Coherence::Coherent, blocked);
     }

@@ -49,12 +49,12 @@ pub struct Record {
     /// Shading normal, object space, on the side from which the sample is seen.
     pub normal: Octahedral,
     /// Geometric normal, object space, on the side from which the sample is seen.
-    pub facet: Octahedral,
+    pub geometric_normal: Octahedral,
     /// What the diffuse and the ambient reflectance are shares of, texture included: see
     /// [`Material::painted`](crate::scene::Material::painted).
     pub reflectance: HalfColor,
     /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
-    pub lit: HalfColor,
+    pub direct_diffuse: HalfColor,
     /// The rendered frame in which the sample was traced, counted from the renderer's first.
     pub traced: u32,
     /// Index into [`Scene::materials`](crate::scene::Scene::materials).
@@ -280,9 +280,9 @@ impl Tile {
 
     /// Of eight samples, from `first` on.
     #[inline(always)]
-    pub fn facets(&self, first: usize) -> [Octahedral; LANES] {
+    pub fn geometric_normals(&self, first: usize) -> [Octahedral; LANES] {
         let records = self.records(first);
-        std::array::from_fn(|lane| records[lane].facet)
+        std::array::from_fn(|lane| records[lane].geometric_normal)
     }
 
     /// Of eight samples, from `first` on.
@@ -296,7 +296,7 @@ impl Tile {
     #[inline(always)]
     pub fn kept_light(&self, first: usize) -> Vec3x8 {
         let records = self.records(first);
-        load_colors(|lane| &records[lane].lit)
+        load_colors(|lane| &records[lane].direct_diffuse)
     }
 
     /// Keeps the light of eight samples, from `first` on.
@@ -304,7 +304,7 @@ impl Tile {
     pub fn keep_light(&mut self, first: usize, light: Vec3x8) {
         let records = &mut self.record[first..first + LANES];
         for (record, color) in records.iter_mut().zip(half_colors(light)) {
-            record.lit = color;
+            record.direct_diffuse = color;
         }
     }
 
@@ -420,10 +420,10 @@ mod tests {
     fn colours_come_back_rounded_and_cut() {
         let mut tile = Tile::empty(&TagLayout::default());
         tile.keep_light(16, Vec3x8::splat(Vec3::new(0.5, 1e9, -0.1)));
-        let one = full_color(tile.record[19].lit);
+        let one = full_color(tile.record[19].direct_diffuse);
         assert_eq!((one.x, one.y), (0.5, MOST));
         assert_eq!(tile.kept_light(16).lane(3), one);
         tile.keep_light(0, tile.kept_light(16));
-        assert_eq!(full_color(tile.record[3].lit), one, "what was rounded stays");
+        assert_eq!(full_color(tile.record[3].direct_diffuse), one, "what was rounded stays");
     }
 }

@@ -18,16 +18,17 @@ pub enum Tag {
     /// Nobody: the light reaches the sample.
     Lit,
     /// The surface itself: it faces away, or the light's cone does not hold it.
-    Averted,
+    BackFacing,
     /// A model that never moves.
-    ByStill,
+    StaticOccluder,
     /// A model that moves in some frame of the shot.
-    ByMovable,
+    DynamicOccluder,
 }
 
 impl Tag {
     /// In the order of their numbers.
-    pub const ALL: [Self; 5] = [Self::Unknown, Self::Lit, Self::Averted, Self::ByStill, Self::ByMovable];
+    pub const ALL: [Self; 5] =
+        [Self::Unknown, Self::Lit, Self::BackFacing, Self::StaticOccluder, Self::DynamicOccluder];
 
     /// Whether the light reaches the sample.
     pub fn is_lit(self) -> bool {
@@ -42,26 +43,26 @@ impl Tag {
 
 /// The tags of one sample for the points of an area light, two bits each.
 ///
-/// A point that is averted is kept as shadowed by what is still: the rules are the same for both.
+/// A point that faces away is kept as shadowed by what is still: the rules are the same for both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AreaTag {
     /// Bit by point: the light reaches the sample. With both bits set, nobody has asked yet.
     lit: u16,
     /// Bit by point: in the shadow of a model that moves in some frame of the shot.
-    by_movable: u16,
+    by_dynamic: u16,
 }
 
 impl AreaTag {
     /// No point has been asked for.
-    pub const UNKNOWN: Self = Self { lit: u16::MAX, by_movable: u16::MAX };
+    pub const UNKNOWN: Self = Self { lit: u16::MAX, by_dynamic: u16::MAX };
 
     /// The tag of one point.
     #[inline]
     pub fn get(self, point: usize) -> Tag {
-        match (self.lit >> point & 1, self.by_movable >> point & 1) {
+        match (self.lit >> point & 1, self.by_dynamic >> point & 1) {
             (1, 0) => Tag::Lit,
-            (0, 0) => Tag::ByStill,
-            (0, _) => Tag::ByMovable,
+            (0, 0) => Tag::StaticOccluder,
+            (0, _) => Tag::DynamicOccluder,
             _ => Tag::Unknown,
         }
     }
@@ -69,34 +70,34 @@ impl AreaTag {
     /// Bit by point: the light is known to reach the sample.
     #[inline]
     pub fn lit(self) -> u16 {
-        self.lit & !self.by_movable
+        self.lit & !self.by_dynamic
     }
 
-    /// Bit by point: those with this tag. No point counts as averted.
+    /// Bit by point: those with this tag. No point counts as back-facing.
     #[inline]
     pub fn points(self, tag: Tag) -> u16 {
         match tag {
-            Tag::Unknown => self.lit & self.by_movable,
-            Tag::Lit => self.lit & !self.by_movable,
-            Tag::Averted => 0,
-            Tag::ByStill => !self.lit & !self.by_movable,
-            Tag::ByMovable => !self.lit & self.by_movable,
+            Tag::Unknown => self.lit & self.by_dynamic,
+            Tag::Lit => self.lit & !self.by_dynamic,
+            Tag::BackFacing => 0,
+            Tag::StaticOccluder => !self.lit & !self.by_dynamic,
+            Tag::DynamicOccluder => !self.lit & self.by_dynamic,
         }
     }
 
-    /// Says of the points in `asked` which are `lit` and which are in the shadow `by_movable`; of the rest
+    /// Says of the points in `asked` which are `lit` and which are in the shadow `by_dynamic`; of the rest
     /// nothing.
     #[inline]
-    pub fn learn(&mut self, asked: u16, lit: u16, by_movable: u16) {
+    pub fn learn(&mut self, asked: u16, lit: u16, by_dynamic: u16) {
         self.lit = self.lit & !asked | lit & asked;
-        self.by_movable = self.by_movable & !asked | by_movable & asked;
+        self.by_dynamic = self.by_dynamic & !asked | by_dynamic & asked;
     }
 
     /// Without those that are in doubt.
     pub fn without(self, is_doubtful: impl Fn(Tag) -> bool) -> Self {
         let gone = Tag::ALL.into_iter().filter(|tag| is_doubtful(*tag));
         let gone = gone.fold(0, |all, tag| all | self.points(tag));
-        Self { lit: self.lit | gone, by_movable: self.by_movable | gone }
+        Self { lit: self.lit | gone, by_dynamic: self.by_dynamic | gone }
     }
 
     /// Whether light that was summed under these tags is wrong under `now`.
@@ -239,13 +240,13 @@ impl Tags {
         let is_surface = |model: &u32| *model < EMPTY;
         match slot {
             TagSlot::Single(_) => self.single(slot).iter().zip(models).fold(false, |any, (tag, model)| {
-                any | ((*tag == Tag::Unknown) | (*tag == Tag::ByMovable)) & is_surface(model)
+                any | ((*tag == Tag::Unknown) | (*tag == Tag::DynamicOccluder)) & is_surface(model)
             }),
             TagSlot::Area(_) => self
                 .area(slot)
                 .iter()
                 .zip(models)
-                .fold(false, |any, (tag, model)| any | (tag.by_movable != 0) & is_surface(model)),
+                .fold(false, |any, (tag, model)| any | (tag.by_dynamic != 0) & is_surface(model)),
         }
     }
 
@@ -328,7 +329,7 @@ mod tests {
         assert_eq!(tag.points(Tag::Unknown), u16::MAX);
         // every fourth point is lit, the next in a still shadow, the next in a moving one, the last not asked
         tag.learn(0x7777, 0x1111, 0x4444);
-        let all = [Tag::Lit, Tag::ByStill, Tag::ByMovable, Tag::Unknown];
+        let all = [Tag::Lit, Tag::StaticOccluder, Tag::DynamicOccluder, Tag::Unknown];
         for point in 0..AREA_POINTS {
             assert_eq!(tag.get(point), all[point % 4], "{point}");
             assert_eq!(tag.points(all[point % 4]) >> point & 1, 1, "{point}");
@@ -336,7 +337,7 @@ mod tests {
         assert_eq!(tag.lit(), 0x1111);
         let before = tag;
         tag.learn(1, 0, 0);
-        assert_eq!((tag.get(0), tag.get(4)), (Tag::ByStill, Tag::Lit), "the others stay");
+        assert_eq!((tag.get(0), tag.get(4)), (Tag::StaticOccluder, Tag::Lit), "the others stay");
         assert!(before.changes_light_to(tag), "and the light with it");
     }
 
@@ -349,7 +350,7 @@ mod tests {
             let lit = u16::from(light != 2) << light;
             match slot {
                 TagSlot::Single(_) => {
-                    tags.single_mut(*slot)[9] = if lit != 0 { Tag::Lit } else { Tag::ByStill }
+                    tags.single_mut(*slot)[9] = if lit != 0 { Tag::Lit } else { Tag::StaticOccluder }
                 }
                 TagSlot::Area(_) => tags.area_mut(*slot)[9].learn(1 << light, lit, 0),
             }

@@ -9,7 +9,7 @@ use crate::pose::{LightPose, LightShape};
 
 /// Light as it arrives at eight points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arrival {
+pub struct LightSample {
     /// From the points to the light, any length: the light is at `t = far` along it.
     pub to_light: Vec3x8,
     /// Unit length.
@@ -23,9 +23,9 @@ pub struct Arrival {
 /// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
 /// on its model alone. So it stays the same as long as the sample lives.
 #[derive(Debug, Clone, Copy)]
-pub struct Aim(u32x8);
+pub struct StratifiedPattern(u32x8);
 
-impl Aim {
+impl StratifiedPattern {
     /// For lights that are no areas.
     pub const NONE: Self = Self(u32x8::ZERO);
 
@@ -98,54 +98,64 @@ pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
 /// smoothstep of the cosine, and a rectangle shines with the cosine to its axis (Lambert's law). Each of its
 /// points stands for one field of a grid and sends its share of the light.
 #[inline(always)]
-pub fn arrival(light: &LightPose, point: usize, aim: &Aim, points: Vec3x8) -> Arrival {
+pub fn light_sample(
+    light: &LightPose,
+    point: usize,
+    pattern: &StratifiedPattern,
+    points: Vec3x8,
+) -> LightSample {
     match light.shape {
         LightShape::Directional { to_light } => {
             let to_light = Vec3x8::splat(to_light);
             let irradiance = Vec3x8::splat(light.strength);
-            Arrival { to_light, direction: to_light, far: f32::INFINITY, irradiance }
+            LightSample { to_light, direction: to_light, far: f32::INFINITY, irradiance }
         }
         LightShape::Point { position } => from_position(light.strength, position, points),
         LightShape::Spot { position, axis, cos_outer, cos_inner } => {
-            let mut arrival = from_position(light.strength, position, points);
-            let cos = -arrival.direction.dot(Vec3x8::splat(axis));
-            arrival.irradiance = arrival.irradiance * fade(cos, cos_outer, cos_inner);
-            arrival
+            let mut light_sample = from_position(light.strength, position, points);
+            let cos = -light_sample.direction.dot(Vec3x8::splat(axis));
+            light_sample.irradiance = light_sample.irradiance * fade(cos, cos_outer, cos_inner);
+            light_sample
         }
-        LightShape::Rectangle { .. } => from_rectangle(light, aim.aside(point), points),
+        LightShape::Rectangle { .. } => from_rectangle(light, pattern.aside(point), points),
     }
 }
 
-/// What all points of an area light send to one of eight samples: [`arrival`], with points for lanes.
+/// What all points of an area light send to one of eight samples: [`light_sample`], with points for lanes.
 #[inline(always)]
-pub fn arrivals(light: &LightPose, aim: &Aim, sample: usize, point: Vec3) -> [Arrival; 2] {
-    [0, LANES].map(|first| from_rectangle(light, aim.asides(sample, first), Vec3x8::splat(point)))
+pub fn light_samples(
+    light: &LightPose,
+    pattern: &StratifiedPattern,
+    sample: usize,
+    point: Vec3,
+) -> [LightSample; 2] {
+    [0, LANES].map(|first| from_rectangle(light, pattern.asides(sample, first), Vec3x8::splat(point)))
 }
 
 /// From places in a rectangle, as shares of its edges. Another shape sends nothing.
 #[inline(always)]
-fn from_rectangle(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> Arrival {
+fn from_rectangle(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {
     let LightShape::Rectangle { center, across, up, axis } = light.shape else {
         return from_place(Vec3::ZERO, Vec3x8::ZERO, points);
     };
     let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
-    let mut arrival = from_place(light.strength / light.shape.points() as f32, source, points);
-    let cos = (-arrival.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
-    arrival.irradiance = arrival.irradiance * cos;
-    arrival
+    let mut light_sample = from_place(light.strength / light.shape.points() as f32, source, points);
+    let cos = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
+    light_sample.irradiance = light_sample.irradiance * cos;
+    light_sample
 }
 
 #[inline(always)]
-fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> Arrival {
+fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> LightSample {
     from_place(intensity, Vec3x8::splat(position), points)
 }
 
 #[inline(always)]
-fn from_place(intensity: Vec3, places: Vec3x8, points: Vec3x8) -> Arrival {
+fn from_place(intensity: Vec3, places: Vec3x8, points: Vec3x8) -> LightSample {
     let to_light = places - points;
     // a sample in the light itself gets a lot, not infinity
     let squared = to_light.dot(to_light).max(F32x8::splat(f32::MIN_POSITIVE.sqrt()));
-    Arrival {
+    LightSample {
         to_light,
         direction: to_light * (F32x8::splat(1.0) / squared.sqrt()),
         far: 1.0,
@@ -170,10 +180,11 @@ mod tests {
     fn a_point_light_falls_with_the_square() {
         let shape = LightShape::Point { position: Vec3::new(0.0, 2.0, 0.0) };
         let light = LightPose { shape, strength: Vec3::splat(8.0) };
-        let arrival = arrival(&light, 0, &Aim::at(&light, Vec3x8::ZERO), Vec3x8::ZERO);
-        assert_eq!(arrival.irradiance.lane(0), Vec3::splat(2.0));
-        assert_eq!(arrival.to_light.lane(1) * arrival.far, Vec3::new(0.0, 2.0, 0.0));
-        assert!((arrival.direction.lane(2) - Vec3::Y).length() < 1e-6);
+        let light_sample =
+            light_sample(&light, 0, &StratifiedPattern::at(&light, Vec3x8::ZERO), Vec3x8::ZERO);
+        assert_eq!(light_sample.irradiance.lane(0), Vec3::splat(2.0));
+        assert_eq!(light_sample.to_light.lane(1) * light_sample.far, Vec3::new(0.0, 2.0, 0.0));
+        assert!((light_sample.direction.lane(2) - Vec3::Y).length() < 1e-6);
     }
 
     #[test]
@@ -182,7 +193,7 @@ mod tests {
         let light = LightPose { shape, strength: Vec3::ONE };
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
-            arrival(&light, 0, &Aim::at(&light, points), points).irradiance.lane(0)
+            light_sample(&light, 0, &StratifiedPattern::at(&light, points), points).irradiance.lane(0)
         };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
@@ -200,9 +211,9 @@ mod tests {
         let light = panel(Vec3::new(0.0, 2.0, 0.0), 1e-3);
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
-            let aim = Aim::at(&light, points);
-            let each = (0..light.shape.points()).map(|number| arrival(&light, number, &aim, points));
-            each.map(|arrival| arrival.irradiance.lane(0).x).sum::<f32>()
+            let pattern = StratifiedPattern::at(&light, points);
+            let each = (0..light.shape.points()).map(|number| light_sample(&light, number, &pattern, points));
+            each.map(|light_sample| light_sample.irradiance.lane(0).x).sum::<f32>()
         };
         assert!((at(Vec3::ZERO) - 2.0).abs() < 1e-3);
         // at 45 degrees: twice the square of the distance, and the cosine
@@ -215,10 +226,10 @@ mod tests {
         let light = panel(Vec3::new(0.0, 2.0, 0.0), 4.0);
         let mut places = Vec3x8::ZERO;
         (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
-        let aim = Aim::at(&light, places);
+        let pattern = StratifiedPattern::at(&light, places);
         for number in 0..16 {
-            let arrival = arrival(&light, number, &aim, places);
-            let source = places + arrival.to_light;
+            let light_sample = light_sample(&light, number, &pattern, places);
+            let source = places + light_sample.to_light;
             // fields are 1 wide
             let low = Vec3::new((number % 4) as f32 - 2.0, 2.0, (number / 4) as f32 - 2.0);
             let within = |lane: usize| source.lane(lane) - low;
@@ -229,9 +240,9 @@ mod tests {
             }
             assert!(within(0) != within(1), "each sample has a pattern of its own");
             for sample in 0..LANES {
-                let alone = arrivals(&light, &aim, sample, places.lane(sample))[number / LANES];
-                assert_eq!(alone.to_light.lane(number % LANES), arrival.to_light.lane(sample));
-                assert_eq!(alone.irradiance.lane(number % LANES), arrival.irradiance.lane(sample));
+                let alone = light_samples(&light, &pattern, sample, places.lane(sample))[number / LANES];
+                assert_eq!(alone.to_light.lane(number % LANES), light_sample.to_light.lane(sample));
+                assert_eq!(alone.irradiance.lane(number % LANES), light_sample.irradiance.lane(sample));
             }
         }
     }

@@ -44,12 +44,13 @@ fn schlick(tint: Vec3, surface: &Surface, incoming: Vec3) -> Vec3 {
     tint + (Vec3::ONE - tint) * (1.0 - cos.clamp(0.0, 1.0)).powi(5)
 }
 
-/// Off the surface, and never into it: where an interpolated normal would send the ray below the facet,
-/// the facet's own normal reflects it.
+/// Off the surface, and never into it: where an interpolated normal would send the ray below the triangle,
+/// the geometric normal reflects it.
 fn reflect(surface: &Surface, incoming: Vec3, weight: Vec3) -> Branch {
     let off = |normal: Vec3| incoming - 2.0 * normal.dot(incoming) * normal;
     let direction = off(surface.normal);
-    let direction = if surface.facet.dot(direction) > 0.0 { direction } else { off(surface.facet) };
+    let direction =
+        if surface.geometric_normal.dot(direction) > 0.0 { direction } else { off(surface.geometric_normal) };
     Branch { direction: direction.normalize(), weight }
 }
 
@@ -94,7 +95,7 @@ mod tests {
         Surface {
             point: Vec3::ZERO,
             normal: up,
-            facet: up,
+            geometric_normal: up,
             reflectance: Vec3::ZERO,
             material: 0,
             from_behind,

@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::{Material, Scene};
 
-use super::light::Arrival;
+use super::light::LightSample;
 
 /// What lighting needs to know of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,17 +142,17 @@ fn paint(material: &Material, light: Vec3) -> Paint {
 }
 
 /// Where light can reach the front of surfaces with these normals. A shading normal that leans beyond the
-/// facet's horizon does not make it reach.
+/// triangle's horizon does not make it reach.
 #[inline(always)]
-pub fn faces(normal: Vec3x8, facet: Vec3x8, arrival: &Arrival) -> Mask {
-    let before = |normal: Vec3x8| normal.dot(arrival.direction).gt(F32x8::ZERO);
-    before(normal) & before(facet) & arrival.irradiance.is_some()
+pub fn faces(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
+    let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
+    before(normal) & before(geometric_normal) & light_sample.irradiance.is_some()
 }
 
 /// Diffuse light by Lambert's cosine law.
 #[inline(always)]
-pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, arrival: &Arrival) -> Vec3x8 {
-    albedo * arrival.irradiance * normal.dot(arrival.direction).max(F32x8::ZERO)
+pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, light_sample: &LightSample) -> Vec3x8 {
+    albedo * light_sample.irradiance * normal.dot(light_sample.direction).max(F32x8::ZERO)
 }
 
 /// A highlight that is surely weaker than 2 to this power of its light is left out: half floats end at 2^-24, so
@@ -162,9 +162,9 @@ const LEAST_LOG: f32 = -40.0;
 /// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
 /// (unit length) points to the eye.
 #[inline(always)]
-pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, arrival: &Arrival) -> Vec3x8 {
-    let cos = normal.dot(arrival.direction);
-    let mirrored = normal * (cos + cos) - arrival.direction;
+pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, light_sample: &LightSample) -> Vec3x8 {
+    let cos = normal.dot(light_sample.direction);
+    let mirrored = normal * (cos + cos) - light_sample.direction;
     // in this order what is not a number stays so, and shows nothing
     let toward = F32x8::ONE.min(mirrored.dot(view));
     // a logarithm's tangent at 1 is nowhere below it: most of a highlight is known to be none without a power
@@ -174,7 +174,7 @@ pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, arrival: &Arrival) 
         return Vec3x8::ZERO;
     }
     let strength = shows.select(toward.power(gloss.shininess), F32x8::ZERO);
-    gloss.specular * arrival.irradiance * strength
+    gloss.specular * light_sample.irradiance * strength
 }
 
 /// Whether any of eight surfaces may have a highlight of a light whose points are no further than `reach` from its
@@ -200,10 +200,10 @@ pub fn may_shine(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, to_centre: Vec3x8,
 mod tests {
     use super::*;
 
-    fn from(direction: Vec3) -> Arrival {
+    fn from(direction: Vec3) -> LightSample {
         let direction = Vec3x8::splat(direction);
         let irradiance = Vec3x8::splat(Vec3::splat(2.0));
-        Arrival { to_light: direction, direction, far: f32::INFINITY, irradiance }
+        LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance }
     }
 
     #[test]
@@ -266,7 +266,7 @@ mod tests {
             let (centre, aside) = (vector() * 3.0, vector().normalize());
             let reach = [0.0, 0.1, 1.0][round % 3];
             let place = centre + aside * reach;
-            let arrival = from(place.normalize());
+            let light_sample = from(place.normalize());
             let gloss = Gloss {
                 specular: Vec3x8::splat(Vec3::ONE),
                 shininess: F32x8::splat([1.0, 10.0, 60.0, 1000.0][round % 4]),
@@ -274,7 +274,7 @@ mod tests {
                 goes_on: Mask::NONE,
             };
             let [normal, view] = [normal, view].map(Vec3x8::splat);
-            let shines = specular(&gloss, normal, view, &arrival) != Vec3x8::ZERO;
+            let shines = specular(&gloss, normal, view, &light_sample) != Vec3x8::ZERO;
             let may = may_shine(&gloss, normal, view, Vec3x8::splat(centre), reach);
             assert!(may || !shines, "round {round}");
             kept_out += u32::from(!may);

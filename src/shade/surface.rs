@@ -15,7 +15,7 @@ pub struct Surface {
     /// Interpolated from the corners where the mesh has normals.
     pub normal: Vec3,
     /// Of the triangle itself.
-    pub facet: Vec3,
+    pub geometric_normal: Vec3,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
     /// [`Material::painted`].
     pub reflectance: Vec3,
@@ -115,36 +115,36 @@ impl Corners {
 
     /// Normals of the triangles by the right-hand rule over the corners, of unit length.
     #[inline(always)]
-    pub fn facet(&self) -> Vec3x8 {
+    pub fn geometric_normal(&self) -> Vec3x8 {
         let across = (self.second - self.first).cross(self.third - self.first);
         let squared = across.dot(across);
-        let mut facet = across * (F32x8::splat(1.0) / squared.sqrt());
+        let mut geometric_normal = across * (F32x8::splat(1.0) / squared.sqrt());
         let too_short = !squared.gt(F32x8::splat(LEAST_SQUARE));
         for lane in (0..LANES).filter(|lane| too_short.lane(*lane)) {
-            facet.set_lane(lane, self.exact_facet(lane));
+            geometric_normal.set_lane(lane, self.exact_geometric_normal(lane));
         }
-        facet
+        geometric_normal
     }
 
     /// For tiny triangles: the cross product of edges of 1e-10 is all but 0 in single floats.
     #[cold]
-    fn exact_facet(&self, lane: usize) -> Vec3 {
+    fn exact_geometric_normal(&self, lane: usize) -> Vec3 {
         let [a, b, c] = [self.first, self.second, self.third].map(|corner| corner.lane(lane).as_dvec3());
         (b - a).cross(c - a).try_normalize().map_or(Vec3::Y, |normal| normal.as_vec3())
     }
 
-    /// Normals for shading, of unit length: interpolated where the mesh has normals, the facets' elsewhere.
+    /// Normals for shading, of unit length: interpolated where the mesh has normals, the geometric ones elsewhere.
     #[inline(always)]
     pub fn normal(&self, [u, v]: [F32x8; 2]) -> Vec3x8 {
-        let facet = self.facet();
+        let geometric_normal = self.geometric_normal();
         if !self.is_smooth.any() {
-            return facet;
+            return geometric_normal;
         }
         let w = F32x8::splat(1.0) - u - v;
         let sum = self.normals[0] * w + self.normals[1] * u + self.normals[2] * v;
         let squared = sum.dot(sum);
         let usable = self.is_smooth & squared.gt(F32x8::splat(LEAST_SQUARE));
-        usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), facet)
+        usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), geometric_normal)
     }
 }
 
@@ -236,7 +236,11 @@ pub fn reflectance(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2
 impl Surface {
     /// Where a ray starts that leaves the surface on the side of `direction`.
     pub fn leave(&self, direction: Vec3) -> Vec3 {
-        let outward = if self.facet.dot(direction) < 0.0 { -self.facet } else { self.facet };
+        let outward = if self.geometric_normal.dot(direction) < 0.0 {
+            -self.geometric_normal
+        } else {
+            self.geometric_normal
+        };
         off_surface(self.point, outward)
     }
 }

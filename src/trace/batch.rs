@@ -20,7 +20,7 @@ pub enum Coherence {
     Bounced,
     /// To the points of an area light, from one surface or from neighbours: a bundle for walls and floors. But among
     /// the small triangles of one thing each ray finds its own. What becomes of that is the backend's choice.
-    Fanned,
+    SharedOrigin,
     /// All around: each for itself. No phase casts such rays; comparisons of backends do.
     Incoherent,
 }

@@ -26,8 +26,8 @@ use embree::{
 };
 
 use super::{
-    Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
-    TraceError, Tracer, has_many_clear,
+    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
+    SceneSubset, TraceError, Tracer, has_many_clear,
 };
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
@@ -303,7 +303,7 @@ struct EmbreeTracer<'a> {
 }
 
 impl Tracer for EmbreeTracer<'_> {
-    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         match self.width {
             PacketWidth::Four => self.closest_by::<4>(rays, among, coherence, hits),
@@ -315,7 +315,7 @@ impl Tracer for EmbreeTracer<'_> {
     fn blocked(
         &self,
         rays: &RayBatch,
-        by: Blockers,
+        by: Occluders,
         purpose: Purpose,
         coherence: Coherence,
         blocked: &mut [u16],
@@ -324,7 +324,7 @@ impl Tracer for EmbreeTracer<'_> {
             (Some(casters), Purpose::Shadow) => (casters.still, casters.movable),
             _ => (self.still, self.movable),
         };
-        let Some(scene) = (if by == Blockers::Still { Some(still) } else { movable }) else { return };
+        let Some(scene) = (if by == Occluders::Still { Some(still) } else { movable }) else { return };
         let question = Question {
             scene,
             mask: ray_mask(by, purpose),
@@ -352,13 +352,13 @@ impl EmbreeTracer<'_> {
     fn closest_by<const N: usize>(
         &self,
         rays: &RayBatch,
-        among: Among,
+        among: SceneSubset,
         coherence: Coherence,
         hits: &mut HitBatch,
     ) {
-        let movable = self.movable.filter(|_| among == Among::All);
+        let movable = self.movable.filter(|_| among == SceneSubset::All);
         let [way, movable_way] =
-            [Blockers::Still, Blockers::Movable].map(|by| to_embree_coherence(coherence, by));
+            [Occluders::Still, Occluders::Movable].map(|by| to_embree_coherence(coherence, by));
         let mut both = RayHit::<N>::default();
         both.ray.mask = [mask::ALL; N];
         for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
@@ -456,10 +456,10 @@ fn part_of<const N: usize>(lanes: u16, part: usize) -> u16 {
     lanes >> (part * N) & (u16::MAX >> (LANES - N))
 }
 
-fn ray_mask(by: Blockers, purpose: Purpose) -> u32 {
+fn ray_mask(by: Occluders, purpose: Purpose) -> u32 {
     let models = match by {
-        Blockers::Still | Blockers::Movable => mask::RESTS | mask::MOVED,
-        Blockers::Moved => mask::MOVED,
+        Occluders::Still | Occluders::Movable => mask::RESTS | mask::MOVED,
+        Occluders::Moved => mask::MOVED,
     };
     let triangles = match purpose {
         Purpose::Sight => mask::CASTS_SHADOW | mask::CLEAR,
@@ -487,12 +487,12 @@ fn load<const N: usize>(ray: &mut Ray<N>, packet: &RayPacket, first: usize) {
     }
 }
 
-fn to_embree_coherence(coherence: Coherence, by: Blockers) -> EmbreeCoherence {
+fn to_embree_coherence(coherence: Coherence, by: Occluders) -> EmbreeCoherence {
     match coherence {
         // a bundle is faster than ray by ray in a kitchen that rests, and slower before a ball of small triangles that
         // moves
-        Coherence::Fanned if by != Blockers::Still => EmbreeCoherence::Incoherent,
-        Coherence::Fanned => EmbreeCoherence::Coherent,
+        Coherence::SharedOrigin if by != Occluders::Still => EmbreeCoherence::Incoherent,
+        Coherence::SharedOrigin => EmbreeCoherence::Coherent,
         // mirrors and panes are flat enough: as bundles their rays take a quarter less of the time of
         // `enhance`, in a kitchen and in a city of glass
         Coherence::Coherent | Coherence::Bounced => EmbreeCoherence::Coherent,
@@ -546,12 +546,12 @@ mod tests {
             backend.width = width;
             let tracer = backend.commit(&pose, &moved).expect("it builds");
             let mut hits = HitBatch::default();
-            tracer.closest(&rays, Among::All, Coherence::Coherent, &mut hits);
+            tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits);
             let hits: Vec<_> = (0..rays.len()).map(|ray| hits.get(ray).map(|hit| hit.t.to_bits())).collect();
             let blocked = [Purpose::Sight, Purpose::Shadow].map(|purpose| {
                 let mut blocked = vec![0b100; rays.packet_count()];
-                tracer.blocked(&rays, Blockers::Still, purpose, Coherence::Coherent, &mut blocked);
-                tracer.blocked(&rays, Blockers::Movable, purpose, Coherence::Coherent, &mut blocked);
+                tracer.blocked(&rays, Occluders::Still, purpose, Coherence::Coherent, &mut blocked);
+                tracer.blocked(&rays, Occluders::Movable, purpose, Coherence::Coherent, &mut blocked);
                 blocked
             });
             (hits, blocked)

@@ -21,7 +21,7 @@ use crate::settings::Build;
 
 /// What may be in a ray's way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Blockers {
+pub enum Occluders {
     /// Models that never move in the shot.
     Still,
     /// Models that move in some frame of the shot, at their place in this one.
@@ -32,7 +32,7 @@ pub enum Blockers {
 
 /// Where the first hit is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Among {
+pub enum SceneSubset {
     /// All models.
     All,
     /// Models that never move in the shot: enough for rays that can meet no other.
@@ -52,14 +52,14 @@ pub enum Purpose {
 /// Answers rays about the scene as it was committed.
 pub trait Tracer: Sync {
     /// For each ray of `rays` the first hit `among` the models.
-    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch);
+    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch);
 
     /// Sets the bit of each ray of `rays` that `by` blocks; rays whose bit is set are not asked again.
     /// `blocked` has one word a packet.
     fn blocked(
         &self,
         rays: &RayBatch,
-        by: Blockers,
+        by: Occluders,
         purpose: Purpose,
         coherence: Coherence,
         blocked: &mut [u16],

@@ -36,8 +36,8 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec3};
 
 use super::{
-    Among, Backend, Blockers, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Purpose, RayBatch, RayPacket,
-    TraceError, Tracer, has_many_clear,
+    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
+    SceneSubset, TraceError, Tracer, has_many_clear,
 };
 use crate::animation::Transform;
 use crate::pose::Pose;
@@ -167,7 +167,7 @@ struct OpenTrees<'a> {
 }
 
 impl Tracer for RustTracer<'_> {
-    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         dispatch(FindClosest { trees: &self.all, rays, among, coherence, hits: &mut hits.packets });
     }
@@ -175,7 +175,7 @@ impl Tracer for RustTracer<'_> {
     fn blocked(
         &self,
         rays: &RayBatch,
-        by: Blockers,
+        by: Occluders,
         purpose: Purpose,
         coherence: Coherence,
         blocked: &mut [u16],
@@ -184,7 +184,7 @@ impl Tracer for RustTracer<'_> {
             (Some(casters), Purpose::Shadow) => casters,
             _ => &self.all,
         };
-        if by == Blockers::Still || !trees.instances.is_empty() {
+        if by == Occluders::Still || !trees.instances.is_empty() {
             dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
         }
     }
@@ -199,7 +199,7 @@ fn rays_of(packet: &RayPacket) -> Rays {
 fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     match coherence {
         // beams pay for bounced rays too: a tenth of the time in a city of glass, for 3 % lost in a kitchen
-        Coherence::Coherent | Coherence::Bounced | Coherence::Fanned => rays.like_first(rest),
+        Coherence::Coherent | Coherence::Bounced | Coherence::SharedOrigin => rays.like_first(rest),
         Coherence::Incoherent => rest & rest.wrapping_neg(),
     }
 }
@@ -207,7 +207,7 @@ fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
 struct FindClosest<'a> {
     trees: &'a OpenTrees<'a>,
     rays: &'a RayBatch,
-    among: Among,
+    among: SceneSubset,
     coherence: Coherence,
     hits: &'a mut [HitPacket],
 }
@@ -222,7 +222,7 @@ impl Work for FindClosest<'_> {
             best.triangle = [NO_HIT; LANES];
             let rays = rays_of(packet);
             closest_of(lanes, self.trees.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
-            if self.among == Among::All && !self.trees.instances.is_empty() {
+            if self.among == SceneSubset::All && !self.trees.instances.is_empty() {
                 self.trees.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
             }
         }
@@ -261,7 +261,7 @@ fn closest_of<L: F32x8>(
 struct FindBlocked<'a> {
     trees: &'a OpenTrees<'a>,
     rays: &'a RayBatch,
-    by: Blockers,
+    by: Occluders,
     purpose: Purpose,
     coherence: Coherence,
     blocked: &'a mut [u16],
@@ -277,10 +277,10 @@ impl Work for FindBlocked<'_> {
             let exempt = Exempt { clear: self.purpose == Purpose::Shadow, own };
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
-            if self.by == Blockers::Still {
+            if self.by == Occluders::Still {
                 block(lanes, self.trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
             } else {
-                let moved_alone = self.by == Blockers::Moved;
+                let moved_alone = self.by == Occluders::Moved;
                 self.trees.block_by_instances(
                     lanes,
                     moved_alone,

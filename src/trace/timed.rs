@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use super::{Among, Blockers, Coherence, HitBatch, Purpose, RayBatch, Tracer};
+use super::{Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 use crate::stats::TracingSeconds;
 
 /// Asks another tracer and adds up the time. The kind of a ray is what the frame loop asks with: a coherent
@@ -45,10 +45,10 @@ fn clocked(nanoseconds: &AtomicU64, work: impl FnOnce()) {
 }
 
 impl Tracer for Timed<'_> {
-    fn closest(&self, rays: &RayBatch, among: Among, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
-            Coherence::Bounced | Coherence::Fanned | Coherence::Incoherent => &self.bounced,
+            Coherence::Bounced | Coherence::SharedOrigin | Coherence::Incoherent => &self.bounced,
         };
         clocked(kind, || self.tracer.closest(rays, among, coherence, hits));
     }
@@ -56,7 +56,7 @@ impl Tracer for Timed<'_> {
     fn blocked(
         &self,
         rays: &RayBatch,
-        by: Blockers,
+        by: Occluders,
         purpose: Purpose,
         coherence: Coherence,
         blocked: &mut [u16],
