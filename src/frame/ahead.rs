@@ -1,7 +1,7 @@
 //! Memory for the next tile, fetched while this one's rays are prepared.
 //!
-//! Samples are read and written once a frame, and a store is larger than any cache: a tile that begins with what no
-//! cache has waits for memory for an eighth of its time.
+//! Samples are read and written once a frame, and a store is larger than any cache. Without this, reprojection waits
+//! for memory for about an eighth of its time (kitchen, dolly, 960x540, 2x2).
 
 use crate::samples::Tile;
 

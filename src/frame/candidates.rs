@@ -12,7 +12,8 @@ use crate::samples::{Status, TILE, Tile};
 /// Cells along an edge of a tile and one around it.
 pub const ACROSS: usize = TILE + 2;
 
-/// Cells of a row in and around a tile: filled up to whole eights, so that eight may be loaded from any cell of the tile.
+/// Cells of a row in and around a tile: filled up to whole eights, so that eight may be loaded from any cell of the
+/// tile.
 pub const ROW: usize = ACROSS.next_multiple_of(8);
 
 /// Cells in and around a tile. They are numbered in rows of [`ROW`].
@@ -64,7 +65,7 @@ pub struct Candidate {
     pub run: u16,
 }
 
-/// Layers of candidates. With two, one cell in seven of a camera that travels backwards is crowded.
+/// Layers of candidates: a cell keeps two samples, and more travel into it.
 const LAYERS: usize = 3;
 
 /// A candidate for each cell in and around a tile.
@@ -102,8 +103,8 @@ impl Rank {
     }
 }
 
-/// Who serves a cell, in a word: a candidate's [`Rank`] and whether others are near enough, too; or nobody; or the cell's
-/// own sample.
+/// Who serves a cell, in a word: a candidate's [`Rank`] and whether others are near enough, too; or nobody; or the
+/// cell's own sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Server(u32);
 

@@ -15,8 +15,8 @@ pub const DEPTH_STEP: f32 = 0.1;
 pub struct Edges {
     /// For each cell in and around the tile, what its candidates show.
     shown: Vec<Shown>,
-    /// Which quarters of each cell in and around the tile have a candidate, a bit each: 1 left above, 2 right above, 4 left
-    /// below, 8 right below.
+    /// Which quarters of each cell in and around the tile have a candidate, a bit each: 1 left above, 2 right above,
+    /// 4 left below, 8 right below.
     quarters: Vec<u8>,
     /// The cells of the tile that are at an edge.
     pub cells: CellSet,
@@ -141,7 +141,8 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     }
 }
 
-/// For each cell of the tile in a row whether each of the four quadrants around its target has a sample, within a cell and a half.
+/// For each cell of the tile in a row whether each of the four quadrants around its target has a sample, within a cell
+/// and a half.
 #[inline(always)]
 fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; TILE] {
     let of_row = |row: usize| -> [u8; ROW] {
