@@ -1,11 +1,9 @@
-//! The proof that what was left dirty in the film is right: the film is made again from the finished samples, every
-//! tile of it, and compared with what is shown.
+//! The audit of the film: every tile is made again from the finished samples, and compared with what is shown.
 //!
-//! Before a camera at rest most pixels stay from the frame before ([`tile_state`](super::tile_state),
-//! [`path_bounds`](super::path_bounds), [`develop`](super::develop)): a tile that is wrongly held to be clean shows colours that no sample has any more. No
-//! look at samples finds that. Made again means highlights, reflections and refractions as well; the same rays meet the
-//! same surfaces, so that pixels must be the same to the bit. Planes that count rays are left out: rays that were spared
-//! are not counted.
+//! Before a camera at rest most pixels are left from the frame before ([`remake`](super::remake)). A tile that is wrongly
+//! held to be clean shows colours that no sample has any more, which no look at samples finds. Made again means
+//! highlights, reflections and refractions as well: the same rays meet the same surfaces, so pixels must be equal to the
+//! bit. Planes that count rays are left out: rays that were spared are not counted.
 
 use rayon::prelude::*;
 

@@ -38,6 +38,7 @@ pub mod plan;
 mod project;
 mod radiance;
 mod ray_tally;
+mod remake;
 mod reproject;
 mod serve;
 #[cfg(test)]
@@ -308,7 +309,7 @@ fn begin<'c>(
             bins.open(frame.view.grid.tiles());
             stay::detach(&mut store, states, frame, layout, detached);
             stay::scatter(detached, frame, bins);
-            tile_state::find_clean(&store, frame, bins, states);
+            tile_state::find_reached(&store, frame, bins, states);
             (store, Reused::InPlace(detached, bins))
         }
         Some((old, _)) => {

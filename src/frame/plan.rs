@@ -126,9 +126,14 @@ impl Plan {
         !self.any_moved && self.lights[light] != LightChange::Moved
     }
 
+    /// Whether any light changed, in place or strength.
+    pub fn any_light_changed(&self) -> bool {
+        self.lights.iter().any(|light| *light != LightChange::None)
+    }
+
     /// Whether the light on a sample must be summed anew even if all of its tags hold.
     pub fn light_changes(&self, moved: bool) -> bool {
-        moved || self.lights.iter().any(|light| *light != LightChange::None)
+        moved || self.any_light_changed()
     }
 }
 

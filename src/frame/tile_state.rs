@@ -1,5 +1,5 @@
-//! Clean tiles: while the camera does not move, most tiles show what they showed in the frame before. Each is asked as a
-//! whole whether it still does.
+//! What is remembered of tiles while the camera does not move, and from it the facts by which [`remake`](super::remake)
+//! decides: most tiles show what they showed in the frame before, and each is asked as a whole whether it still does.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::bins::Bins;
 use super::frame_view::FrameView;
 use super::moved_bounds::ModelSet;
 use super::path_bounds::TilePaths;
-use super::plan::LightChange;
+use super::remake::{SampleFacts, TileFacts};
 use super::tile_bounds::TileBounds;
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
@@ -16,16 +16,16 @@ use crate::samples::{EMPTY, SampleStore, Status, Tile};
 pub struct TileState {
     /// Whether the frame before was seen here: without it, nothing can be said of this one.
     pub is_known: bool,
-    /// Whether the tile is certain to be what it was in the frame before.
-    pub is_clean: bool,
-    /// Whether it changed in nothing in the frame before, and cast no rays: that frame's film shows it as it is when clean.
-    pub was_clean: bool,
+    /// Whether the frame before changed nothing here and cast no rays.
+    pub was_quiet: bool,
     /// Whether rays went on from it when it was shown last.
     pub goes_on: bool,
     /// Where they went, if that was noted.
     pub paths: Option<TilePaths>,
-    /// Whether they are certain to bring what they brought.
-    pub are_paths_clean: bool,
+    /// Whether what moved may be on their way, or a light changed.
+    paths_may_differ: bool,
+    /// Whether what moved may concern its samples.
+    may_be_reached: bool,
     /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
     pub bounds: Option<TileBounds>,
     /// Forgotten when it is not true any more.
@@ -38,32 +38,38 @@ impl TileState {
         self.content.as_ref().is_none_or(|content| content.may_have_moved(frame))
     }
 
-    /// Whether the film, if it is that of the frame before, shows what the samples show, as long as these do not
-    /// change.
-    pub fn shows_samples(&self) -> bool {
-        self.is_known && (!self.goes_on || self.are_paths_clean)
-    }
-
-    /// Whether the film, if it is that of the frame before, shows the tile's colours as they are.
-    pub fn is_film_clean(&self) -> bool {
-        self.is_clean && self.shows_samples()
+    /// What is known of the tile before its samples are brought up to date. `film_is_last`: the film shows the frame
+    /// before. `is_needed`: see [`TileFacts::is_needed`].
+    pub fn facts(&self, frame: &FrameView, film_is_last: bool, is_needed: bool) -> TileFacts {
+        let samples = SampleFacts {
+            is_known: self.is_known,
+            any_light_changed: frame.plan.any_light_changed(),
+            may_be_reached: self.may_be_reached,
+        };
+        TileFacts {
+            samples: samples.change(),
+            film_is_last: film_is_last && self.is_known,
+            was_quiet: self.was_quiet,
+            goes_on: self.goes_on,
+            paths_may_differ: self.paths_may_differ,
+            is_needed,
+        }
     }
 }
 
-/// Finds the clean tiles, when the samples of models that moved have been taken out of `store` and put on the lists
-/// of the tiles that they fall into. The camera must not have moved.
-pub fn find_clean(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
-    let lights_are_clean = frame.plan.lights.iter().all(|light| *light == LightChange::None);
+/// Finds out what concerns each tile, when the samples of models that moved have been taken out of `store` and put on
+/// the lists of the tiles that they fall into. The camera must not have moved.
+pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
+    let light_changed = frame.plan.any_light_changed();
     states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
-        let is_out_of_reach = !frame.plan.any_moved || {
+        state.may_be_reached = frame.plan.any_moved && {
             let bounds = state.bounds.take();
             let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds));
-            content.is_out_of_reach(frame) && !bins.any(number)
+            !content.is_out_of_reach(frame) || bins.any(number)
         };
-        state.is_clean = state.is_known && lights_are_clean && is_out_of_reach;
-        let is_out_of_reach = |paths: &TilePaths| paths.is_out_of_reach(frame);
-        state.are_paths_clean =
-            lights_are_clean && (!frame.plan.any_moved || state.paths.as_ref().is_some_and(is_out_of_reach));
+        let may_be_reached = |paths: &TilePaths| !paths.is_out_of_reach(frame);
+        state.paths_may_differ =
+            light_changed || frame.plan.any_moved && state.paths.as_ref().is_none_or(may_be_reached);
     });
 }
 

@@ -17,6 +17,7 @@ use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::mitchell::TileFilm;
 use super::path_bounds::TilePaths;
+use super::remake::{Change, Remake, TileFacts};
 use super::stay::{self, Detached};
 use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
@@ -137,7 +138,10 @@ pub fn run_tiles(
     let FrameBuffers { pool, layout, scratch, bands: [now, before], states, dirty } = buffers;
     dirty.clear();
     if is_wide {
-        dirty.set(grid, states.iter().map(|state| !(film_is_last && state.is_film_clean())));
+        dirty.set(
+            grid,
+            states.iter().map(|state| state.facts(frame, film_is_last, false).remake() >= Remake::Picture),
+        );
     }
     let mut above = 0;
     for first in (0..grid.tiles_y).step_by(band_rows as usize) {
@@ -213,19 +217,17 @@ fn runs<'a>(
     let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
     let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
     let width = film.width as usize;
-    let outcome_of = |(number, state): (usize, &TileState)| {
-        if state.is_clean { work.outcome_if_same(number, state) } else { Outcome::New }
-    };
     let first = rows.start as usize * across;
-    let outcomes: Vec<Outcome> = (first..).zip(&*states).map(outcome_of).collect();
-    let of_window = |outcomes: &[Outcome]| outcomes.iter().copied().fold(Outcome::AsBefore, Outcome::max);
-    let outcomes: Vec<Outcome> =
-        outcomes.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(of_window)).collect();
+    let remakes: Vec<Remake> =
+        (first..).zip(&*states).map(|(number, state)| work.facts(number, state).remake()).collect();
+    let of_window = |remakes: &[Remake]| remakes.iter().copied().fold(Remake::Age, Remake::max);
+    let remakes: Vec<Remake> =
+        remakes.chunks(across).flat_map(|row| row.chunks(IN_RUN).map(of_window)).collect();
     let (channels, age) = (&work.picture.channels, work.picture.age());
-    let is_wanted = |plane: usize, window: usize| match outcomes[window] {
-        Outcome::AsBefore => Some(plane) == age,
-        Outcome::Counts => Some(plane) == age || channels[plane].is_count(),
-        Outcome::New => true,
+    let is_wanted = |plane: usize, window: usize| match remakes[window] {
+        Remake::Age => Some(plane) == age,
+        Remake::Counts => Some(plane) == age || channels[plane].is_count(),
+        Remake::Picture | Remake::Samples => true,
     };
     let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels], is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
@@ -254,16 +256,9 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// What must be written of tile number `number` if its samples stay the same.
-    fn outcome_if_same(&self, number: usize, state: &TileState) -> Outcome {
-        // the sums of what the film shows cost rays again
-        let casts_rays = state.goes_on && self.dirty.is_needed(number);
-        let is_shown = self.film_is_last && state.shows_samples();
-        match is_shown && !casts_rays {
-            false => Outcome::New,
-            true if state.was_clean => Outcome::AsBefore,
-            true => Outcome::Counts,
-        }
+    /// What is known of tile number `number` before its samples are brought up to date.
+    fn facts(&self, number: usize, state: &TileState) -> TileFacts {
+        state.facts(self.frame, self.film_is_last, self.dirty.is_needed(number))
     }
 
     /// What the tile after number `number` begins with; `rest` are those after it in its run.
@@ -292,7 +287,7 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
                 for (number, (state, film)) in (first..).zip(states.iter_mut().zip(films)) {
                     let Some(tile) = tiles.next() else { break };
                     let ahead = work.ahead(number, tiles.as_slice());
-                    let outcome = infer_tile(work, number, tile, state, ahead, &mut scratch);
+                    let remake = infer_tile(work, number, tile, state, ahead, &mut scratch);
                     let begin = Instant::now();
                     let Work { frame, picture, dirty, .. } = *work;
                     let ThreadScratch { filtering, radiance, placed, trace, .. } = &mut scratch;
@@ -300,19 +295,19 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
                     if dirty.is_needed(number) {
                         filter::sum(frame, number, tile, filtering, radiance, film);
                     }
-                    written = written.plus(match outcome {
-                        Outcome::AsBefore => filter::stay(frame, number, picture, &mut window),
-                        Outcome::Counts => {
+                    written = written.plus(match remake {
+                        Remake::Age => filter::stay(frame, number, picture, &mut window),
+                        Remake::Counts => {
                             filter::recount(frame, number, tile, filtering, cell_rays, picture, &mut window)
                         }
-                        Outcome::New => {
+                        Remake::Picture | Remake::Samples => {
                             let shown = Shown { radiance, placed, cell_rays };
                             filter::filter(frame, number, tile, filtering, shown, picture, &mut window)
                         }
                     });
                     scratch.seconds.filter += begin.elapsed().as_secs_f64();
-                    samples += match outcome {
-                        Outcome::AsBefore => {
+                    samples += match remake {
+                        Remake::Age => {
                             let good = frame.view.grid.cells(number);
                             debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
                             SampleCounts { good, ..SampleCounts::default() }
@@ -333,7 +328,7 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
 }
 
 /// One tile of one frame, from the samples of the frame before to what its cells show, as far as the film does not
-/// show that already.
+/// show that already: what is to be written of it.
 fn infer_tile(
     work: &Work,
     number: usize,
@@ -341,37 +336,32 @@ fn infer_tile(
     state: &mut TileState,
     ahead: Ahead,
     scratch: &mut ThreadScratch,
-) -> Outcome {
-    let Work { frame, dirty, .. } = *work;
-    let outcome = work.outcome_if_same(number, state);
-    if state.is_clean && outcome == Outcome::AsBefore && !dirty.is_needed(number) {
-        return outcome;
+) -> Remake {
+    let Work { frame, .. } = *work;
+    let mut facts = work.facts(number, state);
+    if facts.remake() == Remake::Age && !facts.is_needed {
+        return Remake::Age;
     }
     scratch.begin_tile();
-    let change = if state.is_clean {
+    if facts.samples == Change::None {
         let begin = Instant::now();
         stay::keep_all(tile);
         scratch.seconds.gather += begin.elapsed().as_secs_f64();
-        Change::None
     } else {
-        update_samples(work, number, tile, state, ahead, scratch)
-    };
-    if change != Change::None {
+        facts.samples = update_samples(work, number, tile, state, ahead, scratch);
+    }
+    if facts.samples != Change::None {
         state.content = None;
     }
-    state.was_clean = change == Change::None;
+    let remake = facts.remake();
+    state.was_quiet = facts.samples == Change::None;
     state.is_known = true;
-    let outcome = match change {
-        Change::None => outcome,
-        Change::Rays => outcome.max(Outcome::Counts),
-        Change::Samples => Outcome::New,
-    };
-    if outcome == Outcome::New || dirty.is_needed(number) {
+    if remake >= Remake::Picture || facts.is_needed {
         let begin = Instant::now();
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         enhance::enhance(frame, tile, radiance, bounces, placed, trace);
         state.goes_on = radiance.has_secondary;
-        state.was_clean &= !state.goes_on;
+        state.was_quiet &= !state.goes_on;
         if state.goes_on && frame.records_paths {
             std::mem::swap(state.paths.get_or_insert_default(), &mut bounces.paths);
         } else {
@@ -379,7 +369,7 @@ fn infer_tile(
         }
         scratch.seconds.enhance += begin.elapsed().as_secs_f64();
     }
-    outcome
+    remake
 }
 
 /// Candidates that a cell asks at most, one after the other.
@@ -457,28 +447,6 @@ fn update_samples(
     } else {
         Change::None
     }
-}
-
-/// How a tile differs from what it was in the frame before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
-    /// Not at all: a frame older.
-    None,
-    /// Rays were cast, and met nothing that was not there before.
-    Rays,
-    /// In samples or light.
-    Samples,
-}
-
-/// What of a tile must be written into the film: more and more.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
-    /// Its age: all else stands there, colours perhaps apart that reach across tiles.
-    AsBefore,
-    /// Its age, and what its samples are counted by; all else as above.
-    Counts,
-    /// All.
-    New,
 }
 
 fn count_samples(tile: &Tile) -> SampleCounts {
