@@ -48,6 +48,7 @@
 
 pub mod aligned;
 pub mod animation;
+pub mod changes;
 pub mod cli;
 pub mod film;
 pub mod frame;

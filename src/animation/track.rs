@@ -120,6 +120,19 @@ impl<T: Keyed> Track<T> {
         }
     }
 
+    /// The frame up to which, itself excluded, the value is certainly the same to the bit as at `frame`; `frame`
+    /// itself where it changes. Infinite from the last key on.
+    pub fn rests_until(&self, frame: f64) -> f64 {
+        let after = self.keys.partition_point(|(key, _)| *key <= frame);
+        let Some((next, value)) = self.keys.get(after) else { return f64::INFINITY };
+        let rests = self.begins(after)
+            || match self.interpolation {
+                Interpolation::Linear => self.keys[after - 1].1 == *value,
+                Interpolation::Smooth => self.is_flat(after - 1),
+            };
+        if rests { *next } else { frame }
+    }
+
     /// Whether any frame differs from any other.
     pub fn is_constant(&self) -> bool {
         self.keys.iter().all(|(_, value)| *value == self.keys[0].1)
@@ -133,15 +146,21 @@ impl<T: Keyed> Track<T> {
     /// The cubic Hermite curve between keys `i` and `i + 1` at `t` in 0..1.
     fn hermite(&self, i: usize, t: f64) -> T {
         let ((f0, v0), (f1, v1)) = (self.keys[i], self.keys[i + 1]);
-        let (m0, m1) = (self.tangent(i), self.tangent(i + 1));
-        if v0 == v1 && m0 == v0.scaled(0.0) && m1 == m0 {
+        if self.is_flat(i) {
             return v0;
         }
+        let (m0, m1) = (self.tangent(i), self.tangent(i + 1));
         let (t2, t3, span) = (t * t, t * t * t, f1 - f0);
         v0.scaled(2.0 * t3 - 3.0 * t2 + 1.0)
             .plus(m0.scaled((t3 - 2.0 * t2 + t) * span))
             .plus(v1.scaled(3.0 * t2 - 2.0 * t3))
             .plus(m1.scaled((t3 - t2) * span))
+    }
+
+    /// Whether the curve between keys `i` and `i + 1` stays at one value.
+    fn is_flat(&self, i: usize) -> bool {
+        let (v0, v1, still) = (self.keys[i].1, self.keys[i + 1].1, self.keys[i].1.scaled(0.0));
+        v0 == v1 && self.tangent(i) == still && self.tangent(i + 1) == still
     }
 
     /// Change per frame at key `i`: the slope from its neighbour before to its neighbour after,
@@ -201,6 +220,30 @@ mod tests {
         for frame in 0..21 {
             assert_eq!(track.at(f64::from(frame)), alone.at(f64::from(frame)));
         }
+    }
+
+    #[test]
+    fn knows_how_long_it_rests() {
+        let keys = [(2.5, 1.0), (5.0, 1.0), (6.0, 3.0), (8.0, 3.0), (9.0, 3.0), (11.0, 7.0), (12.0, 9.0)];
+        let linear = Track::through(keys.to_vec(), Interpolation::Linear).expect("good");
+        assert_eq!((linear.rests_until(6.0), linear.rests_until(8.0)), (8.0, 9.0));
+        for track in
+            [linear.clone(), smooth(&keys), linear.cut_at(&[6.0, 12.0]), smooth(&keys).cut_at(&[6.0])]
+        {
+            for step in 0..60 {
+                let frame = f64::from(step) * 0.25;
+                let end = track.rests_until(frame);
+                assert!(end >= frame);
+                for part in 0..8 {
+                    let between = frame + (end.min(99.0) - frame) * f64::from(part) / 8.0;
+                    assert_eq!(track.at(between), track.at(frame), "{frame} {end}");
+                }
+            }
+            assert_eq!((track.rests_until(0.0), track.rests_until(12.0)), (2.5, f64::INFINITY));
+            assert_eq!(track.rests_until(10.0), 10.0);
+        }
+        assert_eq!(smooth(&keys).cut_at(&[6.0]).rests_until(5.5), 6.0);
+        assert_eq!(smooth(&keys).rests_until(8.5), 8.5, "it swings out before it leaves");
     }
 
     #[test]

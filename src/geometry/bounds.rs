@@ -73,6 +73,39 @@ impl Bounds {
     }
 }
 
+/// Eight boxes along the axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds8 {
+    low: Vec3x8,
+    high: Vec3x8,
+}
+
+impl Bounds8 {
+    /// Eight times the box around the origin alone.
+    pub const ORIGIN: Self = Self { low: Vec3x8::ZERO, high: Vec3x8::ZERO };
+
+    /// Makes `bounds` the box number `lane`.
+    pub fn set_lane(&mut self, lane: usize, bounds: &Bounds) {
+        self.low.set_lane(lane, bounds.low);
+        self.high.set_lane(lane, bounds.high);
+    }
+
+    /// Of eight segments, those that meet the box of their own number (slabs). A bit that is not set is certain,
+    /// however far from the boxes the segments begin.
+    #[inline(always)]
+    pub fn meets(&self, segments: &Segments) -> Mask {
+        // three roundings of each distance, by 2^-24 each, at either end
+        const ROUNDING: f32 = 1.0 + 6e-7;
+        let Segments { origin, inverse, far } = *segments;
+        let a = (self.low - origin) * inverse;
+        let b = (self.high - origin) * inverse;
+        let (near, away) = (a.min(b), a.max(b));
+        let enter = near.x.max(near.y).max(near.z).max(F32x8::ZERO);
+        let leave = away.x.min(away.y).min(away.z) * F32x8::splat(ROUNDING);
+        enter.le(leave.min(far))
+    }
+}
+
 /// Eight segments: `origin + t * direction` for t in `0..=far`.
 #[derive(Debug, Clone, Copy)]
 pub struct Segments {
@@ -118,5 +151,36 @@ pub(super) mod tests {
         assert!(!meets(&unit, Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY), "it leaves from behind");
         assert!(meets(&unit, Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
         assert!(meets(&unit, Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
+    }
+
+    #[test]
+    fn eight_boxes_are_met_as_each_by_itself() {
+        let boxes: [Bounds; LANES] = std::array::from_fn(|i| {
+            let low = Vec3::new(i as f32, 0.0, (i % 3) as f32);
+            Bounds { low, high: low + Vec3::new(0.5, 1.0, 0.75) }
+        });
+        let mut eight = Bounds8::ORIGIN;
+        boxes.iter().enumerate().for_each(|(lane, bounds)| eight.set_lane(lane, bounds));
+        let mut met = 0;
+        for step in 0..200 {
+            let (x, z) = ((step % 20) as f32 * 0.41 - 0.3, (step / 20) as f32 * 0.37 - 0.4);
+            for (origin, direction, far) in [
+                (Vec3::new(x, -1.0, z), Vec3::new(0.1, 1.0, 0.2), 1.5),
+                (Vec3::splat(x), Vec3::X, f32::INFINITY),
+            ] {
+                let segments =
+                    Segments::new(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
+                let bits = eight.meets(&segments).bits();
+                for (lane, bounds) in boxes.iter().enumerate() {
+                    assert_eq!(
+                        bits >> lane & 1 == 1,
+                        meets(bounds, origin, direction, far),
+                        "{origin} {lane}"
+                    );
+                }
+                met += bits.count_ones();
+            }
+        }
+        assert!(met > 50, "{met}");
     }
 }

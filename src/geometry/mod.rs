@@ -3,5 +3,5 @@
 mod bounds;
 mod swept_box;
 
-pub use bounds::{Bounds, Segments};
+pub use bounds::{Bounds, Bounds8, Segments};
 pub use swept_box::SweptBox;

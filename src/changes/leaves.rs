@@ -1,0 +1,146 @@
+//! Where something changes, and when: boxes around parts of the models at each of their places.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::split::{Around, Leaf, Split, parts};
+use crate::animation::{Transform, TransformTrack};
+use crate::geometry::Bounds;
+use crate::scene::{Mesh, Model};
+
+/// Boxes of a mesh at most: several give fewer false alarms where it is thin or hollow.
+const MOST_BOXES: usize = 8;
+
+/// A model that moves.
+#[derive(Debug)]
+pub struct Mover<'a> {
+    pub model: &'a Model,
+    /// The frames in which it is elsewhere than in the frame before; rising, at least one. From the shot's first frame
+    /// of motion.
+    pub changes: Vec<u16>,
+}
+
+/// How coarse leaves are, so that there are not too many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Grain {
+    /// Boxes of each mesh.
+    boxes: usize,
+    /// Places of a model in a row that share a leaf.
+    places: usize,
+}
+
+/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `start` is the shot's first frame of
+/// motion.
+///
+/// Beyond the limit meshes have fewer boxes, and places in a row share leaves. What such a leaf says is never later
+/// than the truth.
+pub fn leaves(movers: &[Mover<'_>], start: i32, limit: usize) -> Vec<Leaf> {
+    let grain = Grain::for_limit(movers, limit);
+    let boxes = boxes_of_meshes(movers, grain.boxes);
+    let of_mover = |mover: &Mover<'_>| mover.leaves(&boxes[&address(&mover.model.mesh)], start, grain.places);
+    movers.par_iter().flat_map_iter(of_mover).collect()
+}
+
+impl Grain {
+    fn for_limit(movers: &[Mover<'_>], limit: usize) -> Self {
+        let mut grain = Self { boxes: MOST_BOXES, places: 1 };
+        while !grain.is_coarsest(movers) && grain.leaves(movers) > limit {
+            // in turn: either makes a box larger
+            if grain.boxes > 1 && MOST_BOXES / grain.boxes <= grain.places {
+                grain.boxes /= 2;
+            } else {
+                grain.places *= 2;
+            }
+        }
+        grain
+    }
+
+    fn leaves(self, movers: &[Mover<'_>]) -> usize {
+        let of = |mover: &Mover<'_>| {
+            mover.places().div_ceil(self.places) * self.boxes.min(mover.model.mesh.triangles.len())
+        };
+        movers.iter().map(of).sum()
+    }
+
+    fn is_coarsest(self, movers: &[Mover<'_>]) -> bool {
+        self.boxes == 1 && movers.iter().all(|mover| mover.places() <= self.places)
+    }
+}
+
+impl Mover<'_> {
+    /// How often it stands somewhere.
+    fn places(&self) -> usize {
+        self.changes.len() + 1
+    }
+
+    /// Object to world at a place.
+    fn at(&self, place: usize, start: i32) -> Transform {
+        // the first place is that of the frame before the first change
+        let frame = if place == 0 { i64::from(self.changes[0]) - 1 } else { self.changes[place - 1].into() };
+        let track: &TransformTrack = &self.model.track;
+        track.at((i64::from(start) + frame) as f64)
+    }
+
+    /// The frame of arriving at a place; nobody arrives at the first.
+    fn arrives(&self, place: usize) -> u16 {
+        self.changes[place.saturating_sub(1)]
+    }
+
+    /// The frame of leaving a place; nobody leaves the last.
+    fn leaves_at(&self, place: usize) -> u16 {
+        self.changes[place.min(self.changes.len() - 1)]
+    }
+
+    /// A leaf for each of `boxes` (object space) at each `together` places in a row.
+    fn leaves(&self, boxes: &[Bounds], start: i32, together: usize) -> Vec<Leaf> {
+        let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.len());
+        for from in (0..self.places()).step_by(together) {
+            let to = self.places().min(from + together);
+            let frames = Leaf {
+                bounds: Bounds::EMPTY,
+                first: self.arrives(from),
+                second: self.leaves_at(from),
+                last: self.leaves_at(to - 1),
+            };
+            let group = leaves.len();
+            leaves.resize(group + boxes.len(), frames);
+            for place in from..to {
+                let transform = self.at(place, start);
+                for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes) {
+                    leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
+                }
+            }
+        }
+        leaves
+    }
+}
+
+/// For each mesh that moves, by its address, boxes around its parts in object space.
+fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, Vec<Bounds>> {
+    let mut boxes = HashMap::new();
+    for Mover { model: Model { mesh, .. }, .. } in movers {
+        boxes.entry(address(mesh)).or_insert_with(|| boxes_of(mesh, most));
+    }
+    boxes
+}
+
+/// What tells meshes apart: models may share one.
+fn address(mesh: &Arc<Mesh>) -> usize {
+    Arc::as_ptr(mesh).addr()
+}
+
+/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them.
+pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
+    let positions = mesh.positions.as_slice();
+    let around = |triangle: &[u32; 3]| {
+        let corners = triangle.iter().map(|corner| Vec3::from_array(positions[*corner as usize]));
+        let bounds = corners.fold(Bounds::EMPTY, Bounds::with);
+        Leaf { bounds, first: 0, second: 0, last: 0 }
+    };
+    let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
+    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0 });
+    parts.iter().map(|part| Around::of(part).bounds).collect()
+}

@@ -1,0 +1,30 @@
+//! When an answer about a segment may change: all motion of a shot is known before its first frame.
+//!
+//! A ray's answer (what it met, or that nothing was in the way) can only change in a frame in which something that
+//! moves touches the segment that the ray went along. [`Motion`] finds the first such frame, and [`Until`] is the
+//! two bytes in which an answer keeps it.
+//!
+//! | step | file | what |
+//! |---|---|---|
+//! | when | `frames.rs` | the frames in which a model or a light differs from the frame before |
+//! | where | `leaves.rs` | boxes around parts of the models at each of their places, with the frames of arriving and leaving |
+//! | tree | `split.rs`, `tree.rs` | a hierarchy over space and frames with eight children a node |
+//!
+//! What counts in frame g are the boxes of each model whose transform differs, exactly, from that of frame g - 1:
+//! at its old place (leaving unblocks a ray) and at its new one (arriving blocks it). What rests changes nothing. The
+//! camera does not count. All of it is a function of the scene and of absolute frame numbers.
+
+mod frames;
+mod leaves;
+mod motion;
+mod split;
+mod tree;
+mod until;
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod world;
+
+pub use motion::Motion;
+pub use until::Until;

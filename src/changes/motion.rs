@@ -1,0 +1,159 @@
+//! All motion of a shot, to be asked about segments.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::frames;
+use super::leaves::{Mover, leaves};
+use super::tree::Tree;
+use super::until::Until;
+use crate::scene::{Light, Model, Scene};
+
+/// Leaves at most: 40 to 60 MB of nodes.
+const MOST_LEAVES: usize = 1 << 20;
+
+/// When what moves in a shot touches a segment, and when its lights change.
+///
+/// Never later than the truth. Earlier where a box around a part of a model is touched and the model is not, and in
+/// shots with so much motion that boxes are shared by parts, or by places of several frames.
+#[derive(Debug, Clone, Default)]
+pub struct Motion {
+    /// The frame before the first one in which anything differs from the frame before; 0 if nothing ever moves. Other
+    /// frames are counted from here.
+    start: i32,
+    /// Of the models.
+    tree: Tree,
+    /// Whether a model moves after the last frame that [`Until`] can name: there everything counts as touched.
+    moves_later: bool,
+    lights: LightChanges,
+}
+
+#[derive(Debug, Clone, Default)]
+struct LightChanges {
+    /// Rising.
+    frames: Vec<u16>,
+    /// Whether a light changes after the last frame that [`Until`] can name.
+    changes_later: bool,
+}
+
+impl Motion {
+    /// Of all models and lights of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        Self::with_limit(scene, MOST_LEAVES)
+    }
+
+    /// With not many more than `limit` leaves.
+    pub(super) fn with_limit(scene: &Scene, limit: usize) -> Self {
+        let models: Vec<&Model> = scene.models.iter().filter(|model| !model.track.is_constant()).collect();
+        let first_of_model = |model: &&Model| frames::of_model(&model.track).next();
+        let first_of_light = |light: &Light| frames::of_light(light).next();
+        let first_changes = (
+            models.par_iter().filter_map(first_of_model).min(),
+            scene.lights.par_iter().filter_map(first_of_light).min(),
+        );
+        let Some(start) = first_changes.0.into_iter().chain(first_changes.1).min() else {
+            return Self {
+                start: 0,
+                tree: Tree::default(),
+                moves_later: false,
+                lights: LightChanges::default(),
+            };
+        };
+        // counted from the frame before it, so that 0 is no frame of motion
+        let start = start - 1;
+        let of_model = |model: &&'_ Model| relative(frames::of_model(&model.track), start);
+        let changes: Vec<(Vec<u16>, bool)> = models.par_iter().map(of_model).collect();
+        let moves_later = changes.iter().any(|(_, later)| *later);
+        let movers = models.into_iter().zip(changes).map(|(model, (changes, _))| Mover { model, changes });
+        let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
+        let start_frame = start as i32;
+        Self {
+            start: start_frame,
+            tree: Tree::of(leaves(&movers, start_frame, limit)),
+            moves_later,
+            lights: LightChanges::of(&scene.lights, start),
+        }
+    }
+
+    /// For an answer about the segment `origin + t * direction`, t in `0..=far`, that was found in frame `after`: the
+    /// first later frame in which something that moves may touch it, arriving or leaving. World space; `far` may be
+    /// infinite, `direction` has any length but zero.
+    ///
+    /// What rests in the way, and the end of the segment on a model that moves later, are seen to: the model touches
+    /// the segment when it leaves.
+    pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: i32) -> Until {
+        let (after, end) = (self.count(after), f32::from(end(self.moves_later).to_bits()));
+        let frame = self.tree.first_touch(origin, direction, far, after as f32, end);
+        Until::from_bits(frame as u16)
+    }
+
+    /// How many nodes [`Motion::first_touch`] looks at.
+    #[cfg(test)]
+    pub(super) fn visits(&self, origin: Vec3, direction: Vec3, far: f32, after: i32) -> usize {
+        let (after, end) = (self.count(after), f32::from(end(self.moves_later).to_bits()));
+        let mut visits = 0;
+        self.tree.search(origin, direction, far, after as f32, end, || visits += 1);
+        visits
+    }
+
+    /// The first frame after `after` in which any light differs in anything from the frame before.
+    pub fn first_light_change(&self, after: i32) -> Until {
+        let after = self.count(after);
+        let frames = &self.lights.frames;
+        let next = frames.partition_point(|frame| i32::from(*frame) <= after);
+        frames.get(next).map_or(end(self.lights.changes_later), |frame| Until::frame(*frame))
+    }
+
+    /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
+    /// before this is true.
+    pub fn has_expired(&self, until: Until, frame: i32) -> bool {
+        let frame = i64::from(frame) - i64::from(self.start);
+        until != Until::FOREVER && (until == Until::UNKNOWN || frame >= i64::from(until.to_bits()))
+    }
+
+    /// Whether nothing ever moves or changes.
+    pub fn is_none(&self) -> bool {
+        self.tree.nodes() == 0 && self.lights.frames.is_empty()
+    }
+
+    /// Nodes of the hierarchy.
+    pub fn nodes(&self) -> usize {
+        self.tree.nodes()
+    }
+
+    /// A frame counted from the first frame of motion: -1 for all that are before it, and [`Until::LAST`] for those
+    /// that cannot be named.
+    fn count(&self, frame: i32) -> i32 {
+        let frame = i64::from(frame) - i64::from(self.start);
+        frame.clamp(-1, Until::LAST.into()) as i32
+    }
+}
+
+/// What holds of an answer after all frames with numbers.
+fn end(changes_later: bool) -> Until {
+    if changes_later { Until::frame(Until::LAST) } else { Until::FOREVER }
+}
+
+/// The frames that can be named, counted from `start`, and whether there are others after them.
+fn relative(frames: impl Iterator<Item = i64>, start: i64) -> (Vec<u16>, bool) {
+    let mut named = Vec::new();
+    for frame in frames.map(|frame| frame - start) {
+        match u16::try_from(frame) {
+            Ok(frame) if frame <= Until::LAST => named.push(frame),
+            _ => return (named, true),
+        }
+    }
+    (named, false)
+}
+
+impl LightChanges {
+    fn of(lights: &[Light], start: i64) -> Self {
+        let of_light = |light: &Light| relative(frames::of_light(light), start);
+        let each: Vec<(Vec<u16>, bool)> = lights.par_iter().map(of_light).collect();
+        let changes_later = each.iter().any(|(_, later)| *later);
+        let mut frames: Vec<u16> = each.into_iter().flat_map(|(frames, _)| frames).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        Self { frames, changes_later }
+    }
+}

@@ -1,0 +1,350 @@
+//! Answers of [`Motion`], compared with those of looking at each frame, box and triangle.
+
+use std::time::Instant;
+
+use glam::{DVec3, Vec3};
+
+use super::leaves::boxes_of;
+use super::world::*;
+use super::{Motion, Until};
+use crate::animation::{Interpolation, Track, Transform, TransformTrack};
+use crate::geometry::Bounds;
+use crate::pose::Pose;
+use crate::scene::Scene;
+
+/// Frames that hold all motion of random scenes.
+const FRAMES: std::ops::RangeInclusive<i32> = -15..=50;
+
+/// What touches a segment, by brute force: a function of a model and its place.
+type Touches<'a> = dyn Fn(usize, &Transform, &Segment) -> bool + 'a;
+
+/// The first frame after the segment's in which a model that is not where it was in the frame before touches the
+/// segment at its old place or its new one.
+fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Option<i32> {
+    let later = poses.windows(2).filter(|pair| pair[1].frame > segment.after);
+    let mut touched = later.filter(|pair| {
+        let models = pair[0].models.iter().zip(&pair[1].models).enumerate();
+        let mut moved = models.filter(|(_, (old, new))| old != new);
+        moved.any(|(model, (old, new))| touches(model, old, segment) || touches(model, new, segment))
+    });
+    touched.next().map(|pair| pair[1].frame)
+}
+
+fn poses(scene: &Scene) -> Vec<Pose> {
+    FRAMES.map(|frame| Pose::of(scene, frame)).collect()
+}
+
+/// Boxes of all models, object space.
+fn boxes(scene: &Scene) -> Vec<Vec<Bounds>> {
+    scene.models.iter().map(|model| boxes_of(&model.mesh, 8)).collect()
+}
+
+/// Whether a segment meets a box that is larger by a share of its distance: in double precision.
+fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
+    let (mut enter, mut leave) = (0.0, f64::from(segment.far));
+    for axis in 0..3 {
+        let origin = f64::from(segment.origin[axis]);
+        let along = f64::from(segment.direction[axis]);
+        let (low, high) =
+            (f64::from(bounds.low[axis]) - origin - room, f64::from(bounds.high[axis]) - origin + room);
+        if along == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        enter = f64::max(enter, f64::min(low / along, high / along));
+        leave = f64::min(leave, f64::max(low / along, high / along));
+    }
+    enter <= leave
+}
+
+/// Whether a segment meets a triangle of a model, in double precision.
+fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment) -> bool {
+    let mesh = &scene.models[model].mesh;
+    let corner = |i: u32| place.point(Vec3::from_array(mesh.positions.as_slice()[i as usize])).as_dvec3();
+    let (origin, direction) = (segment.origin.as_dvec3(), segment.direction.as_dvec3());
+    mesh.triangles.iter().any(|triangle| {
+        let [a, b, c] = triangle.map(corner);
+        let (across, up) = (b - a, c - a);
+        let side = direction.cross(up);
+        let scale = 1.0 / across.dot(side);
+        let u = (origin - a).dot(side) * scale;
+        let other = (origin - a).cross(across);
+        let (v, t) = (direction.dot(other) * scale, up.dot(other) * scale);
+        u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t <= f64::from(segment.far)
+    })
+}
+
+/// The frame of an answer; none if it holds forever.
+fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
+    let mut frames = FRAMES;
+    frames.find(|frame| motion.has_expired(until, *frame))
+}
+
+/// Frames in their order, never last.
+fn rank(frame: Option<i32>) -> i32 {
+    frame.unwrap_or(i32::MAX)
+}
+
+/// How answers compare with those of brute force.
+#[derive(Debug, Default)]
+struct Tally {
+    asked: usize,
+    /// Touched by a triangle some time.
+    touched: usize,
+    /// Later than the boxes, or than the triangles: wrong.
+    late: usize,
+    /// Not after the frame of the question: wrong.
+    spent: usize,
+    /// Earlier than boxes that are a little larger: the hierarchy is wrong, or coarse.
+    early: usize,
+    /// Earlier than the triangles: the price of boxes.
+    false_alarms: usize,
+}
+
+impl Tally {
+    /// Asks random questions about `scene`. `answer` has the first frame of a touch.
+    fn of(scene: &Scene, dice: &mut Dice, answer: impl Fn(&Segment) -> Option<i32>) -> Self {
+        let (poses, boxes) = (poses(scene), boxes(scene));
+        let by_box = |room: f64| {
+            let boxes = &boxes;
+            move |model: usize, place: &Transform, segment: &Segment| {
+                boxes[model].iter().any(|bounds| meets_box(&bounds.placed(place), segment, room))
+            }
+        };
+        let (exactly, roomy) = (by_box(0.0), by_box(1e-5));
+        let by_mesh =
+            |model: usize, place: &Transform, segment: &Segment| meets_mesh(scene, model, place, segment);
+        let mut tally = Self::default();
+        for _ in 0..60 {
+            let segment = random_segment(dice);
+            let got = rank(answer(&segment));
+            let truth = |touches: &Touches<'_>| rank(first_frame(&poses, &segment, touches));
+            let (exact, roomy, mesh) = (truth(&exactly), truth(&roomy), truth(&by_mesh));
+            tally.asked += 1;
+            tally.touched += usize::from(mesh < i32::MAX);
+            tally.late += usize::from(got > exact || got > mesh);
+            tally.spent += usize::from(got <= segment.after);
+            tally.early += usize::from(got < roomy);
+            tally.false_alarms += usize::from(got < mesh);
+        }
+        tally
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            asked: self.asked + other.asked,
+            touched: self.touched + other.touched,
+            late: self.late + other.late,
+            spent: self.spent + other.spent,
+            early: self.early + other.early,
+            false_alarms: self.false_alarms + other.false_alarms,
+        }
+    }
+
+    /// Of many random scenes; `change` is done to each answer.
+    fn of_random_scenes(limit: usize, change: impl Fn(i32) -> i32) -> Self {
+        let mut dice = Dice(7);
+        let tallies = (0..200).map(|_| {
+            let scene = random_scene(&mut dice);
+            let motion = Motion::with_limit(&scene, limit);
+            Self::of(&scene, &mut dice, |segment| {
+                let until = motion.first_touch(segment.origin, segment.direction, segment.far, segment.after);
+                frame_of(&motion, until).map(&change)
+            })
+        });
+        tallies.fold(Self::default(), Self::and)
+    }
+}
+
+#[test]
+fn answers_are_those_of_looking_at_each_frame_and_box() {
+    let tally = Tally::of_random_scenes(1 << 20, |frame| frame);
+    println!("{tally:?}");
+    assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0));
+    assert!(tally.touched > tally.asked / 20, "{tally:?}");
+    assert!(tally.false_alarms < tally.asked * 3 / 10, "{tally:?}");
+}
+
+#[test]
+fn an_answer_a_frame_later_or_earlier_would_be_seen() {
+    let later = Tally::of_random_scenes(1 << 20, |frame| frame + 1);
+    assert!(later.late > later.asked / 10, "{later:?}");
+    let earlier = Tally::of_random_scenes(1 << 20, |frame| frame - 1);
+    assert!(earlier.early > earlier.asked / 10 && earlier.spent > 0, "{earlier:?}");
+}
+
+#[test]
+fn coarse_answers_are_never_late() {
+    let mut before = 0;
+    for limit in [1 << 20, 200, 40, 1] {
+        let tally = Tally::of_random_scenes(limit, |frame| frame);
+        println!("limit {limit}: {tally:?}");
+        assert_eq!((tally.late, tally.spent), (0, 0));
+        assert!(tally.false_alarms >= before, "coarser is not better");
+        before = tally.false_alarms;
+    }
+    assert!(before > 0);
+}
+
+fn sliding(keys: &[(f64, f64)]) -> TransformTrack {
+    let keys = keys.iter().map(|(frame, x)| (*frame, DVec3::X * *x)).collect();
+    let translate = Track::through(keys, Interpolation::Linear).expect("keys are good");
+    TransformTrack { translate, ..TransformTrack::identity() }
+}
+
+/// A small mover on the x axis.
+fn slider(keys: &[(f64, f64)]) -> Scene {
+    scene(vec![model(pane(), sliding(keys))], vec![])
+}
+
+/// Across the x axis at `x`, without an end.
+fn across(motion: &Motion, x: f32, after: i32) -> Until {
+    motion.first_touch(Vec3::new(x, 0.0, -9.0), Vec3::Z, f32::INFINITY, after)
+}
+
+#[test]
+fn where_nothing_moves_answers_hold_forever() {
+    let resting = model(pane(), sliding(&[(1.0, 2.0), (9.0, 2.0)]));
+    for scene in [scene(vec![], vec![]), scene(vec![resting], vec![])] {
+        let motion = Motion::of(&scene);
+        assert!(motion.is_none() && motion.nodes() == 0);
+        for after in [i32::MIN, 0, i32::MAX] {
+            assert_eq!(across(&motion, 2.0, after), Until::FOREVER);
+            assert_eq!(motion.first_light_change(after), Until::FOREVER);
+            assert!(!motion.has_expired(Until::FOREVER, after));
+        }
+    }
+}
+
+#[test]
+fn what_rests_in_the_way_is_told_when_it_leaves() {
+    let motion = Motion::of(&slider(&[(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0)]));
+    let expires = |until, frame| !motion.has_expired(until, frame - 1) && motion.has_expired(until, frame);
+    for after in [i32::MIN, 0, 100] {
+        assert!(expires(across(&motion, 0.0, after), 101), "it leaves");
+        assert!(expires(across(&motion, 50.0, after), 110), "it arrives");
+        assert!(expires(across(&motion, 90.0, after), 301));
+    }
+    assert!(expires(across(&motion, 50.0, 110), 301) && expires(across(&motion, 50.0, 300), 301));
+    assert_eq!(across(&motion, 0.0, 101), Until::FOREVER);
+    assert_eq!(across(&motion, 50.0, 301), Until::FOREVER);
+    assert_eq!(across(&motion, 90.0, i32::MAX), Until::FOREVER);
+    assert_eq!(across(&motion, -30.0, 0), Until::FOREVER);
+    let short = motion.first_touch(Vec3::new(50.0, 0.0, -9.0), Vec3::Z * 2.0, 4.0, 0);
+    assert_eq!(short, Until::FOREVER, "it ends before");
+    let (sooner, later) = (across(&motion, 0.0, 0), across(&motion, 50.0, 0));
+    assert_eq!((sooner.min(later), later.min(Until::FOREVER)), (sooner, later));
+    assert_eq!(Until::from_bits(later.to_bits()), later);
+}
+
+#[test]
+fn frames_that_two_bytes_cannot_name_are_never_late() {
+    let (first, named) = (-1000, i32::from(u16::MAX) - 1);
+    let far = f64::from(first + 100_000);
+    let begin = [(f64::from(first - 1), 0.0), (f64::from(first), 50.0)];
+    let motion = Motion::of(&slider(&[begin[0], begin[1], (far - 1.0, 50.0), (far, 90.0)]));
+    // counted from the frame before the first
+    let last = first - 1 + named;
+    // the truth is `far`
+    for after in [first, 0, last - 1] {
+        let until = across(&motion, 50.0, after);
+        assert!(!motion.has_expired(until, last - 1) && motion.has_expired(until, last), "{after}");
+    }
+    for after in [last, last + 1, far as i32 - 1] {
+        assert!(motion.has_expired(across(&motion, 50.0, after), after + 1), "{after}");
+    }
+    // without later motion nothing is lost
+    let motion =
+        Motion::of(&slider(&[begin[0], begin[1], (f64::from(last - 1), 50.0), (f64::from(last), 90.0)]));
+    let until = across(&motion, 50.0, last - 1);
+    assert!(
+        until != Until::FOREVER && !motion.has_expired(until, last - 1) && motion.has_expired(until, last)
+    );
+    assert_eq!(across(&motion, 90.0, last), Until::FOREVER);
+}
+
+#[test]
+fn changes_of_lights_are_told_one_after_the_other() {
+    let power = vec![(5.0, 1.0), (7.0, 1.0), (9.0, 3.0)];
+    let power = Track::through(power, Interpolation::Linear).expect("good");
+    let moving =
+        Track::through(vec![(20.0, DVec3::ZERO), (21.0, DVec3::X)], Interpolation::Linear).expect("good");
+    let lights = vec![lamp(moving, Track::constant(1.0)), lamp(Track::constant(DVec3::ZERO), power)];
+    let motion = Motion::of(&scene(vec![], lights));
+    let frame = |after| frame_of(&motion, motion.first_light_change(after));
+    let after: Vec<_> = [i32::MIN, 7, 8, 9, 20, 21, i32::MAX].into_iter().map(frame).collect();
+    assert_eq!(after, [Some(8), Some(8), Some(9), Some(21), Some(21), None, None]);
+    assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
+    assert!(!motion.is_none() && motion.nodes() == 0);
+}
+
+#[test]
+fn a_mesh_has_several_boxes_and_all_triangles_are_in_one() {
+    let mesh = bent(&mut Dice(9), 200, 0.2);
+    let (one, eight) = (boxes_of(&mesh, 1), boxes_of(&mesh, 8));
+    assert_eq!((one.len(), eight.len()), (1, 8));
+    let volume = |bounds: &Bounds| (bounds.high - bounds.low).element_product();
+    assert!(eight.iter().map(volume).sum::<f32>() < 0.5 * volume(&one[0]), "the L is hollow");
+    for triangle in mesh.triangles.iter() {
+        let holds = |bounds: &Bounds| {
+            triangle.iter().all(|corner| {
+                let corner = Vec3::from_array(mesh.positions.as_slice()[*corner as usize]);
+                corner.cmpge(bounds.low).all() && corner.cmple(bounds.high).all()
+            })
+        };
+        assert!(eight.iter().any(holds));
+    }
+}
+
+/// `cargo test --release --lib -- changes::tests::speed --ignored --nocapture`
+#[test]
+#[ignore = "measures"]
+fn speed_of_queries() {
+    let flying = |dice: &mut Dice, reach: f64, frames: f64| {
+        let keys = (0..=4).map(|i| (1.0 + frames * f64::from(i) / 4.0, dice.point(reach)));
+        let translate = Track::through(keys.collect(), Interpolation::Smooth).expect("keys rise");
+        model(ball(0.15, 24), TransformTrack { translate, ..TransformTrack::identity() })
+    };
+    for (movers, frames, reach) in [(1, 256.0, 3.0), (100, 1000.0, 6.0)] {
+        let mut dice = Dice(11);
+        let scene = scene((0..movers).map(|_| flying(&mut dice, reach, frames)).collect(), vec![]);
+        let start = Instant::now();
+        let motion = Motion::of(&scene);
+        let built = start.elapsed();
+        let segments = (0..20_000).map(|_| {
+            let (origin, end) = (dice.point(reach).as_vec3(), dice.point(reach).as_vec3());
+            Segment { origin, direction: end - origin, far: 1.0, after: 1 + dice.below(frames as u64) as i32 }
+        });
+        let segments: Vec<Segment> = segments.collect();
+        let ask = |segment: &Segment| {
+            motion.first_touch(segment.origin, segment.direction, segment.far, segment.after)
+        };
+        let touched = segments.iter().filter(|segment| ask(segment) != Until::FOREVER).count();
+        let start = Instant::now();
+        let sum: u64 = (0..20).flat_map(|_| &segments).map(|segment| u64::from(ask(segment).to_bits())).sum();
+        let each = start.elapsed().as_secs_f64() * 1e9 / (20 * segments.len()) as f64;
+        let visits =
+            |segment: &Segment| motion.visits(segment.origin, segment.direction, segment.far, segment.after);
+        let visits = segments.iter().map(visits).sum::<usize>() as f64 / segments.len() as f64;
+        let touched = 100.0 * touched as f64 / segments.len() as f64;
+        let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::of(&scene, frame)).collect();
+        let near = |_: usize, place: &Transform, segment: &Segment| {
+            let (line, to) = (segment.direction, place.point(Vec3::ZERO) - segment.origin);
+            let t = (to.dot(line) / line.length_squared()).clamp(0.0, 1.0);
+            to.distance(line * t) <= 0.15
+        };
+        let early = |segment: &&Segment| {
+            let truth = first_frame(&poses, segment, &near);
+            truth.is_none_or(|frame| motion.has_expired(ask(segment), frame - 1))
+                && ask(segment) != Until::FOREVER
+        };
+        let early = segments.iter().take(1000).filter(early).count() as f64 * 0.1;
+        println!(
+            "{movers} movers, {frames} frames: {each:.1} ns and {visits:.2} nodes a query, {touched:.1} % touched, {early:.1} % too early; \
+             {} nodes, built in {built:?} ({sum})",
+            motion.nodes()
+        );
+    }
+}

@@ -1,0 +1,38 @@
+//! The frame up to which an answer holds, in two bytes.
+
+/// How long an answer holds: it does not any more from some frame on.
+///
+/// Frames are counted from the shot's first frame of motion, which [`Motion`](super::Motion) knows: ask
+/// [`Motion::has_expired`](super::Motion::has_expired). The earlier of two is `a.min(b)`.
+///
+/// The first 65,535 frames of motion (45 minutes at 24 frames a second) are told apart exactly. What would
+/// expire later expires in the last of these, [`Until::LAST`], so it is never too late. From that frame on an answer
+/// holds either forever or not at all: one that is given there expires in the frame in which it is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Until(u16);
+
+impl Until {
+    /// Nothing is known: it has expired in every frame.
+    pub const UNKNOWN: Self = Self(0);
+
+    /// It holds in all frames of the shot.
+    pub const FOREVER: Self = Self(u16::MAX);
+
+    /// The last frame that can be named, counted from the shot's first frame of motion.
+    pub(super) const LAST: u16 = u16::MAX - 1;
+
+    /// From this frame of motion on it does not hold.
+    pub(super) fn frame(frame: u16) -> Self {
+        Self(frame.min(Self::LAST))
+    }
+
+    /// To be stored.
+    pub fn to_bits(self) -> u16 {
+        self.0
+    }
+
+    /// What [`Until::to_bits`] gave.
+    pub fn from_bits(bits: u16) -> Self {
+        Self(bits)
+    }
+}
