@@ -9,6 +9,10 @@ pub const LONGEST_SIDE: u32 = 65_535;
 /// Most samples along a pixel's edge.
 pub const MOST_SAMPLES: u32 = 16;
 
+/// Most paths by which a sample may gather light: as many as the sequence of their random numbers keeps apart well, and a
+/// tile can hold.
+pub const MOST_PATHS: u32 = 1024;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -82,6 +86,10 @@ pub struct Settings {
     pub filter: Filter,
     /// Bounces that a ray from the eye may take at mirrors and glass.
     pub depth: u32,
+    /// Paths by which each sample gathers light from all around; 0: none.
+    pub paths: u32,
+    /// Surfaces that such a path may meet.
+    pub bounces: u32,
     /// Reuse or not.
     pub mode: Mode,
     /// Which kept samples serve the cells of an inferred frame.
@@ -105,6 +113,8 @@ impl Default for Settings {
             samples: 2,
             filter: Filter::default(),
             depth: 4,
+            paths: 0,
+            bounces: 2,
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,

@@ -48,12 +48,14 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflection: u64,
     pub refraction: u64,
+    /// Of paths that gather light: from surface to surface, or to the sky.
+    pub gathering: u64,
 }
 
 impl RayCounts {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.primary + self.verification + self.shadow + self.reflection + self.refraction
+        self.primary + self.verification + self.shadow + self.reflection + self.refraction + self.gathering
     }
 }
 
@@ -65,7 +67,7 @@ pub struct TracingSeconds {
     pub primary: f64,
     pub verification: f64,
     pub shadow: f64,
-    /// Reflection and refraction.
+    /// Reflection, refraction, and gathering.
     pub bounced: f64,
 }
 
@@ -188,12 +190,13 @@ impl SampleCounts {
 
 /// What tracing every sample of a frame would cast, estimated in a run that does not do it.
 ///
-/// One primary ray a sample; shadow rays a sample as in the last base frame, where they were counted;
+/// One primary ray a sample; shadow and gathering rays a sample as in the last base frame, where they were counted;
 /// reflection and refraction rays as cast, which is too few where the camera rests and some are spared: no more is said
 /// to be saved than is. `compare` measures instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FullEstimate {
-    shadow_per_sample: f64,
+    /// Shadow rays, and rays that gather light.
+    lighting_per_sample: f64,
 }
 
 impl FullEstimate {
@@ -201,12 +204,13 @@ impl FullEstimate {
     pub fn from_base(frame: &FrameStats) -> Option<Self> {
         let samples = frame.samples.total();
         let full = samples > 0 && frame.samples.base == samples;
-        full.then(|| Self { shadow_per_sample: frame.rays.shadow as f64 / samples as f64 })
+        let lighting = (frame.rays.shadow + frame.rays.gathering) as f64;
+        full.then(|| Self { lighting_per_sample: lighting / samples as f64 })
     }
 
     /// Rays of `frame`, had it been traced in full.
     pub fn rays(&self, frame: &FrameStats) -> f64 {
-        let each = 1.0 + self.shadow_per_sample;
+        let each = 1.0 + self.lighting_per_sample;
         each * frame.samples.total() as f64 + (frame.rays.reflection + frame.rays.refraction) as f64
     }
 }
@@ -258,7 +262,7 @@ macro_rules! sum_fields {
 }
 sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, write);
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
-sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction);
+sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
 sum_fields!(AuditCounts: checked, differing, on_edge);
 
@@ -304,6 +308,8 @@ mod tests {
             samples: 2,
             filter: Filter::Mitchell,
             depth: 4,
+            paths: 0,
+            bounces: 2,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
@@ -335,7 +341,10 @@ mod tests {
         assert_eq!(keys("/totals"), sorted("seconds samples rays tracing audit"));
         assert_eq!(keys("/frames/0/seconds"), sorted("total reproject verify trace enhance filter write"));
         assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured spare"));
-        assert_eq!(keys("/totals/rays"), sorted("primary verification shadow reflection refraction"));
+        assert_eq!(
+            keys("/totals/rays"),
+            sorted("primary verification shadow reflection refraction gathering")
+        );
         assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
         assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge"));
         assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));

@@ -98,6 +98,15 @@ impl Transform {
         self.to_world.transform_point3(point)
     }
 
+    /// A direction, object to world, of any length.
+    #[inline]
+    pub fn direction(&self, direction: Vec3) -> Vec3 {
+        if self.is_identity {
+            return direction;
+        }
+        self.to_world.transform_vector3(direction)
+    }
+
     /// A normal of unit length, object to world, of unit length.
     #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {

@@ -12,7 +12,7 @@ use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
-use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_SAMPLES, Reuse, Settings};
+use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -44,6 +44,14 @@ pub struct ShotArgs {
     /// Maximum number of mirror reflections and refractions along a camera path [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
+
+    /// Paths by which each sample gathers light from the sky and from other surfaces; 0: none [default: the shot's]
+    #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
+    pub paths: Option<u32>,
+
+    /// Maximum number of surfaces that such a path meets [default: the shot's]
+    #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub bounces: Option<u32>,
 
     /// Which kept samples a cell shows [default: the shot's]
     #[arg(long, value_enum, value_name = "RULE")]
@@ -208,6 +216,8 @@ impl ShotArgs {
             samples,
             filter: filter.unwrap_or(settings.filter),
             depth: self.depth.unwrap_or(settings.depth),
+            paths: self.paths.unwrap_or(settings.paths),
+            bounces: self.bounces.unwrap_or(settings.bounces),
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
@@ -318,6 +328,8 @@ mod tests {
             samples: 3,
             filter: Filter::Mitchell,
             depth: 5,
+            paths: 3,
+            bounces: 1,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
@@ -335,7 +347,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reuse target --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --paths 16 --reuse target --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -343,6 +355,8 @@ mod tests {
             samples: 2,
             filter: Filter::Box,
             depth: 1,
+            paths: 16,
+            bounces: 1,
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,

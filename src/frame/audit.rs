@@ -4,7 +4,8 @@
 //! 1. it must meet the sample's triangle, in the sample's point, first ([`check_sight`]);
 //! 2. what the store keeps of the surface must be what the mesh has there ([`check_surface`]);
 //! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
-//!    ([`check_shadows`]), and the light summed anew must be the light that was kept.
+//!    ([`check_shadows`]), and the light summed anew must be the light that was kept;
+//! 4. all paths by which it gathers light, traced anew, must bring what was kept ([`check_gathered`]).
 //!
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
 //! still they are not made anew; that this is right, and all else that stands in the film, is checked by making the
@@ -24,14 +25,17 @@ use super::candidates::REACH;
 use super::cells::is_traced;
 use super::film_audit;
 use super::frame_view::FrameView;
+use super::gather::{self, start_at};
 use super::grid::place;
 use super::light::sum_light;
+use super::light_paths::{PathScratch, PathStart, trace_paths};
 use super::placed::Placed;
 use super::plan::ShadowCheck;
+use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
 use super::sight::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color, mean_of};
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
@@ -142,6 +146,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
             check_light(frame, tile, first, &placed, surfaces, &mut raise);
         }
     }
+    check_gathered(frame, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.shape.points();
         points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
@@ -298,6 +303,37 @@ fn check_light(
         let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
         let holds = (kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack;
         raise(first + lane, Verdict::of(holds));
+    }
+}
+
+/// Whether samples have gathered what all of their paths bring when they are traced again, against everything, and whether
+/// the mean that they keep is theirs. Paths are cast ray by ray, each a function of its start alone: no tolerance but
+/// that of kept colours is needed.
+fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    if frame.paths == 0 {
+        return;
+    }
+    let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.starts.clear();
+        let placed = Placed::of(frame, tile, first);
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            let (cell, gathered) = (first + lane, &tile.gathered);
+            let start = start_at(frame, tile, cell, &placed);
+            if frame.palette.is_diffuse(tile.record[cell].material) {
+                scratch.starts.extend((0..frame.paths as u32).map(|index| PathStart { index, ..start }));
+            }
+            let mean = mean_of(gathered.paths(cell));
+            raise(cell, Verdict::of(mean.radiance == gathered.mean(cell).radiance));
+        }
+        trace_paths(frame, &mut scratch, &mut tally);
+        for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+            let cell = start.owner as usize;
+            let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
+            let fresh = full_color(gather::kept(brought.radiance, brought.until).radiance);
+            let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
+            raise(cell, Verdict::of((known - fresh).abs().max_element() <= slack));
+        }
     }
 }
 

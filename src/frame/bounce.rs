@@ -6,19 +6,21 @@ use glam::Vec3;
 
 use super::bits::set_bits;
 use super::frame_view::FrameView;
+use super::light_paths::{PathScratch, PathStart, trace_paths};
 use super::lighting::{Places, add_light};
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::plan::ShadowCheck;
 use super::radiance::Radiance;
 use super::ray_tally::RayTally;
 use super::shadow::{ShadowQueue, facing};
-use super::surface::{Hits8, place};
+use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
 use crate::shade::optics::{Branches, branch};
+use crate::shade::sampling::{orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
@@ -70,6 +72,7 @@ pub struct Bounces {
     queue: ShadowQueue,
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
+    gathering: PathScratch,
     /// Where the rays of the tile at work went, if the frame records that.
     pub paths: TilePaths,
 }
@@ -103,6 +106,7 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         }
         meet(frame, bounces, radiance, scratch);
         light(frame, bounces, &mut scratch.tally);
+        gather(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
             add(radiance, &met.bounce, met.light);
             go_on(frame, met, &mut bounces.next);
@@ -166,24 +170,10 @@ fn record_paths(frame: &FrameView, bounces: &mut Bounces, hits: &HitBatch) {
 /// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
 fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
     let hits = Hits8::of(hits, from);
-    let corners = hits.corners(frame);
-    let (mut point, mut normal, mut geometric_normal) =
-        (corners.point(hits.weights), corners.normal(hits.weights), corners.geometric_normal());
-    place(frame, hits.models, [&mut point, &mut normal, &mut geometric_normal]);
-    let (materials, reflectances) = hits.reflectances(frame, hits.weights);
-    for (lane, bounce) in bounces.iter().enumerate().filter(|(lane, _)| hits.is_hit(*lane)) {
-        let from_behind = geometric_normal.lane(lane).dot(bounce.direction) > 0.0;
-        let side = if from_behind { -1.0 } else { 1.0 };
-        let surface = Surface {
-            point: point.lane(lane),
-            normal: normal.lane(lane) * side,
-            geometric_normal: geometric_normal.lane(lane) * side,
-            reflectance: reflectances.lane(lane),
-            material: materials[lane],
-            from_behind,
-        };
-        met.push(Met { bounce: *bounce, surface, light: Vec3::ZERO });
-    }
+    let direction = |lane: usize| bounces[lane].direction;
+    surfaces(frame, &hits, bounces.len(), direction, |lane, surface| {
+        met.push(Met { bounce: bounces[lane], surface, light: Vec3::ZERO });
+    });
 }
 
 /// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
@@ -237,6 +227,40 @@ fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
         met.iter_mut().enumerate().for_each(|(lane, met)| met.light = eight.light.lane(lane));
     }
 }
+
+/// Adds what the surfaces that were met gather from all around. It is made anew for each frame in which they are seen, by
+/// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
+fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Bounces { met, gathering, paths, .. } = bounces;
+    let count = frame.paths.div_ceil(SHARE_OF_PATHS);
+    let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
+    for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
+        gathering.starts.clear();
+        for (number, met) in (first..).zip(&*some).filter(|(_, met)| count > 0 && is_diffuse(met)) {
+            let Surface { point, normal, geometric_normal, .. } = met.surface;
+            let seed = seed_of(point, met.surface.material.into());
+            let [tangent, _] = orthonormal(normal);
+            let start = PathStart { owner: number, index: 0, seed, point, normal, tangent, geometric_normal };
+            gathering.starts.extend((0..count as u32).map(|index| PathStart { index, ..start }));
+        }
+        trace_paths(frame, gathering, tally);
+        let brought = gathering.starts.iter().zip(&gathering.brought);
+        for (start, brought) in brought {
+            let met = &mut some[(start.owner - first) as usize];
+            let materials = [met.surface.material; LANES];
+            let albedo = frame.palette.albedo(&materials, Vec3x8::splat(met.surface.reflectance)).lane(0);
+            met.light += albedo * brought.radiance / count as f32;
+            tally.cells.secondary[met.bounce.cell as usize] += 1;
+            paths.note_until(brought.until);
+        }
+    }
+}
+
+/// Of a sample's paths, one in so many is traced where a mirror or glass shows a surface.
+const SHARE_OF_PATHS: usize = 4;
+
+/// Surfaces that gather light at once.
+const GATHER_AT_ONCE: usize = 256;
 
 /// Finds out whether `light`, or which of its points, reach what was met.
 fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {

@@ -7,6 +7,7 @@ use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
 use super::view::View;
 use crate::animation::Transform;
+use crate::changes::{Motion, Until};
 use crate::geometry::SweptBox;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -42,6 +43,12 @@ pub struct FrameView<'a> {
     pub tracer: &'a dyn Tracer,
     /// Bounces that a ray from the eye may take.
     pub depth: u32,
+    /// Paths by which each sample gathers light; 0: it gathers none.
+    pub paths: usize,
+    /// Surfaces that a path may meet.
+    pub bounces: u32,
+    /// All motion of the shot.
+    pub motion: &'a Motion,
     /// Whether to trace where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
     /// Which kept samples serve.
@@ -55,6 +62,23 @@ pub struct FrameView<'a> {
 }
 
 impl<'a> FrameView<'a> {
+    /// The first later frame in which anything that moves touches the segment `origin + t * direction`, t in `0..=far`.
+    #[inline]
+    pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32) -> Until {
+        self.motion.first_touch(origin, direction, far, self.pose.frame)
+    }
+
+    /// The first later frame in which any light changes.
+    pub fn first_light_change(&self) -> Until {
+        self.motion.first_light_change(self.pose.frame)
+    }
+
+    /// Whether what holds `until` then does not hold any more.
+    #[inline]
+    pub fn has_expired(&self, until: Until) -> bool {
+        self.motion.has_expired(until, self.pose.frame)
+    }
+
     /// The model's place.
     pub fn transform(&self, model: u32) -> &'a Transform {
         &self.pose.models[model as usize]

@@ -234,6 +234,8 @@ pub(super) mod tests {
             samples,
             filter,
             depth: 3,
+            paths: 0,
+            bounces: 2,
             mode,
             reuse: Default::default(),
             base_every: 0,

@@ -292,7 +292,8 @@ impl Lighting {
     }
 }
 
-/// For eight samples: emission, ambient light, and the diffuse light of all lights that reach them.
+/// For eight samples: emission, ambient light, the diffuse light of all lights that reach them, and what they have
+/// gathered.
 #[inline]
 pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
@@ -304,6 +305,9 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
         sum = add_light(sum, light, places, reached, |light_sample| {
             phong::diffuse(albedo, placed.normal, light_sample)
         });
+    }
+    if tile.gathered.is_some() {
+        sum = sum + albedo * tile.gathered.means(first);
     }
     sum
 }

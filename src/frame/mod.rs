@@ -25,8 +25,10 @@ mod estimate;
 mod film_audit;
 pub mod filter;
 mod frame_view;
+mod gather;
 pub mod grid;
 pub mod light;
+mod light_paths;
 mod lighting;
 mod mitchell;
 mod moved_bounds;
@@ -61,6 +63,7 @@ mod window;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::changes::Motion;
 use crate::film::Film;
 use crate::geometry::Bounds;
 use crate::pose::{CameraPose, Pose};
@@ -109,6 +112,8 @@ pub struct Renderer<'s> {
     film: Option<Arc<Film>>,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
+    /// All that moves in the shot, if samples gather light.
+    motion: Motion,
 }
 
 /// A frame that is done.
@@ -138,13 +143,14 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build(scene, settings.build)?;
-        let layout = TagLayout::of(scene.lights.iter().map(|light| light.kind.is_area()));
+        let layout = TagLayout::for_scene(scene, settings);
         Ok(Self {
             scene,
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             palette: Palette::of(scene),
             buffers: FrameBuffers::new(layout.clone()),
+            motion: if layout.paths > 0 { Motion::of(scene) } else { Motion::default() },
             layout,
             kind,
             backend,
@@ -165,7 +171,12 @@ impl<'s> Renderer<'s> {
         let pose = Pose::of(self.scene, frame);
         let view = View::new(&self.grid, pose.camera);
         let last = self.last.take();
-        let (last, unwanted) = if reuse { (last, None) } else { (None, last) };
+        let (mut last, unwanted) = if reuse { (last, None) } else { (None, last) };
+        // what was gathered holds until a later frame
+        if let Some((store, _)) = last.as_mut().filter(|(_, before)| pose.frame < before.frame) {
+            store.tiles.iter_mut().for_each(|tile| tile.forget_gathered());
+            self.buffers.forget();
+        }
         let plan = match &last {
             Some((_, before)) => Plan::between(before, &pose),
             None => Plan::of_base_frame(&pose),
@@ -188,6 +199,9 @@ impl<'s> Renderer<'s> {
             dynamic_bounds: &dynamic_bounds,
             tracer: &timed,
             depth: self.settings.depth,
+            paths: self.layout.paths,
+            bounces: self.settings.bounces,
+            motion: &self.motion,
             chooses: self.settings.mode == Mode::Auto,
             reuse: self.settings.reuse,
             records_paths,

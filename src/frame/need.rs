@@ -31,7 +31,7 @@ const THREAD_RESERVED: u64 = 68 << 20;
 pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
     let tiles = Grid::new(settings).tiles() as u64;
-    let layout = TagLayout::of(lights.iter().map(|light| light.kind.is_area()));
+    let layout = TagLayout::for_scene(&shot.scene, settings);
     let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
     let spares = match (settings.mode, settings.reuse) {
         (Mode::Full, _) | (_, Reuse::Paper) => 0.0,
@@ -52,9 +52,9 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
             SMALLER,
         ),
         Part::new(
-            format!("what they keep of {} lights", lights.len()),
+            format!("what they keep of {} lights and {} paths", lights.len(), layout.paths),
             (tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes()),
-            "fewer lights",
+            "fewer lights or --paths",
         ),
         Part::new(
             "planes of the picture",

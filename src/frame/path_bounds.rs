@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::frame_view::FrameView;
 use super::tile_bounds::TileBounds;
+use crate::changes::Until;
 use crate::geometry::{Bounds, SweptBox};
 
 /// Rays that share a [`PathBounds`]: neighbours, so that their boxes are small, and enough that there are few.
@@ -50,12 +51,20 @@ impl PathBounds {
 }
 
 /// Around the paths of all rays of a tile.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct TilePaths {
     paths: Vec<PathBounds>,
     /// Whether a model that moves in some frame may have been met, or was in the way of a light: it may be gone in the
     /// next frame.
     has_dynamic: bool,
+    /// The first frame in which what they met may gather another light.
+    until: Until,
+}
+
+impl Default for TilePaths {
+    fn default() -> Self {
+        Self { paths: Vec::new(), has_dynamic: false, until: Until::FOREVER }
+    }
 }
 
 impl TilePaths {
@@ -63,6 +72,12 @@ impl TilePaths {
     pub fn clear(&mut self) {
         self.paths.clear();
         self.has_dynamic = false;
+        self.until = Until::FOREVER;
+    }
+
+    /// Notes how long the light holds that something gathers that was met.
+    pub fn note_until(&mut self, until: Until) {
+        self.until = self.until.min(until);
     }
 
     /// More rays, if there are any.
@@ -79,7 +94,9 @@ impl TilePaths {
 
     /// Whether all rays would bring what they brought, if no light has changed.
     pub fn is_out_of_reach(&self, frame: &FrameView) -> bool {
-        !self.has_dynamic && !self.paths.iter().any(|bounds| bounds.may_be_met(frame))
+        !self.has_dynamic
+            && !frame.has_expired(self.until)
+            && !self.paths.iter().any(|bounds| bounds.may_be_met(frame))
     }
 
     /// Bytes held.

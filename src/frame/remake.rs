@@ -69,12 +69,14 @@ pub struct SampleFacts {
     pub any_light_changed: bool,
     /// Whether what moved may hide a sample or change its light, has left the tile, or has come into it.
     pub may_be_reached: bool,
+    /// Whether light that the samples have gathered may not hold any more.
+    pub has_expired: bool,
 }
 
 impl SampleFacts {
     /// What can have changed.
     pub fn change(&self) -> Change {
-        if self.is_known && !self.any_light_changed && !self.may_be_reached {
+        if self.is_known && !self.any_light_changed && !self.may_be_reached && !self.has_expired {
             Change::None
         } else {
             Change::Samples
@@ -88,15 +90,16 @@ mod tests {
 
     #[test]
     fn samples_hold_in_a_known_tile_out_of_reach_under_the_same_lights() {
-        const TABLE: [([bool; 3], Change); 4] = [
-            // is_known, any_light_changed, may_be_reached
-            ([true, false, false], Change::None),
-            ([false, false, false], Change::Samples),
-            ([true, true, false], Change::Samples),
-            ([true, false, true], Change::Samples),
+        const TABLE: [([bool; 4], Change); 5] = [
+            // is_known, any_light_changed, may_be_reached, has_expired
+            ([true, false, false, false], Change::None),
+            ([false, false, false, false], Change::Samples),
+            ([true, true, false, false], Change::Samples),
+            ([true, false, true, false], Change::Samples),
+            ([true, false, false, true], Change::Samples),
         ];
-        for ([is_known, any_light_changed, may_be_reached], change) in TABLE {
-            let facts = SampleFacts { is_known, any_light_changed, may_be_reached };
+        for ([is_known, any_light_changed, may_be_reached, has_expired], change) in TABLE {
+            let facts = SampleFacts { is_known, any_light_changed, may_be_reached, has_expired };
             assert_eq!(facts.change(), change, "{facts:?}");
         }
     }

@@ -8,9 +8,10 @@ use half::f16;
 
 use super::path_bounds::TilePaths;
 use super::{Last, RenderError, Renderer};
+use crate::changes::Until;
 use crate::film::Film;
 use crate::lanes::Vec3x8;
-use crate::samples::{CELLS, EMPTY, Flags, Octahedral, Record, Tag, TagSlot, Tile, half_colors};
+use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
 use crate::shade::surface::{Corners, reflectance, uv_at};
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
@@ -34,6 +35,10 @@ pub enum Spoil {
     Light,
     /// The tags say of lit points that something still hides them, and the other way round.
     Tags,
+    /// What a sample's first path brought is brightened.
+    Gathered,
+    /// What paths have brought is held to hold for a frame longer than it does.
+    Until,
     /// The rays that go on from mirrors and glass are held to bring what they brought, whatever moves.
     Paths,
 }
@@ -49,6 +54,9 @@ impl Renderer<'_> {
             return Ok(states.map(|state| state.paths = Some(TilePaths::default())).count() as u64);
         }
         self.buffers.forget();
+        if what == Spoil::Until {
+            return Ok(last.0.tiles.iter_mut().map(|tile| tile.gathered.delay()).sum());
+        }
         if what == Spoil::Sight {
             return hide(self.scene, &mut *self.backend, last);
         }
@@ -112,7 +120,13 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             record.flags = record.flags.with(Flags::STALE);
             slots.iter().fold(false, |any, slot| flip(tile, *slot, cell) | any)
         }
-        Spoil::Sight | Spoil::Paths => false,
+        Spoil::Gathered => {
+            let bright = PathLight { radiance: [f16::from_f32(7.0); 3], until: Until::FOREVER };
+            tile.gathered.set_path(cell, 0, bright);
+            tile.gathered.update_mean(cell);
+            true
+        }
+        Spoil::Sight | Spoil::Paths | Spoil::Until => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -1,9 +1,13 @@
-//! What rays met, as surfaces: eight hits at a time.
+//! What rays met, as surfaces: eight hits at a time. Here alone hits become surfaces.
+
+use glam::Vec3;
 
 use super::bits::set_bits;
 use super::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
+use crate::prefetch::prefetch;
 use crate::scene::Mesh;
+use crate::shade::Surface;
 use crate::shade::surface::{Corners, reflectance, uv_at};
 use crate::trace::{HitPacket, NO_HIT};
 
@@ -41,6 +45,35 @@ impl<'a> Hits8<'a> {
         &frame.scene.models[self.models[lane] as usize].mesh
     }
 
+    /// Has the numbers of what was met fetched: the triangles' corners and materials. Hits of rays that go all around lie
+    /// all over the scene, and each waits for memory otherwise.
+    #[inline(always)]
+    pub fn prefetch_triangles(&self, frame: &FrameView) {
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane] as usize);
+            prefetch(&mesh.triangles[triangle..=triangle]);
+            prefetch(&mesh.material_of[triangle..=triangle]);
+        }
+    }
+
+    /// Has the corners of what was met fetched, whose numbers should be there.
+    #[inline(always)]
+    pub fn prefetch_corners(&self, frame: &FrameView) {
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let mesh = self.mesh(frame, lane);
+            let positions = mesh.positions.as_slice();
+            for corner in mesh.triangles[self.triangles[lane] as usize].map(|corner| corner as usize) {
+                prefetch(&positions[corner..=corner]);
+                if let Some(normal) = mesh.normals.get(corner..=corner) {
+                    prefetch(normal);
+                }
+                if let Some(uv) = mesh.uvs.get(corner..=corner) {
+                    prefetch(uv);
+                }
+            }
+        }
+    }
+
     /// The triangles that were met.
     #[inline(always)]
     pub fn corners(&self, frame: &FrameView) -> Corners {
@@ -66,6 +99,36 @@ impl<'a> Hits8<'a> {
             colors.set_lane(lane, reflectance(frame.scene, material, uv));
         }
         (numbers, colors)
+    }
+}
+
+/// Calls `each` with the lanes and surfaces of those of `count` hits where something was met, seen along `directions` (world
+/// space): their normals point to the side from which they are seen.
+#[inline(always)]
+pub fn surfaces(
+    frame: &FrameView,
+    hits: &Hits8,
+    count: usize,
+    directions: impl Fn(usize) -> Vec3,
+    mut each: impl FnMut(usize, Surface),
+) {
+    let corners = hits.corners(frame);
+    let (mut point, mut normal, mut geometric_normal) =
+        (corners.point(hits.weights), corners.normal(hits.weights), corners.geometric_normal());
+    place(frame, hits.models, [&mut point, &mut normal, &mut geometric_normal]);
+    let (materials, reflectances) = hits.reflectances(frame, hits.weights);
+    for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
+        let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
+        let side = if from_behind { -1.0 } else { 1.0 };
+        let surface = Surface {
+            point: point.lane(lane),
+            normal: normal.lane(lane) * side,
+            geometric_normal: geometric_normal.lane(lane) * side,
+            reflectance: reflectances.lane(lane),
+            material: materials[lane],
+            from_behind,
+        };
+        each(lane, surface);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::bounce::Bounces;
 use super::filter::Filtering;
 use super::light::Lighting;
+use super::light_paths::PathScratch;
 use super::placed::PlacedTile;
 use super::radiance::Radiance;
 use super::serve::Serving;
@@ -40,6 +41,8 @@ pub struct ThreadScratch {
     pub before: Option<Box<Tile>>,
     /// Of all phases that trace rays.
     pub trace: TraceScratch,
+    /// Of the phase that gathers light.
+    pub paths: PathScratch,
     /// Of the phase that lights samples.
     pub lighting: Lighting,
     /// The tile's surfaces in world space.

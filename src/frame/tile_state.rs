@@ -9,10 +9,11 @@ use super::moved_bounds::ModelSet;
 use super::path_bounds::TilePaths;
 use super::remake::{SampleFacts, TileFacts};
 use super::tile_bounds::TileBounds;
+use crate::changes::Until;
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
 /// What is kept of a tile from frame to frame while the camera does not move. Nothing, by default.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct TileState {
     /// Whether the frame before was seen here: without it, nothing can be said of this one.
     pub is_known: bool,
@@ -26,10 +27,28 @@ pub struct TileState {
     paths_may_differ: bool,
     /// Whether what moved may concern its samples.
     may_be_reached: bool,
+    /// The first frame in which light that they have gathered may not hold any more.
+    pub until: Until,
     /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
     pub bounds: Option<TileBounds>,
     /// Forgotten when it is not true any more.
     pub content: Option<Content>,
+}
+
+impl Default for TileState {
+    fn default() -> Self {
+        Self {
+            is_known: false,
+            was_quiet: false,
+            goes_on: false,
+            paths: None,
+            paths_may_differ: false,
+            may_be_reached: false,
+            until: Until::UNKNOWN,
+            bounds: None,
+            content: None,
+        }
+    }
 }
 
 impl TileState {
@@ -45,6 +64,7 @@ impl TileState {
             is_known: self.is_known,
             any_light_changed: frame.plan.any_light_changed(),
             may_be_reached: self.may_be_reached,
+            has_expired: frame.has_expired(self.until),
         };
         TileFacts {
             samples: samples.change(),

@@ -23,9 +23,9 @@ use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
 use super::verify::Request;
 use super::window::{Window, cut};
-use super::{enhance, light, reproject, trace_missed, verify};
+use super::{enhance, gather, light, reproject, trace_missed, verify};
 use crate::film::Film;
-use crate::samples::{LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
+use crate::samples::{Flags, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::{Filter, Reuse, Settings};
 use crate::stats::{RayCounts, SampleCounts, Seconds};
 
@@ -385,7 +385,7 @@ fn update_samples(
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
-    let ThreadScratch { trace, seconds, serving, before, lighting, placed, .. } = scratch;
+    let ThreadScratch { trace, seconds, serving, before, lighting, placed, paths, .. } = scratch;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let counts_before = trace.tally.counts;
@@ -432,10 +432,13 @@ fn update_samples(
             probes = serving.probes(tile);
         }
     }
-    let flags = serving.flags();
+    let mut flags = serving.flags();
     seconds.verify += lap();
     trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
     seconds.trace += lap();
+    let (gathered_changed, until) = gather::gather(frame, tile, placed, paths, &mut trace.tally);
+    flags = flags.with(Flags::STALE.when(gathered_changed));
+    state.until = until;
     let (light_changed, bounds) = light::light(frame, tile, flags, lighting, placed, &mut trace.tally);
     state.bounds = bounds;
     seconds.enhance += lap();

@@ -57,6 +57,7 @@ pub fn trace_missed(
     // those that were confirmed keep what they know
     scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
     tile.tags.forget(&scratch.owners);
+    scratch.owners.iter().for_each(|cell| tile.gathered.forget(*cell as usize));
 }
 
 /// A ray through the centre of each cell in `owners`.

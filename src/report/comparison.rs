@@ -62,6 +62,8 @@ pub(crate) mod tests {
             samples: 1,
             filter: Filter::Box,
             depth: 4,
+            paths: 0,
+            bounces: 2,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,

@@ -8,12 +8,14 @@
 //! adds no drift. A tile keeps them in columns: projection reads 16 bytes a sample, and each phase only what
 //! it needs.
 
+mod gathered;
 mod octahedral;
 mod pool;
 mod spare;
 mod store;
 mod tag;
 
+pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
 pub use pool::{LeavingStore, TilePool};
 pub use spare::{MOST_SPARES, Spare, Spares};

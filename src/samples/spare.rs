@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::{AreaTag, CELLS, Flags, Record, Tag, TagLayout, TagSlot, Tags, Tile};
+use super::{AreaTag, CELLS, Flags, GatheredLight, Record, Tag, TagLayout, TagSlot, Tags, Tile};
 
-/// One of them, but for its tags.
+/// One of them, but for its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spare {
     /// See [`Tile::x`].
@@ -24,6 +24,8 @@ pub struct Spares {
     pub(super) single: Vec<Vec<Tag>>,
     /// By light that is an area, the tags of each sample.
     pub(super) area: Vec<Vec<AreaTag>>,
+    /// What each sample has gathered.
+    pub(super) gathered: GatheredLight,
 }
 
 /// As many as a tile may have: a [slot](Tile::slots) has 11 bits.
@@ -33,7 +35,12 @@ impl Spares {
     /// None, with room for tags as `layout` says.
     pub fn none(layout: &TagLayout) -> Self {
         let (single, area) = layout.columns();
-        Self { samples: Vec::new(), single: vec![Vec::new(); single], area: vec![Vec::new(); area] }
+        Self {
+            samples: Vec::new(),
+            single: vec![Vec::new(); single],
+            area: vec![Vec::new(); area],
+            gathered: GatheredLight::unknown(layout.paths, 0),
+        }
     }
 
     /// How many.
@@ -51,24 +58,30 @@ impl Spares {
         self.samples.clear();
         self.single.iter_mut().for_each(Vec::clear);
         self.area.iter_mut().for_each(Vec::clear);
+        self.gathered.clear();
     }
 
     /// Adds the sample in `slot` of `from`.
     pub fn push(&mut self, from: &Tile, slot: usize) {
         self.samples.push(from.slot(slot));
         match slot.checked_sub(CELLS) {
-            None => from.tags.push_to(slot, &mut self.single, &mut self.area),
+            None => {
+                from.tags.push_to(slot, &mut self.single, &mut self.area);
+                self.gathered.push(&from.gathered, slot);
+            }
             Some(number) => {
-                let Self { single, area, .. } = &from.spares;
+                let Self { single, area, gathered, .. } = &from.spares;
+                self.gathered.push(gathered, number);
                 self.single.iter_mut().zip(single).for_each(|(to, from)| to.push(from[number]));
                 self.area.iter_mut().zip(area).for_each(|(to, from)| to.push(from[number]));
             }
         }
     }
 
-    /// Adds a sample whose tags are not known.
-    pub fn push_untagged(&mut self, spare: Spare) {
+    /// Adds a sample whose tags are not known, with what sample number `at` of `gathered` has gathered.
+    pub fn push_untagged(&mut self, spare: Spare, gathered: &GatheredLight, at: usize) {
         self.samples.push(spare);
+        self.gathered.push(gathered, at);
         self.single.iter_mut().for_each(|tags| tags.push(Tag::Unknown));
         self.area.iter_mut().for_each(|tags| tags.push(AreaTag::UNKNOWN));
     }
@@ -110,6 +123,11 @@ impl Spares {
         }
     }
 
+    /// Forgets what has been gathered.
+    pub fn forget_gathered(&mut self) {
+        self.gathered.forget_all();
+    }
+
     /// Forgets all tags.
     pub fn forget_tags(&mut self) {
         self.single.iter_mut().flatten().for_each(|tag| *tag = Tag::Unknown);
@@ -120,6 +138,7 @@ impl Spares {
     pub fn bytes(&self) -> usize {
         let single: usize = self.single.iter().map(Vec::capacity).sum();
         let area: usize = self.area.iter().map(Vec::capacity).sum();
-        self.samples.capacity() * size_of::<Spare>() + single * size_of::<Tag>() + area * size_of::<AreaTag>()
+        let tags = single * size_of::<Tag>() + area * size_of::<AreaTag>();
+        self.samples.capacity() * size_of::<Spare>() + tags + self.gathered.bytes()
     }
 }

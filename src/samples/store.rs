@@ -4,7 +4,7 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
+use super::{GatheredLight, MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
 
@@ -126,6 +126,8 @@ pub struct Tile {
     pub copies: [u8; CELLS / LANES],
     /// What is known of shadows.
     pub tags: Tags,
+    /// What samples have gathered.
+    pub gathered: GatheredLight,
     /// Samples that lie in the tile and serve none of its cells.
     pub spares: Spares,
 }
@@ -142,6 +144,7 @@ impl Tile {
             status: [Status::default(); CELLS],
             copies: [0; CELLS / LANES],
             tags: Tags::unknown(layout),
+            gathered: GatheredLight::unknown(layout.paths, CELLS),
             spares: Spares::none(layout),
         }
     }
@@ -225,10 +228,19 @@ impl Tile {
         let flags = moves.iter().fold(Flags::default(), copy);
         let tags = sources.iter().map(|tile| (&tile.tags, &tile.spares));
         self.tags.copy_all(&tags.collect::<Vec<_>>(), moves);
+        if self.gathered.is_some() {
+            for Move { to, source, from } in moves {
+                self.copy_gathered(
+                    usize::from(*to) % CELLS,
+                    sources[usize::from(*source)],
+                    usize::from(*from),
+                );
+            }
+        }
         flags
     }
 
-    /// Copies the sample in `slot` of `from`, with its light and its tags, to `cell`. Status and whether it is a copy are
+    /// Copies the sample in `slot` of `from`, with its light, its tags and its paths, to `cell`. Status and whether it is a copy are
     /// the caller's. Returns its flags.
     #[inline]
     pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
@@ -236,7 +248,23 @@ impl Tile {
             None => self.tags.take_over(cell, &from.tags, slot),
             Some(number) => from.spares.copy_tags(number, &mut self.tags, cell),
         }
+        self.copy_gathered(cell, from, slot);
         self.copy_untagged(cell, from, slot)
+    }
+
+    /// Copies what the sample in `slot` of `from` has gathered.
+    #[inline]
+    fn copy_gathered(&mut self, cell: usize, from: &Self, slot: usize) {
+        match slot.checked_sub(CELLS) {
+            None => self.gathered.copy(cell, &from.gathered, slot),
+            Some(number) => self.gathered.copy(cell, &from.spares.gathered, number),
+        }
+    }
+
+    /// Forgets what all samples have gathered, spare ones as well.
+    pub fn forget_gathered(&mut self) {
+        self.gathered.forget_all();
+        self.spares.forget_gathered();
     }
 
     /// Where the sample is: see [`Tile::x`].
@@ -333,7 +361,7 @@ impl Tile {
         if !is_copy && self.spares.len() < MOST_SPARES {
             let mut spare = self.slot(cell);
             spare.record.flags = spare.record.flags.with(Flags::STALE);
-            self.spares.push_untagged(spare);
+            self.spares.push_untagged(spare, &self.gathered, cell);
         }
     }
 

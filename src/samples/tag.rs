@@ -1,7 +1,9 @@
 //! Shadow tags: what a sample remembers of its last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, Move, Spares};
+use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
+use crate::scene::Scene;
+use crate::settings::Settings;
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
 pub const AREA_POINTS: usize = u16::BITS as usize;
@@ -122,13 +124,15 @@ pub enum TagSlot {
     Area(usize),
 }
 
-/// Where the tags for each light of a scene are.
+/// What samples keep of light: where the tags for each light of a scene are, and how many paths.
 #[derive(Debug, Clone, Default)]
 pub struct TagLayout {
     /// By light.
     pub slots: Vec<TagSlot>,
     single: usize,
     area: usize,
+    /// Paths by which a sample gathers light.
+    pub paths: usize,
 }
 
 impl TagLayout {
@@ -146,14 +150,27 @@ impl TagLayout {
         layout
     }
 
+    /// What samples of `scene` keep with these settings.
+    pub fn for_scene(scene: &Scene, settings: &Settings) -> Self {
+        let are_areas = scene.lights.iter().map(|light| light.kind.is_area());
+        let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
+        Self::of(are_areas).with_paths(paths)
+    }
+
+    /// The same for samples that gather light by so many paths.
+    pub fn with_paths(self, paths: usize) -> Self {
+        Self { paths, ..self }
+    }
+
     /// How many columns of each sort there are: of lights with one tag a sample, and of area lights.
     pub fn columns(&self) -> (usize, usize) {
         (self.single, self.area)
     }
 
-    /// Bytes of a sample's tags.
+    /// Bytes of a sample's tags and paths.
     pub fn bytes(&self) -> usize {
-        self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>()
+        let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
+        tags + GatheredLight::bytes_of_sample(self.paths)
     }
 }
 

@@ -13,12 +13,13 @@ use super::mtl::{MapKd, MtlMaterial};
 use super::paths::find_beside;
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
-    BackgroundTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile, Three,
+    BackgroundTable, IndirectTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile,
+    Three,
 };
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks};
 use crate::layers::Layers;
-use crate::settings::{LONGEST_SIDE, MOST_SAMPLES, Settings};
+use crate::settings::{LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -72,7 +73,7 @@ impl Shot {
 /// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
 pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
-    let (settings, frames, rate) = render(text, &file.render, &file.output)?;
+    let (settings, frames, rate) = render(text, &file.render, &file.indirect, &file.output)?;
     let missing = |what| SceneError::new(text.path, what);
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
@@ -126,6 +127,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
 fn render(
     text: TomlText<'_>,
     table: &RenderTable,
+    indirect: &IndirectTable,
     output: &OutputTable,
 ) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
     let whole = |key, value: &Option<At<i64>>, default, range| {
@@ -145,6 +147,8 @@ fn render(
         samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
         depth: whole("depth", &table.depth, default.depth, 0..65)?,
+        paths: whole("paths", &indirect.paths, default.paths, 0..i64::from(MOST_PATHS) + 1)?,
+        bounces: whole("bounces", &indirect.bounces, default.bounces, 0..65)?,
         mode: table.mode,
         reuse: table.reuse,
         base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,

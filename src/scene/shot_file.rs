@@ -30,6 +30,8 @@ pub(crate) struct ShotFile {
     #[serde(default)]
     pub ambient: AmbientTable,
     #[serde(default)]
+    pub indirect: IndirectTable,
+    #[serde(default)]
     pub material: Vec<MaterialTable>,
 }
 
@@ -48,6 +50,13 @@ pub(crate) struct RenderTable {
     pub mode: Mode,
     #[serde(default)]
     pub reuse: Reuse,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct IndirectTable {
+    pub paths: Option<At<i64>>,
+    pub bounces: Option<At<i64>>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -132,6 +132,19 @@ pub fn light_samples(
     [0, LANES].map(|first| from_rectangle(light, pattern.asides(sample, first), Vec3x8::splat(point)))
 }
 
+/// All of the light that one place of `light` would send to eight points if all of it came from there; in an area that is
+/// the place at `along` and `above` from 0 to 1. The mean over all places is what the light sends.
+#[inline(always)]
+pub fn light_from_anywhere(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {
+    if !light.shape.is_area() {
+        return light_sample(light, 0, &StratifiedPattern::NONE, points);
+    }
+    let half = F32x8::splat(0.5);
+    let mut light_sample = from_rectangle(light, [along - half, above - half], points);
+    light_sample.irradiance = light_sample.irradiance * F32x8::splat(light.shape.points() as f32);
+    light_sample
+}
+
 /// From places in a rectangle, as shares of its edges. Another shape sends nothing.
 #[inline(always)]
 fn from_rectangle(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {

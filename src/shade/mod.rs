@@ -3,6 +3,7 @@
 pub mod light;
 pub mod optics;
 pub mod phong;
+pub mod sampling;
 pub mod surface;
 
 pub use surface::Surface;

@@ -25,6 +25,8 @@ struct Paint {
     shininess: f32,
     /// Whether rays go on from it.
     goes_on: bool,
+    /// Whether it reflects light diffusely at all.
+    is_diffuse: bool,
 }
 
 /// The materials of a scene, ready for lighting.
@@ -70,6 +72,12 @@ impl Palette {
             share.set_lane(lane, self.paints[usize::from(*material)].diffuse);
         }
         reflectance * share
+    }
+
+    /// Whether a material reflects light diffusely at all.
+    #[inline]
+    pub fn is_diffuse(&self, material: u16) -> bool {
+        self.paints[usize::from(material)].is_diffuse
     }
 
     /// Light that leaves whatever the eye's place: emission and ambient light.
@@ -138,6 +146,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         specular: material.specular,
         shininess: material.shininess,
         goes_on: material.has_secondary_rays(),
+        is_diffuse: material.diffuse != Vec3::ZERO,
     }
 }
 

@@ -21,7 +21,8 @@ pub enum Coherence {
     /// To the points of an area light, from one surface or from neighbours: a bundle for walls and floors. But among
     /// the small triangles of one thing each ray finds its own. What becomes of that is the backend's choice.
     SharedOrigin,
-    /// All around: each for itself. No phase casts such rays; comparisons of backends do.
+    /// All around: each for itself. What such a ray meets depends on no other ray of its batch, to the bit, so that it
+    /// may be cast again among others.
     Incoherent,
 }
 

@@ -103,6 +103,8 @@ pub fn settings(samples: u32) -> Settings {
         samples,
         filter: Filter::Box,
         depth: 4,
+        paths: 0,
+        bounces: 2,
         mode: Mode::Reproject,
         reuse: Default::default(),
         base_every: 0,

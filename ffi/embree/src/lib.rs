@@ -95,5 +95,5 @@ pub use device::Device;
 pub use error::{Error, ErrorCode};
 pub use geometry::{Geometry, VertexBuffer};
 pub use packet::{Hit, INVALID, PacketWidth, PrimId, Ray, RayHit, Valid};
-pub use query::{Bounds, Coherence, Committed};
+pub use query::{Bounds, Coherence, Committed, OneHit, Segment};
 pub use scene::{BuildQuality, FrozenScene, GeometryId, Scene};

@@ -1,6 +1,6 @@
 //! Tracing: the queries of a scene that is committed, and nothing that could change it.
 
-use crate::packet::{PrimId, Ray, RayHit, Valid};
+use crate::packet::{INVALID, PrimId, Ray, RayHit, Valid};
 use embree4_sys as sys;
 use std::ffi::c_void;
 use std::marker::PhantomData;
@@ -74,6 +74,47 @@ impl Committed<'_> {
                 _ => sys::rtcIntersect16(valid, self.scene, packet.cast(), arguments),
             }
         }
+    }
+
+    /// The closest hit of one ray. What it meets depends on no other ray, to the bit: in packets it may, by a rounding.
+    #[inline]
+    pub fn intersect_one(&self, segment: &Segment, coherence: Coherence) -> Option<OneHit> {
+        let mut arguments = sys::init_intersect_arguments();
+        arguments.flags = coherence.flag();
+        let mut both = sys::RTCRayHit {
+            ray: segment.to_embree(),
+            hit: sys::RTCHit {
+                Ng_x: 0.0,
+                Ng_y: 0.0,
+                Ng_z: 0.0,
+                u: 0.0,
+                v: 0.0,
+                primID: INVALID,
+                geomID: INVALID,
+                instID: [INVALID],
+                instPrimID: [INVALID],
+            },
+        };
+        // SAFETY: the scene is live and committed; ray and hit are Embree's own type; no callback is passed.
+        unsafe { sys::rtcIntersect1(self.scene, &raw mut both, &raw mut arguments) };
+        let sys::RTCRayHit { ray, hit } = both;
+        (hit.geomID != INVALID).then_some(OneHit {
+            t: ray.tfar,
+            u: hit.u,
+            v: hit.v,
+            met: PrimId { geom_id: hit.geomID, prim_id: hit.primID, inst_id: hit.instID[0] },
+        })
+    }
+
+    /// Whether anything stands in the way of one ray.
+    #[inline]
+    pub fn occluded_one(&self, segment: &Segment, coherence: Coherence) -> bool {
+        let mut arguments = sys::init_occluded_arguments();
+        arguments.flags = coherence.flag();
+        let mut ray = segment.to_embree();
+        // SAFETY: as in `intersect_one`.
+        unsafe { sys::rtcOccluded1(self.scene, &raw mut ray, &raw mut arguments) };
+        ray.tfar == f32::NEG_INFINITY
     }
 
     /// Whether anything stands in the way of each ray that takes part: then its `tfar` becomes minus infinity.
@@ -151,6 +192,56 @@ impl Committed<'_> {
         let holds_something = lower.iter().zip(&upper).all(|(low, high)| low <= high);
         holds_something.then_some(Bounds { lower, upper })
     }
+}
+
+/// One ray: the points `origin + t * direction` with `near <= t <= far`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// World space.
+    pub origin: [f32; 3],
+    /// World space, of any length.
+    pub direction: [f32; 3],
+    /// At least 0.
+    pub near: f32,
+    /// May be infinite.
+    pub far: f32,
+    /// Meets geometries and instances whose mask has a bit in common.
+    pub mask: u32,
+}
+
+impl Segment {
+    #[inline]
+    fn to_embree(self) -> sys::RTCRay {
+        let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (self.origin, self.direction);
+        let (tnear, tfar, mask) = (self.near, self.far, self.mask);
+        sys::RTCRay {
+            org_x,
+            org_y,
+            org_z,
+            tnear,
+            dir_x,
+            dir_y,
+            dir_z,
+            time: 0.0,
+            tfar,
+            mask,
+            id: 0,
+            flags: 0,
+        }
+    }
+}
+
+/// What one ray hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneHit {
+    /// In lengths of the direction.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second corner.
+    pub u: f32,
+    /// Barycentric weight of the triangle's third corner.
+    pub v: f32,
+    /// The triangle.
+    pub met: PrimId,
 }
 
 const fn is_width(lanes: usize) -> bool {

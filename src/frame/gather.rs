@@ -1,0 +1,111 @@
+//! Gathering: the light that reaches samples from all around, by way of the sky and of other surfaces. It does not depend
+//! on the eye, is made path by path ([`light_paths`](super::light_paths)), and is kept with the sample: only paths that do
+//! not hold any more are traced.
+
+use glam::Vec3;
+
+use super::bits::{set_bits, surface_bits};
+use super::frame_view::FrameView;
+use super::light_paths::{AT_ONCE, PathScratch, PathStart, trace_paths};
+use super::placed::{Placed, PlacedTile};
+use super::ray_tally::RayTally;
+use crate::changes::Until;
+use crate::lanes::{LANES, Vec3x8};
+use crate::samples::{CELLS, Flags, PathLight, Tile, half_colors};
+use crate::shade::sampling::{orthonormal, seed_of};
+
+/// Brings the light that the samples of `tile` have gathered up to date. Samples whose light changes are flagged as
+/// [`STALE`](Flags::STALE): whether there are any. And the first frame in which any path may not hold.
+pub fn gather(
+    frame: &FrameView,
+    tile: &mut Tile,
+    placed: &mut PlacedTile,
+    scratch: &mut PathScratch,
+    tally: &mut RayTally,
+) -> (bool, Until) {
+    let (mut any_changed, mut least) = (false, Until::FOREVER);
+    if frame.paths == 0 {
+        return (any_changed, least);
+    }
+    scratch.starts.clear();
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        for lane in set_bits(surfaces) {
+            let cell = first + lane;
+            if !frame.has_expired(tile.gathered.mean(cell).until) {
+                continue;
+            }
+            if !frame.palette.is_diffuse(tile.record[cell].material) {
+                any_changed |= tile.gathered.mean(cell).until == Until::UNKNOWN;
+                tile.gathered.set_dark(cell);
+                tile.record[cell].flags = tile.record[cell].flags.with(Flags::STALE);
+                continue;
+            }
+            let placed = placed.get(frame, tile, first);
+            let known = tile.gathered.paths(cell);
+            let expired = (0..).zip(known).filter(|(_, path)| frame.has_expired(path.until));
+            let start = start_at(frame, tile, cell, &placed);
+            scratch.starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
+            if scratch.starts.len() >= AT_ONCE {
+                any_changed |= renew(frame, tile, scratch, tally);
+            }
+        }
+    }
+    any_changed |= renew(frame, tile, scratch, tally);
+    for first in (0..CELLS).step_by(LANES) {
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            least = least.min(tile.gathered.mean(first + lane).until);
+        }
+    }
+    (any_changed, least)
+}
+
+/// The first path of the sample in `cell`, where `placed` says that its eight cells are.
+pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> PathStart {
+    let (lane, model) = (cell % LANES, tile.model[cell]);
+    let normal = placed.normal.lane(lane);
+    PathStart {
+        owner: cell as u32,
+        index: 0,
+        seed: seed_of(tile.point(cell), model),
+        point: placed.point.lane(lane),
+        normal,
+        tangent: tangent(frame, model, tile.record[cell].normal.unfold(), normal),
+        geometric_normal: placed.geometric_normal.lane(lane),
+    }
+}
+
+/// A direction at right angles to `normal` (world space) that turns with the model: of the one that the normal has in
+/// object space.
+fn tangent(frame: &FrameView, model: u32, object_normal: Vec3, normal: Vec3) -> Vec3 {
+    let [tangent, _] = orthonormal(object_normal);
+    let turned = frame.transform(model).direction(tangent);
+    let across = turned - normal * normal.dot(turned);
+    across.try_normalize().unwrap_or_else(|| orthonormal(normal)[0])
+}
+
+/// Traces the paths in `scratch`, keeps what they bring, and forgets them. Whether any light changes.
+fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &mut RayTally) -> bool {
+    trace_paths(frame, scratch, tally);
+    for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+        let light = kept(brought.radiance, brought.until);
+        tile.gathered.set_path(start.owner as usize, start.index as usize, light);
+    }
+    let mut any = false;
+    for same in scratch.starts.chunk_by(|a, b| a.owner == b.owner) {
+        let cell = same[0].owner as usize;
+        if tile.gathered.update_mean(cell) {
+            any = true;
+            tile.record[cell].flags = tile.record[cell].flags.with(Flags::STALE);
+        }
+    }
+    scratch.starts.clear();
+    any
+}
+
+/// What is kept of a path that brings `radiance`.
+pub fn kept(radiance: Vec3, until: Until) -> PathLight {
+    let radiance = if radiance.is_finite() { radiance } else { Vec3::ZERO };
+    let [radiance, ..] = half_colors(Vec3x8::splat(radiance));
+    PathLight { radiance, until }
+}

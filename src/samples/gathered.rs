@@ -1,0 +1,207 @@
+//! Light that samples gather from all around, path by path: what each path brought, and how long that holds.
+//!
+//! Paths are functions of the sample's place on its model and of the scene in a frame. So one that holds is not traced
+//! again, however often the sample is handed on, and one that does not is replaced alone.
+
+use super::store::{HalfColor, full_color, half_colors};
+use crate::changes::Until;
+use crate::lanes::{LANES, Vec3x8};
+
+/// What a path, or the mean of a sample's paths, brings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathLight {
+    /// Radiance, linear RGB.
+    pub radiance: HalfColor,
+    /// The first frame in which it may be another.
+    pub until: Until,
+}
+
+const _: () = assert!(size_of::<PathLight>() == 8);
+
+impl PathLight {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
+}
+
+/// The gathered light of a list of samples: nothing where samples gather none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GatheredLight {
+    /// Paths of each sample.
+    paths: usize,
+    /// Sample by sample.
+    of_paths: Vec<PathLight>,
+    /// The mean of each sample's paths, and the first frame in which any of them may be another.
+    means: Vec<PathLight>,
+}
+
+impl GatheredLight {
+    /// Of `count` samples, of which nothing is known, with so many paths each.
+    pub fn unknown(paths: usize, count: usize) -> Self {
+        let count = if paths == 0 { 0 } else { count };
+        Self {
+            paths,
+            of_paths: vec![PathLight::UNKNOWN; paths * count],
+            means: vec![PathLight::UNKNOWN; count],
+        }
+    }
+
+    /// Bytes for a sample with so many paths.
+    pub fn bytes_of_sample(paths: usize) -> usize {
+        if paths == 0 { 0 } else { (paths + 1) * size_of::<PathLight>() }
+    }
+
+    /// Bytes on the heap.
+    pub fn bytes(&self) -> usize {
+        (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
+    }
+
+    /// Whether samples gather light.
+    pub fn is_some(&self) -> bool {
+        self.paths != 0
+    }
+
+    /// What the paths of a sample brought, in their order.
+    pub fn paths(&self, sample: usize) -> &[PathLight] {
+        &self.of_paths[sample * self.paths..(sample + 1) * self.paths]
+    }
+
+    /// The mean of a sample's paths.
+    pub fn mean(&self, sample: usize) -> PathLight {
+        self.means[sample]
+    }
+
+    /// The same of eight samples, from `first` on: radiance, black where samples gather none.
+    #[inline(always)]
+    pub fn means(&self, first: usize) -> Vec3x8 {
+        let mut eight = Vec3x8::ZERO;
+        if self.is_some() {
+            for (lane, mean) in self.means[first..first + LANES].iter().enumerate() {
+                eight.set_lane(lane, full_color(mean.radiance));
+            }
+        }
+        eight
+    }
+
+    /// Keeps what path number `path` of a sample brings. The mean is the caller's to [bring up to
+    /// date](Self::update_mean).
+    pub fn set_path(&mut self, sample: usize, path: usize, light: PathLight) {
+        self.of_paths[sample * self.paths + path] = light;
+    }
+
+    /// Says that a sample gathers no light, for good.
+    pub fn set_dark(&mut self, sample: usize) {
+        let dark = PathLight { until: Until::FOREVER, ..PathLight::UNKNOWN };
+        let paths = self.paths;
+        self.of_paths[sample * paths..(sample + 1) * paths].fill(dark);
+        self.means[sample] = dark;
+    }
+
+    /// Computes the mean of a sample's paths anew; whether its radiance is another now.
+    pub fn update_mean(&mut self, sample: usize) -> bool {
+        let mean = mean_of(self.paths(sample));
+        let before = std::mem::replace(&mut self.means[sample], mean);
+        before.radiance != mean.radiance || before.until == Until::UNKNOWN
+    }
+
+    /// Forgets what is known of a sample.
+    #[inline]
+    pub fn forget(&mut self, sample: usize) {
+        if self.is_some() {
+            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
+            self.means[sample] = PathLight::UNKNOWN;
+        }
+    }
+
+    /// Says of all paths that they hold a frame longer than they do: how many do not hold forever. For tests of the audit.
+    pub fn delay(&mut self) -> u64 {
+        let mut count = 0;
+        for light in self.of_paths.iter_mut().chain(&mut self.means) {
+            let bits = light.until.to_bits();
+            if light.until != Until::FOREVER && light.until != Until::UNKNOWN {
+                light.until = Until::from_bits(bits.saturating_add(1));
+                count += 1;
+            }
+        }
+        count
+    }
+
+    /// Forgets what is known of all of them.
+    pub fn forget_all(&mut self) {
+        self.of_paths.fill(PathLight::UNKNOWN);
+        self.means.fill(PathLight::UNKNOWN);
+    }
+
+    /// Copies sample number `at` of `from` to `sample`.
+    #[inline]
+    pub fn copy(&mut self, sample: usize, from: &Self, at: usize) {
+        if self.is_some() {
+            let paths = self.paths;
+            self.of_paths[sample * paths..(sample + 1) * paths].copy_from_slice(from.paths(at));
+            self.means[sample] = from.means[at];
+        }
+    }
+
+    /// Adds sample number `at` of `from` to the list.
+    pub fn push(&mut self, from: &Self, at: usize) {
+        if self.is_some() {
+            self.of_paths.extend_from_slice(from.paths(at));
+            self.means.push(from.means[at]);
+        }
+    }
+
+    /// Forgets all samples, and keeps their memory.
+    pub fn clear(&mut self) {
+        self.of_paths.clear();
+        self.means.clear();
+    }
+}
+
+/// The mean of paths, and the first frame in which any may be another.
+pub fn mean_of(paths: &[PathLight]) -> PathLight {
+    let sum =
+        paths.iter().map(|path| full_color(path.radiance)).fold(glam::Vec3::ZERO, |sum, light| sum + light);
+    let until = paths.iter().fold(Until::FOREVER, |least, path| least.min(path.until));
+    let [radiance, ..] = half_colors(Vec3x8::splat(sum / paths.len().max(1) as f32));
+    PathLight { radiance, until }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn light(value: f32) -> PathLight {
+        let [radiance, ..] = half_colors(Vec3x8::splat(Vec3::splat(value)));
+        PathLight { radiance, until: Until::FOREVER }
+    }
+
+    #[test]
+    fn a_mean_is_known_when_all_paths_are() {
+        let mut gathered = GatheredLight::unknown(4, 8);
+        (0..3).for_each(|path| gathered.set_path(5, path, light(path as f32)));
+        gathered.update_mean(5);
+        assert_eq!(gathered.mean(5).until, Until::UNKNOWN);
+        gathered.set_path(5, 3, light(3.0));
+        assert!(gathered.update_mean(5));
+        assert_eq!(gathered.mean(5), light(1.5));
+        assert!(!gathered.update_mean(5), "it is the same again");
+        assert_eq!(gathered.means(0).lane(5), Vec3::splat(1.5));
+        let mut spares = GatheredLight::unknown(4, 0);
+        spares.push(&gathered, 5);
+        gathered.forget(5);
+        assert_eq!(gathered, GatheredLight::unknown(4, 8));
+        gathered.copy(2, &spares, 0);
+        assert_eq!((gathered.mean(2), gathered.paths(2)[3]), (light(1.5), light(3.0)));
+    }
+
+    #[test]
+    fn without_paths_nothing_is_held() {
+        let mut none = GatheredLight::unknown(0, 1024);
+        none.forget(7);
+        none.copy(3, &none.clone(), 9);
+        none.push(&GatheredLight::default(), 0);
+        assert_eq!((none.bytes(), GatheredLight::bytes_of_sample(0)), (0, 0));
+        assert_eq!(none.means(8).lane(0), Vec3::ZERO);
+        assert_eq!(GatheredLight::bytes_of_sample(16), 136);
+    }
+}

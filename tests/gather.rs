@@ -1,0 +1,211 @@
+//! Is light that comes from all around right, and is what is kept of it what would be made anew?
+
+mod toy;
+
+use afterimage::frame::{Finished, Renderer, Spoil};
+use afterimage::scene::{LightKind, Material, Scene};
+use afterimage::settings::{Filter, Settings};
+use glam::{DVec3, Vec3};
+use toy::worlds::*;
+
+fn settings(paths: u32, bounces: u32) -> Settings {
+    Settings { paths, bounces, ..toy::settings(1) }
+}
+
+/// The mean colour of a frame.
+fn mean(finished: &Finished) -> Vec3 {
+    let mean = |plane: &str| {
+        let values = finished.film.values(plane).expect("the plane is there");
+        values.iter().sum::<f32>() / values.len() as f32
+    };
+    Vec3::new(mean("R"), mean("G"), mean("B"))
+}
+
+/// Frame 1 of `scene`.
+fn first(scene: &Scene, settings: &Settings) -> Finished {
+    toy::render(scene, settings, 1).remove(0)
+}
+
+fn differing(finished: &Finished) -> u64 {
+    finished.stats.audit.expect("asked for").differing
+}
+
+/// Within a closed surface that glows evenly light is the same everywhere: the sum of a geometric series.
+#[test]
+fn a_furnace_is_as_bright_as_the_series_says() {
+    const EMITTED: f32 = 0.5;
+    const ALBEDO: f32 = 0.6;
+    let glowing = Material { emission: Vec3::splat(EMITTED), ..toy::matt(ALBEDO) };
+    let camera = toy::camera(rests(DVec3::new(0.1, 0.05, 0.0)), rests(DVec3::X));
+    let models = vec![toy::still("furnace", toy::octahedron(0, true), Vec3::ZERO)];
+    let scene = toy::scene(camera, models, vec![glowing], vec![]);
+    for bounces in 0..5 {
+        let finished = first(&scene, &settings(4, bounces));
+        let expected: f32 = (0..=bounces).map(|bounce| EMITTED * ALBEDO.powi(bounce as i32)).sum();
+        for (x, y) in [(10, 10), (48, 36), (90, 60)] {
+            let seen = toy::color(&finished, x, y);
+            assert!(
+                (seen - Vec3::splat(expected)).abs().max_element() < 2e-3,
+                "{bounces}: {seen}, {expected}"
+            );
+        }
+        assert_eq!(differing(&finished), 0);
+    }
+}
+
+/// A convex body under an even sky reflects its share of the sky, without noise.
+#[test]
+fn a_body_alone_under_an_even_sky_shows_its_colour() {
+    let camera = toy::camera(rests(DVec3::new(0.0, 1.0, 4.0)), rests(DVec3::ZERO));
+    let models = vec![toy::still("body", toy::octahedron(0, true), Vec3::ZERO)];
+    let scene = toy::scene(camera, models, vec![toy::matt(0.5)], vec![]);
+    let finished = first(&scene, &settings(7, 2));
+    let seen = toy::color(&finished, 48, 36);
+    assert!((seen - Vec3::new(0.125, 0.25, 0.5)).abs().max_element() < 1e-3, "{seen}");
+}
+
+/// A path asks one light of several, and weighs it by their number: on average that is what all of them bring.
+#[test]
+fn one_light_of_several_stands_for_all() {
+    let with = |lights: &[usize]| {
+        let mut scene = world();
+        scene.models.truncate(2);
+        scene.background = afterimage::scene::Background::uniform(Vec3::ZERO);
+        scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
+        scene.lights = lights.iter().map(|light| scene.lights[*light].clone()).collect();
+        scene.ambient = Vec3::ZERO;
+        let gathered = mean(&first(&scene, &settings(64, 2)));
+        gathered - mean(&first(&scene, &settings(0, 2)))
+    };
+    let together = with(&[0, 1, 2]);
+    let apart = with(&[0]) + with(&[1]) + with(&[2]);
+    assert!(together.min_element() > 0.003, "or it is too dark to tell: {together}");
+    assert!((together / apart - Vec3::ONE).abs().max_element() < 0.02, "{together}, {apart}");
+}
+
+/// More paths bring the same light with less noise.
+#[test]
+fn the_mean_does_not_depend_on_the_number_of_paths() {
+    let scene = world();
+    let [few, many] = [4, 64].map(|paths| mean(&first(&scene, &settings(paths, 3))));
+    assert!((few / many - Vec3::ONE).abs().max_element() < 0.01, "{few}, {many}");
+}
+
+fn lamp_goes(mut scene: Scene) -> Scene {
+    let position = goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(1.0, 4.5, 3.0));
+    scene.lights[1].kind = LightKind::Point { position };
+    scene
+}
+
+fn lamp_fades(mut scene: Scene) -> Scene {
+    scene.lights[1].power = toy::keys(&[(3.0, 9.0), (5.0, 3.0)]);
+    scene
+}
+
+fn camera_goes(scene: Scene) -> Scene {
+    with_camera(scene, goes(EYE, EYE + DVec3::new(0.3, 0.1, -0.4)), rests(TARGET))
+}
+
+/// Whatever moves: all paths of all samples bring what is kept of them.
+#[test]
+fn what_is_kept_is_what_would_be_gathered_anew() {
+    type Change = fn(Scene) -> Scene;
+    let changes: [(&str, &[Change]); 6] = [
+        ("a flyer", &[with_flyer]),
+        ("a flyer and the camera", &[with_flyer, camera_goes]),
+        ("a lamp", &[lamp_goes]),
+        ("a lamp that fades, and the camera", &[lamp_fades, camera_goes]),
+        ("a flyer and a lamp", &[with_flyer, lamp_goes]),
+        ("the camera", &[camera_goes]),
+    ];
+    for (name, changes) in changes {
+        let scene = changes.iter().fold(world(), |scene, change| change(scene));
+        for (samples, filter) in [(1, Filter::Box), (2, Filter::Mitchell)] {
+            let settings = Settings { samples, filter, ..settings(5, 2) };
+            for finished in toy::render(&scene, &settings, FRAMES) {
+                assert_eq!(differing(&finished), 0, "{name}, frame {}", finished.stats.frame);
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_may_be_rendered_backwards() {
+    let scene = with_flyer(world());
+    let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+    for frame in [6, 4, 4, 2, 5, 1] {
+        let finished = renderer.render(frame, true).expect("renders");
+        assert_eq!(differing(&finished), 0, "frame {frame}");
+    }
+}
+
+/// Most of what is gathered stays: a small thing that moves touches few paths.
+#[test]
+fn few_paths_are_traced_again() {
+    let mut scene = world();
+    scene.models.truncate(2);
+    let track = afterimage::animation::TransformTrack {
+        translate: goes(DVec3::new(-1.0, 0.4, 1.5), DVec3::new(1.0, 0.4, 1.5)),
+        scale: rests(DVec3::splat(0.1)),
+        ..afterimage::animation::TransformTrack::identity()
+    };
+    scene.models.push(toy::moving("fly", toy::octahedron(0, true), track));
+    for (name, scene) in [("at rest", scene.clone()), ("moving", camera_goes(scene))] {
+        let frames = toy::render(&scene, &settings(8, 2), FRAMES);
+        let base = frames[0].stats.rays.gathering as f64;
+        for finished in &frames[1..] {
+            let share = finished.stats.rays.gathering as f64 / base;
+            assert!(share > 0.0 && share < 0.2, "{name}, frame {}: {share}", finished.stats.frame);
+        }
+    }
+    // what mirrors show gathers anew until it is known where their rays go
+    let mut scene = world();
+    scene.models.truncate(2);
+    let rests = toy::render(&scene, &settings(8, 2), 3);
+    assert!(rests[1..].iter().all(|finished| finished.stats.rays.gathering == 0), "nothing moves");
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let scene = camera_goes(with_flyer(world()));
+    let render = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+        pool.install(|| toy::render(&scene, &Settings { samples: 2, ..settings(3, 2) }, 4))
+    };
+    for (one, other) in render(1).iter().zip(&render(5)) {
+        for plane in &one.film.planes {
+            let values = |finished: &Finished| finished.film.values(plane.name).expect("the plane is there");
+            let same = values(one).iter().zip(&values(other)).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert!(same, "frame {}, {}", one.stats.frame, plane.name);
+        }
+    }
+}
+
+/// A path that is held to bring a frame too long what it brought shows light that is not there any more.
+#[test]
+fn an_audit_finds_what_is_kept_a_frame_too_long() {
+    for scene in [with_flyer(world()), lamp_goes(world())] {
+        let found = |spoils: bool| {
+            let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+            renderer.render(1, true).expect("renders");
+            renderer.render(2, true).expect("renders");
+            if spoils {
+                assert!(renderer.spoil(Spoil::Until).expect("no rays are cast") > 20);
+            }
+            differing(&renderer.render(3, true).expect("renders"))
+        };
+        assert_eq!(found(false), 0);
+        assert!(found(true) > 20, "{}", found(true));
+    }
+}
+
+#[test]
+fn an_audit_finds_spoilt_paths() {
+    let mut scene = world();
+    scene.models.truncate(2);
+    let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+    renderer.render(1, true).expect("renders");
+    let spoilt = renderer.spoil(Spoil::Gathered).expect("no rays are cast");
+    let found = differing(&renderer.render(2, true).expect("renders"));
+    assert!(spoilt > 50 && found == spoilt, "{spoilt}, {found}");
+}
