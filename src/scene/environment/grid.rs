@@ -203,8 +203,8 @@ fn accumulate(weights: &[f64], even_share: f64, steps: &mut [f32]) -> f64 {
 
 /// The step of a cumulative distribution that `random` falls into: one of positive probability, whatever `random` is.
 fn find(steps: &[f32], random: f32) -> Step {
-    // `max` takes 0 for NaN
-    let random = random.max(0.0).min(BELOW_ONE);
+    // 0 for NaN
+    let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
     // exists: the last step ends at 1
     let index = steps.partition_point(|end| *end <= random);
     let begin = if index == 0 { 0.0 } else { steps[index - 1] };
