@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use afterimage::animation::TransformTrack;
 use afterimage::pose::Pose;
+use afterimage::scene::environment::Sky;
 use afterimage::scene::material::Optics;
-use afterimage::scene::{self, Background, LightKind, Shot};
+use afterimage::scene::{self, Background, Environment, LightKind, Shot};
 use afterimage::settings::{Filter, Mode};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
@@ -52,6 +53,7 @@ fn defaults_are_as_documented() {
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
     assert_eq!((shot.output, shot.warnings.len()), (None, 0));
     assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
+    assert_eq!(shot.scene.environment, None);
     assert_eq!(shot.scene.models[0].name, "m");
     assert_eq!(shot.scene.camera.fov.at(1.0), 40.0);
 }
@@ -105,6 +107,65 @@ fn ambient_light_takes_ka_or_everywhere_kd() {
     }
     let turntable = scene::load(&folder.path().join("m.obj"), true).unwrap();
     assert!(turntable.warnings[0].to_string().contains("Ka is 0"), "{:?}", turntable.warnings);
+}
+
+/// A map of 8 x 4 texels that is red at -Z.
+fn map_in(folder: &TempDir, name: &str) {
+    let mut picture = image::Rgb32FImage::new(8, 4);
+    (0..32).for_each(|at| picture.put_pixel(at % 8, at / 8, image::Rgb([0.0, 0.0, 0.25])));
+    for (x, y) in [(3, 1), (4, 1), (3, 2), (4, 2)] {
+        picture.put_pixel(x, y, image::Rgb([2.0, 0.0, 0.0]));
+    }
+    picture.save_with_format(folder.path().join(name), image::ImageFormat::Hdr).unwrap();
+}
+
+#[test]
+fn environments_are_maps_skies_or_the_background() {
+    let folder = folder();
+    map_in(&folder, "Round.hdr");
+    let with = |keys: &str| load_in(folder.path(), &format!("[environment]\n{keys}{REST}"), true).unwrap();
+    let of = |keys: &str| with(keys).scene.environment.unwrap();
+
+    let shot = with("map = \"maps\\\\round.HDR\"\n");
+    let map = shot.scene.environment.as_ref().unwrap();
+    assert_eq!((map.radiance(Vec3::NEG_Z), map.visible), (2.0 * Vec3::X, true));
+    assert!(shot.files.contains(&folder.path().join("Round.hdr")), "{:?}", shot.files);
+    assert!(shot.warnings.is_empty() && map.sun().is_none());
+    let turned = of("map = \"Round.hdr\"\nrotation = 90\npower = 0.5\nvisible = false\n");
+    assert!(turned.radiance(Vec3::NEG_X).abs_diff_eq(Vec3::X, 1e-4) && !turned.visible);
+
+    let plain = Sky::default();
+    assert_eq!(of("sky = {}\n"), Environment::from_sky(&plain));
+    assert_eq!((plain.elevation, plain.azimuth, plain.turbidity), (45.0, 135.0, 3.0), "as documented");
+    assert_eq!(plain.ground, Vec3::splat(0.2), "as documented");
+    let sky = Sky { elevation: 10.0, azimuth: -30.0, turbidity: 2.5, ground: Vec3::new(0.0, 0.5, 1.0) };
+    let expected = Environment::from_sky(&sky).rotated(5.0).times(2.0);
+    let keys = "elevation = 10\nazimuth = -30\nturbidity = 2.5\nground = [0, 0.5, 1]\n";
+    assert_eq!(of(&format!("rotation = 5\npower = 2\n[environment.sky]\n{keys}")), expected);
+    let inline = keys.trim_end().replace('\n', ", ");
+    assert_eq!(of(&format!("power = 2\nsky = {{ {inline} }}\nrotation = 5\n")), expected);
+
+    let background = Background { zenith: Vec3::Z, ..Background::uniform(Vec3::ONE) };
+    let keys = "power = 3\n[background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n";
+    assert_eq!(of(keys), Environment::from_background(&background).times(3.0));
+}
+
+#[test]
+fn maps_that_cannot_be_used_are_errors_that_name_them() {
+    let folder = folder();
+    let text = format!("[environment]\nmap = \"a.hdr\"\n{REST}");
+    let told = || load_in(folder.path(), &text, false).unwrap_err().to_string();
+    for (bytes, words) in
+        [(&b""[..], "is empty"), (b"no picture", "is neither"), (b"#?RADIANCE\n", "cannot be read")]
+    {
+        std::fs::write(folder.path().join("a.hdr"), bytes).unwrap();
+        assert!(told().contains("/a.hdr: the environment map ") && told().contains(words), "{}", told());
+    }
+    let odd = image::Rgb32FImage::new(3, 4);
+    odd.save_with_format(folder.path().join("a.hdr"), image::ImageFormat::Hdr).unwrap();
+    let shot = load_in(folder.path(), &text, true).unwrap();
+    assert!(shot.warnings[0].to_string().contains("twice as wide as high"), "{:?}", shot.warnings);
+    assert!(shot.scene.environment.unwrap().is_black());
 }
 
 #[test]
@@ -167,6 +228,8 @@ size = [64, 48]
 [background]
 zenith = [0, 0, 1]
 horizon = [1, 1, 1]
+ground = [1, 1, 1]
+[environment.sky]
 ground = [1, 1, 1]
 [ambient]
 color = [0, 0, 0]
@@ -233,7 +296,7 @@ fn lists_have_as_many_numbers_as_they_must() {
             }
         }
     }
-    assert_eq!(tried, 3 * (26 + 24 + 26), "every list of the three shots");
+    assert_eq!(tried, 3 * (27 + 25 + 27), "every list of the three shots");
 }
 
 #[test]
@@ -313,6 +376,50 @@ fn mistakes_are_told_with_place_and_remedy() {
         ),
         (format!("[background]\ncolor = [0, 0, 0]\nground = [0, 0, 0]\n{REST}"), "s.toml:2:9: `color` and"),
         (format!("[output]\npath = \"\"\n{REST}"), "s.toml:2:8: `path` is empty"),
+        (
+            format!("[environment]\npower = 1\n{REST}"),
+            "s.toml:1:1: the environment needs `map` or `sky`: without them it is the [background]",
+        ),
+        (format!("[environment]\nmpa = \"a\"\n{REST}"), "s.toml:2:1: unknown key `mpa`: did you mean `map`?"),
+        (
+            format!("[environment]\nmap = \"a.hdr\"\n{REST}"),
+            "s.toml:2:7: `map`: there is no file `a.hdr` in ",
+        ),
+        (
+            format!("[environment]\nmap = \"a.hdr\"\nsky = {{}}\n{REST}"),
+            "s.toml:2:7: `map` and `sky` exclude each other",
+        ),
+        (format!("[environment]\nmap = 3\n{REST}"), "s.toml:2:7: `map`: invalid type"),
+        (format!("[environment]\nsky = 3\n{REST}"), "s.toml:2:7: `sky`: invalid type"),
+        (format!("[environment]\nsky = {{}}\nvisible = 1\n{REST}"), "s.toml:3:11: `visible`: invalid type"),
+        (
+            format!("[environment]\nsky = {{}}\npower = -1\n{REST}"),
+            "s.toml:3:9: `power` is -1: it must be finite and not negative",
+        ),
+        (format!("[environment]\nsky = {{}}\npower = 1e39\n{REST}"), "s.toml:3:9: `power` is 1"),
+        (
+            format!("[environment]\nsky = {{}}\nrotation = inf\n{REST}"),
+            "s.toml:3:12: `rotation` is inf: it must be finite",
+        ),
+        (
+            format!("[environment]\nsky = {{}}\nrotation = \"a\"\n{REST}"),
+            "s.toml:3:12: `rotation`: invalid type",
+        ),
+        (
+            format!("[environment.sky]\nelevation = 91\n{REST}"),
+            "s.toml:2:13: `elevation` is 91: it must be from -6 to 90 degrees",
+        ),
+        (
+            format!("[environment.sky]\nturbidity = 1.5\n{REST}"),
+            "s.toml:2:13: `turbidity` is 1.5: it must be from 2 to 10",
+        ),
+        (format!("[environment.sky]\nazimuth = nan\n{REST}"), "s.toml:2:11: `azimuth` is NaN"),
+        (format!("[environment.sky]\nground = [0, 2, 0]\n{REST}"), "s.toml:2:10: `ground` is an albedo"),
+        (format!("[environment.sky]\nground = [0, -1, 0]\n{REST}"), "s.toml:2:10: `ground` is a colour"),
+        (
+            format!("[environment.sky]\nturbidty = 3\n{REST}"),
+            "s.toml:2:1: unknown key `turbidty`: did you mean `turbidity`?",
+        ),
     ] {
         let message = error(&text);
         assert!(message.starts_with(expected), "for\n{text}\nexpected {expected}\ngot      {message}");
@@ -342,6 +449,9 @@ fn missing_files_are_stand_ins_or_strict_errors() {
     std::fs::write(folder.path().join("a.png"), "no picture").unwrap();
     let shot = load_in(folder.path(), REST, false).unwrap();
     assert!(shot.warnings[0].to_string().contains("cannot be read"), "{:?}", shot.warnings);
+    std::fs::write(folder.path().join("a.png"), "#?RADIANCE\n\n-Y 1 +X 1\n\0\0\0\0").unwrap();
+    let shot = load_in(folder.path(), REST, false).unwrap();
+    assert!(shot.warnings[0].to_string().contains("is a Radiance picture"), "{:?}", shot.warnings);
     std::fs::remove_file(folder.path().join("m.mtl")).unwrap();
     let shot = load_in(folder.path(), REST, false).unwrap();
     assert_eq!(shot.warnings.len(), 1, "{:?}", shot.warnings);

@@ -6,6 +6,7 @@
 mod assemble;
 mod bake;
 pub mod camera;
+pub mod environment;
 pub mod error;
 pub mod frames;
 pub mod light;
@@ -21,6 +22,7 @@ mod pictures;
 mod polygon;
 pub mod render_space;
 pub mod shot;
+mod shot_environment;
 mod shot_file;
 mod shot_tracks;
 mod spelling;
@@ -35,6 +37,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 pub use camera::CameraTrack;
+pub use environment::Environment;
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
 pub use light::{Light, LightKind};
@@ -64,6 +67,8 @@ pub struct Scene {
     pub ambient: Vec3,
     /// What a ray sees that meets nothing.
     pub background: Background,
+    /// Light from all around; the eye sees it instead of the background where it is visible.
+    pub environment: Option<Environment>,
     /// What the loader has done to the units and the origin of the files.
     pub space: RenderSpace,
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::error::Findings;
 use super::mtl::MapKd;
@@ -102,6 +102,11 @@ fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let file_bytes = std::fs::metadata(path).map_err(|e| unreadable(&e))?.len();
     let reader = ImageReader::open(path).map_err(|e| unreadable(&e))?;
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
+    if reader.format() == Some(ImageFormat::Hdr) {
+        // its values are linear and without a bound: as bytes they would be other colours
+        let why = "is a Radiance picture, which only environments take: convert it to PNG";
+        return Err(Unusable::AsItIs(why.into()));
+    }
     let decoder = reader.into_decoder().map_err(|e| unreadable(&e))?;
     let (width, height) = decoder.dimensions();
     check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())?;

@@ -17,7 +17,7 @@ use super::shot_file::{
     Three,
 };
 use super::toml_text::{At, List, TomlText};
-use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_tracks};
+use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
 use crate::layers::Layers;
 use crate::settings::{LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
 
@@ -81,8 +81,11 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let camera = shot_tracks::camera(text, camera)?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
-    let background =
-        file.background.map_or(Ok(Background::uniform(Vec3::ZERO)), |table| sky(text, &table))?;
+    let background = file.background.as_ref().map(|table| gradient(text, table)).transpose()?;
+    let environment = file.environment.as_ref();
+    let environment =
+        environment.map(|table| shot_environment::of_table(text, table, background.as_ref())).transpose()?;
+    let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
         return Err(missing(
@@ -108,12 +111,17 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
             text.fault(color.span(), message)
         });
     }
-    let (materials, textures, findings, mut files) = assembly.finish();
+    let (materials, textures, mut findings, mut files) = assembly.finish();
     files.push(text.path.to_path_buf());
+    let environment = environment.map(|read| {
+        files.extend(read.file);
+        findings.warnings.extend(read.warning);
+        read.environment
+    });
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
-        scene: Scene { camera, models, materials, textures, lights, ambient, background, space },
+        scene: Scene { camera, models, materials, textures, lights, ambient, background, environment, space },
         settings,
         frames,
         says_frames: file.render.frames.is_some(),
@@ -204,7 +212,7 @@ fn output(text: TomlText<'_>, path: Option<At<String>>) -> Result<Option<String>
     }
 }
 
-fn sky(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {
+fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {
     let zenith = optional_color(text, "zenith", &table.zenith)?;
     let horizon = optional_color(text, "horizon", &table.horizon)?;
     let ground = optional_color(text, "ground", &table.ground)?;
@@ -222,7 +230,11 @@ fn sky(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneE
     Ok(Background { zenith: zenith.unwrap_or(horizon), horizon, ground: ground.unwrap_or(horizon) })
 }
 
-fn optional_color(text: TomlText<'_>, key: &str, value: &Option<Three>) -> Result<Option<Vec3>, SceneError> {
+pub(super) fn optional_color(
+    text: TomlText<'_>,
+    key: &str,
+    value: &Option<Three>,
+) -> Result<Option<Vec3>, SceneError> {
     value.as_ref().map(|value| text.color(key, value)).transpose()
 }
 
@@ -261,19 +273,21 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
 }
 
 fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let folder = text.path.parent().unwrap_or(Path::new(""));
-    let name = table.obj.get_ref();
-    let path = find_beside(folder, name).ok_or_else(|| {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let message = format!(
-            "there is no file `{name}` in `{}`: paths are relative to the shot file",
-            folder.display()
-        );
-        text.fault(table.obj.span(), format!("`obj`: {message}"))
-    })?;
+    let path = file_of(text, "obj", &table.obj)?;
     let (track, mesh) = (shot_tracks::model(text, table)?, assembly.mesh(&path)?);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
+}
+
+/// The file that the key `key` names.
+pub(super) fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
+    let folder = text.path.parent().unwrap_or(Path::new(""));
+    find_beside(folder, name.get_ref()).ok_or_else(|| {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let (file, folder) = (name.get_ref(), folder.display());
+        let message = format!("there is no file `{file}` in `{folder}`: paths are relative to the shot file");
+        text.fault(name.span(), format!("`{key}`: {message}"))
+    })
 }
 
 /// The model in the space in which the shot is rendered.

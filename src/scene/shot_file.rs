@@ -22,6 +22,7 @@ pub(crate) struct ShotFile {
     #[serde(default)]
     pub output: OutputTable,
     pub background: Option<BackgroundTable>,
+    pub environment: Option<At<EnvironmentTable>>,
     pub camera: Option<At<CameraTable>>,
     #[serde(default)]
     pub model: Vec<ModelTable>,
@@ -72,6 +73,25 @@ pub(crate) struct BackgroundTable {
     pub color: Option<Three>,
     pub zenith: Option<Three>,
     pub horizon: Option<Three>,
+    pub ground: Option<Three>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EnvironmentTable {
+    pub map: Option<At<String>>,
+    pub sky: Option<SkyTable>,
+    pub rotation: Option<At<f64>>,
+    pub power: Option<At<f64>>,
+    pub visible: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SkyTable {
+    pub elevation: Option<At<f64>>,
+    pub azimuth: Option<At<f64>>,
+    pub turbidity: Option<At<f64>>,
     pub ground: Option<Three>,
 }
 

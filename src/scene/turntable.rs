@@ -57,6 +57,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
             horizon: Vec3::splat(0.35),
             ground: Vec3::splat(0.18),
         },
+        environment: None,
         space,
     };
     Ok(Shot {

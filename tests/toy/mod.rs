@@ -91,6 +91,7 @@ pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, 
         lights,
         ambient: Vec3::ZERO,
         background: Background::uniform(Vec3::new(0.25, 0.5, 1.0)),
+        environment: None,
         space: RenderSpace::OF_FILES,
     }
 }

@@ -1,0 +1,238 @@
+//! Light from all around: radiance by direction, and directions sampled by importance.
+//!
+//! An [`Environment`] is a latitude-longitude grid and, for a sky, the [`Sun`] beside it, whose disk would be smaller
+//! than a texel. World space, Y up. Before it is rotated, a direction falls on the grid at
+//! `u = 1/2 + atan2(x, -z) / 2π` (from the left) and `v = atan2(√(x² + z²), y) / π` (from the top): the middle of a map
+//! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
+
+mod grid;
+mod read;
+mod sky;
+mod spectrum;
+mod sun;
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::Background;
+use grid::Grid;
+pub(super) use read::read;
+pub use sky::Sky;
+pub use sun::Sun;
+
+/// Where there is a sun beside something else, each gets at least this share of the samples.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Rows of the grid that is made of a [`Background`].
+const BACKGROUND_ROWS: u32 = 1024;
+
+/// Radiance from all directions, linear RGB, scene-referred. It does not change with time, and a clone shares the grid.
+///
+/// [`Self::sample`], [`Self::pdf`] and [`Self::radiance`] treat grid and sun as one; the same of the grid alone and of
+/// [`Self::sun`] is there for those who sample them one by one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// Whether the eye sees it directly. Otherwise the eye sees the [`Background`] where it sees nothing else.
+    pub visible: bool,
+    grid: Arc<Grid>,
+    /// Rotated, and with the factor on its radiance.
+    sun: Option<Sun>,
+    /// Probability of sampling the sun rather than the grid.
+    sun_share: f32,
+    /// Degrees.
+    rotation: f64,
+    /// From the space of the grid to world space.
+    turn: Turn,
+    power: f32,
+}
+
+/// Why a picture is no environment.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PictureError {
+    /// It has no texel, or not three values for each.
+    #[allow(missing_docs, reason = "the names say it")]
+    Size { width: u32, height: u32, values: usize },
+    /// A value is negative, NaN or infinite.
+    Value {
+        /// Column and row, from 0, from the top left.
+        pixel: [u32; 2],
+        /// `R`, `G` or `B`.
+        channel: char,
+        /// The value.
+        value: f32,
+    },
+}
+
+impl fmt::Display for PictureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size { width, height, values } => {
+                write!(f, "has {values} values for {width}x{height} pixels: three for each are needed")
+            }
+            Self::Value { pixel: [x, y], channel, value } => {
+                let place = format!("in channel {channel} of pixel ({x}, {y})");
+                match value.is_finite() {
+                    true => write!(f, "has the negative value {value} {place}: set negative values to 0"),
+                    false => write!(f, "has the value {value} {place}: replace it by a finite one"),
+                }
+            }
+        }
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+impl Environment {
+    /// Of a latitude-longitude picture: linear RGB, three values for each of `width` x `height` texels, row by row
+    /// from the top.
+    ///
+    /// # Errors
+    /// A side of 0, another number of values, a value that is negative or not finite.
+    pub fn from_picture(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, PictureError> {
+        Ok(Self::new(Grid::new(width, height, texels)?, None))
+    }
+
+    /// Of a clear sky with its sun.
+    ///
+    /// # Panics
+    /// With angles or a turbidity beyond the ranges that [`Sky`] states, where its formulas give no colour.
+    pub fn from_sky(sky: &Sky) -> Self {
+        let (width, height, texels) = sky.picture();
+        let grid =
+            Grid::new(width, height, texels).expect("within its ranges a sky is finite and not negative");
+        Self::new(grid, sky.sun())
+    }
+
+    /// Of a gradient, which depends on the height alone.
+    ///
+    /// # Panics
+    /// With a colour that is negative or not finite.
+    pub fn from_background(background: &Background) -> Self {
+        let middle = |row| std::f32::consts::PI * (row as f32 + 0.5) / BACKGROUND_ROWS as f32;
+        let row = |row| background.radiance(Vec3::new(0.0, middle(row).cos(), -middle(row).sin()));
+        // a blend of the largest floats may be rounded to infinity
+        let texels = (0..BACKGROUND_ROWS).flat_map(|at| row(at).min(Vec3::MAX).to_array()).collect();
+        let grid = Grid::new(1, BACKGROUND_ROWS, texels).expect("colours are finite and not negative");
+        Self::new(grid, None)
+    }
+
+    fn new(grid: Grid, sun: Option<Sun>) -> Self {
+        let sun = sun.filter(|sun| sun.radiance.max_element() > 0.0);
+        let sun_share = sun.map_or(0.0, |sun| {
+            let of_sun = f64::from(sun.radiance.element_sum() / 3.0 * sun.solid_angle());
+            let least = if grid.power() > 0.0 { LEAST_SHARE } else { 0.0 };
+            (of_sun / (of_sun + grid.power())).clamp(least, 1.0 - least) as f32
+        });
+        let (visible, grid, turn) = (true, Arc::new(grid), Turn::of(0.0));
+        Self { visible, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
+    }
+
+    /// The same, turned further by `degrees` about Y: counter-clockwise as seen from above, as models turn. What was
+    /// at -Z is at -X after 90 degrees.
+    #[must_use]
+    pub fn rotated(self, degrees: f64) -> Self {
+        let rotation = (self.rotation + degrees) % 360.0;
+        let sun = self.sun.map(|sun| Sun { to_sun: Turn::of(degrees).apply(sun.to_sun), ..sun });
+        Self { rotation, turn: Turn::of(rotation), sun, ..self }
+    }
+
+    /// The same with its radiance times `factor`, which is finite and not negative. Directions are sampled as before.
+    #[must_use]
+    pub fn times(self, factor: f32) -> Self {
+        let sun = self.sun.map(|sun| Sun { radiance: scaled(sun.radiance, factor), ..sun });
+        Self { power: (self.power * factor).min(f32::MAX), sun, ..self }
+    }
+
+    /// Radiance from `direction` (world space, unit length): what a ray sees that leaves the scene.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let of_sun = self.sun.map_or(Vec3::ZERO, |sun| sun.radiance(direction));
+        (self.grid_radiance(direction) + of_sun).min(Vec3::MAX)
+    }
+
+    /// A direction from which light comes (world space, unit length), and its probability density in solid angle,
+    /// which is positive. `random`: two numbers from 0 to 1; stratified ones give stratified directions. For all
+    /// directions but those at the borders of texels and of the sun's disk, where roundings decide, the density is
+    /// that of [`Self::pdf`].
+    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
+        let [choice, other] = random;
+        let Some(sun) = self.sun else { return self.sample_grid(random) };
+        let share = self.sun_share;
+        // what is left of the number that chose is as random as it was
+        if choice < share {
+            let (direction, pdf) = sun.sample([choice / share, other]);
+            return (direction, share * pdf + (1.0 - share) * self.grid_pdf(direction));
+        }
+        let (direction, pdf) = self.sample_grid([(choice - share) / (1.0 - share), other]);
+        (direction, share * sun.pdf(direction) + (1.0 - share) * pdf)
+    }
+
+    /// Probability density with which [`Self::sample`] gives `direction` (world space, unit length), in solid angle.
+    /// Positive wherever the radiance is; its integral over the sphere is 1, also of a black environment.
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        let share = self.sun_share;
+        let of_sun = self.sun.map_or(0.0, |sun| share * sun.pdf(direction));
+        of_sun + (1.0 - share) * self.grid_pdf(direction)
+    }
+
+    /// The disk of the sun (world space), if there is one.
+    pub fn sun(&self) -> Option<&Sun> {
+        self.sun.as_ref()
+    }
+
+    /// [`Self::radiance`] without the sun.
+    pub fn grid_radiance(&self, direction: Vec3) -> Vec3 {
+        scaled(self.grid.radiance(self.to_grid(direction)), self.power)
+    }
+
+    /// [`Self::sample`] without the sun.
+    pub fn sample_grid(&self, random: [f32; 2]) -> (Vec3, f32) {
+        let (direction, pdf) = self.grid.sample(random);
+        (self.turn.apply(direction), pdf)
+    }
+
+    /// [`Self::pdf`] of [`Self::sample_grid`].
+    pub fn grid_pdf(&self, direction: Vec3) -> f32 {
+        self.grid.pdf(self.to_grid(direction))
+    }
+
+    /// Whether no light comes from anywhere.
+    pub fn is_black(&self) -> bool {
+        let is_sun_black = self.sun.is_none_or(|sun| sun.radiance == Vec3::ZERO);
+        is_sun_black && (self.power == 0.0 || self.grid.power() == 0.0)
+    }
+
+    fn to_grid(&self, direction: Vec3) -> Vec3 {
+        let Turn { sin, cos } = self.turn;
+        Turn { sin: -sin, cos }.apply(direction)
+    }
+}
+
+/// About Y. Not a quaternion, whose roundings would be those of the long axis where a direction is nearly Y: columns of
+/// the grid are narrow there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Turn {
+    sin: f32,
+    cos: f32,
+}
+
+impl Turn {
+    fn of(degrees: f64) -> Self {
+        // whole turns go first: they would cost digits
+        let (sin, cos) = (degrees % 360.0).to_radians().sin_cos();
+        Self { sin: sin as f32, cos: cos as f32 }
+    }
+
+    fn apply(self, Vec3 { x, y, z }: Vec3) -> Vec3 {
+        Vec3::new(self.cos * x + self.sin * z, y, self.cos * z - self.sin * x)
+    }
+}
+
+/// Finite, whatever the factor.
+fn scaled(color: Vec3, factor: f32) -> Vec3 {
+    (color * factor).min(Vec3::MAX)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,102 @@
+//! The sun as a disk that shines from infinitely far away.
+
+use std::f64::consts::TAU;
+
+use glam::Vec3;
+
+/// A round source of light, infinitely far away, of the same radiance all over. World space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sun {
+    /// To its centre, unit length.
+    pub to_sun: Vec3,
+    /// Cosine of the angle from its centre to its rim.
+    pub cos_angle: f32,
+    /// Linear RGB.
+    pub radiance: Vec3,
+}
+
+impl Sun {
+    /// A disk of `diameter` degrees around `to_sun` (any length but zero) that gives a surface that faces it the
+    /// irradiance `irradiance`.
+    pub fn of_irradiance(to_sun: Vec3, diameter: f64, irradiance: Vec3) -> Self {
+        let cos_angle = (diameter / 2.0).to_radians().cos() as f32;
+        let dark = Self { to_sun: to_sun.normalize(), cos_angle, radiance: Vec3::ZERO };
+        // by the rounded cosine: the irradiance is what was asked for
+        Self { radiance: irradiance / dark.solid_angle(), ..dark }
+    }
+
+    /// Of the disk, in steradians.
+    pub fn solid_angle(&self) -> f32 {
+        (TAU * self.one_minus_cos()) as f32
+    }
+
+    /// Radiance from `direction` (unit length).
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        if self.shows(direction) { self.radiance } else { Vec3::ZERO }
+    }
+
+    /// A direction (unit length), evenly spread over the disk, and its probability density in solid angle. `random`:
+    /// two numbers from 0 to 1.
+    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
+        // as `1 - cos`, and `1 - cos² = (1 - cos)(2 - (1 - cos))`: the cosine itself is too close to 1 for floats
+        let off = self.one_minus_cos() * f64::from(random[0]);
+        let radius = (off * (2.0 - off)).sqrt() as f32;
+        let (sin, cos) = (TAU * f64::from(random[1])).sin_cos();
+        let (across, up) = self.to_sun.any_orthonormal_pair();
+        let aside = (across * cos as f32 + up * sin as f32) * radius;
+        ((self.to_sun * (1.0 - off) as f32 + aside).normalize(), 1.0 / self.solid_angle())
+    }
+
+    /// Probability density with which [`Self::sample`] gives `direction` (unit length), in solid angle.
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        if self.shows(direction) { 1.0 / self.solid_angle() } else { 0.0 }
+    }
+
+    fn one_minus_cos(&self) -> f64 {
+        1.0 - f64::from(self.cos_angle)
+    }
+
+    /// Whether `direction` points at the disk. By the distance of unit vectors, whose square is `2 (1 - cos)`: it is
+    /// small where the cosine, as a float, has few digits left.
+    fn shows(&self, direction: Vec3) -> bool {
+        f64::from(direction.distance_squared(self.to_sun)) <= 2.0 * self.one_minus_cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sun() -> Sun {
+        Sun::of_irradiance(Vec3::new(3.0, 4.0, -2.0), 0.53, Vec3::new(3.0, 2.0, 1.0))
+    }
+
+    #[test]
+    fn samples_lie_in_the_disk_and_fill_it() {
+        let sun = sun();
+        let [mut inner, mut outside, n] = [0, 0, 128];
+        for at in 0..n * n {
+            let random = [at % n, at / n].map(|i| (i as f32 + 0.5) / n as f32);
+            let (direction, pdf) = sun.sample(random);
+            assert!((direction.length() - 1.0).abs() < 1e-6);
+            assert_eq!(pdf, 1.0 / sun.solid_angle());
+            outside += i32::from(sun.radiance(direction) != sun.radiance || sun.pdf(direction) != pdf);
+            // half of the solid angle
+            let half = sun.one_minus_cos();
+            inner += i32::from(f64::from(direction.distance_squared(sun.to_sun)) < half);
+        }
+        assert_eq!(outside, 0);
+        assert!((inner - n * n / 2).abs() <= n, "{inner}");
+    }
+
+    #[test]
+    fn it_is_half_a_degree_wide_and_gives_the_irradiance_asked_for() {
+        let sun = sun();
+        let (across, _) = sun.to_sun.any_orthonormal_pair();
+        let at = |degrees: f32| sun.radiance((sun.to_sun + across * degrees.to_radians().tan()).normalize());
+        assert_eq!((at(0.26), at(0.27)), (sun.radiance, Vec3::ZERO));
+        assert_eq!((sun.radiance(-sun.to_sun), sun.pdf(-sun.to_sun)), (Vec3::ZERO, 0.0));
+        let irradiance = sun.radiance * sun.solid_angle();
+        assert!((irradiance - Vec3::new(3.0, 2.0, 1.0)).abs().max_element() < 1e-5, "{irradiance}");
+    }
+}
