@@ -2,8 +2,11 @@
 
 mod toy;
 
+use std::f32::consts::{PI, TAU};
+
 use afterimage::frame::{Finished, Renderer, Spoil};
-use afterimage::scene::{LightKind, Material, Scene};
+use afterimage::scene::environment::Sky;
+use afterimage::scene::{Environment, LightKind, Material, Scene};
 use afterimage::settings::{Filter, Settings};
 use glam::{DVec3, Vec3};
 use toy::worlds::*;
@@ -64,6 +67,61 @@ fn a_body_alone_under_an_even_sky_shows_its_colour() {
     assert!((seen - Vec3::new(0.125, 0.25, 0.5)).abs().max_element() < 1e-3, "{seen}");
 }
 
+/// An open floor reflects the light of the whole upper half of the sky, a sun of half a degree included.
+#[test]
+fn a_floor_under_a_sky_is_as_bright_as_the_sky_says() {
+    for environment in [Environment::from_sky(&Sky::default()), patchy()] {
+        let camera = toy::camera(rests(DVec3::new(0.0, 3.0, 4.0)), rests(DVec3::ZERO));
+        let models = vec![toy::still("floor", toy::floor(40.0, 0), Vec3::ZERO)];
+        let mut scene = toy::scene(camera, models, vec![toy::matt(0.5)], vec![]);
+        let sun = environment.sun().map_or(Vec3::ZERO, |sun| sun.radiance * sun.solid_angle() * sun.to_sun.y);
+        const STEPS: usize = 1000;
+        let mut from_grid = Vec3::ZERO;
+        for (i, j) in (0..STEPS).flat_map(|i| (0..STEPS / 4).map(move |j| (i, j))) {
+            let (turn, up) = ((i as f32 + 0.5) / STEPS as f32, (j as f32 + 0.5) / (STEPS / 4) as f32);
+            let ((sin, cos), across) = ((TAU * turn).sin_cos(), (1.0 - up * up).sqrt());
+            from_grid += environment.grid_radiance(Vec3::new(across * sin, up, across * cos)) * up;
+        }
+        let expected = 0.5 * (sun + from_grid * TAU / (STEPS * STEPS / 4) as f32) / PI;
+        scene.environment = Some(environment);
+        let finished = first(&scene, &settings(64, 1));
+        let seen = (20..70).map(|y| toy::color(&finished, 48, y)).sum::<Vec3>() / 50.0;
+        assert!((seen / expected - Vec3::ONE).abs().max_element() < 0.02, "{seen}, {expected}");
+        assert_eq!(differing(&finished), 0);
+    }
+}
+
+/// Dark but for a few bright texels.
+fn patchy() -> Environment {
+    let texel = |i: usize| if i % 97 == 5 { [9.0, 3.0, 1.0] } else { [0.1, 0.1, 0.2] };
+    Environment::from_picture(64, 32, (0..64 * 32).flat_map(texel).collect()).expect("it is good")
+}
+
+/// Asking the sky and escaping to it add up to the same light as escaping alone, after any number of bounces.
+#[test]
+fn both_ways_to_the_sky_add_up() {
+    for bounces in 1..4 {
+        let mut scene = world();
+        scene.lights.truncate(1);
+        let by_escape = mean(&first(&scene, &settings(64, bounces)));
+        scene.environment = Some(Environment::from_background(&scene.background));
+        let by_both = mean(&first(&scene, &settings(64, bounces)));
+        assert!((by_both / by_escape - Vec3::ONE).abs().max_element() < 0.01, "{by_both}, {by_escape}");
+    }
+}
+
+#[test]
+fn the_eye_sees_an_environment_if_it_is_visible() {
+    let mut scene = world();
+    scene.environment = Some(patchy().times(0.0));
+    let corner = |scene: &Scene| toy::color(&first(scene, &settings(1, 1)), 2, 2);
+    assert_eq!(corner(&scene), Vec3::ZERO);
+    if let Some(environment) = &mut scene.environment {
+        environment.visible = false;
+    }
+    assert!((corner(&scene) - Vec3::new(0.25, 0.5, 1.0)).abs().max_element() < 1e-3);
+}
+
 /// A path asks one light of several, and weighs it by their number: on average that is what all of them bring.
 #[test]
 fn one_light_of_several_stands_for_all() {
@@ -91,6 +149,11 @@ fn the_mean_does_not_depend_on_the_number_of_paths() {
     assert!((few / many - Vec3::ONE).abs().max_element() < 0.01, "{few}, {many}");
 }
 
+fn under_a_sky(mut scene: Scene) -> Scene {
+    scene.environment = Some(Environment::from_sky(&Sky::default()));
+    scene
+}
+
 fn lamp_goes(mut scene: Scene) -> Scene {
     let position = goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(1.0, 4.5, 3.0));
     scene.lights[1].kind = LightKind::Point { position };
@@ -110,13 +173,14 @@ fn camera_goes(scene: Scene) -> Scene {
 #[test]
 fn what_is_kept_is_what_would_be_gathered_anew() {
     type Change = fn(Scene) -> Scene;
-    let changes: [(&str, &[Change]); 6] = [
+    let changes: [(&str, &[Change]); 7] = [
         ("a flyer", &[with_flyer]),
         ("a flyer and the camera", &[with_flyer, camera_goes]),
         ("a lamp", &[lamp_goes]),
         ("a lamp that fades, and the camera", &[lamp_fades, camera_goes]),
         ("a flyer and a lamp", &[with_flyer, lamp_goes]),
         ("the camera", &[camera_goes]),
+        ("a flyer under a sky, and the camera", &[with_flyer, under_a_sky, camera_goes]),
     ];
     for (name, changes) in changes {
         let scene = changes.iter().fold(world(), |scene, change| change(scene));

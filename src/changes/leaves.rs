@@ -141,6 +141,6 @@ pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
         Leaf { bounds, first: 0, second: 0, last: 0 }
     };
     let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
-    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0 });
+    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
     parts.iter().map(|part| Around::of(part).bounds).collect()
 }

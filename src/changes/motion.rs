@@ -9,7 +9,7 @@ use super::tree::Tree;
 use super::until::Until;
 use crate::scene::{Light, Model, Scene};
 
-/// Leaves at most: 40 to 60 MB of nodes.
+/// Leaves at most: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
 
 /// When what moves in a shot touches a segment, and when its lights change.

@@ -21,11 +21,12 @@ pub struct Leaf {
 /// How lists are split.
 #[derive(Debug, Clone, Copy)]
 pub enum Split {
-    /// Where the two parts are met least often. `patience` is how many frames a query looks ahead, about: a part
-    /// that lasts longer is met more often.
+    /// Where the two parts are met least often.
     Best {
-        /// Frames.
+        /// How many frames a query looks ahead, about: a part that lasts longer is met more often.
         patience: f64,
+        /// Parts of so many leaves or fewer are not split.
+        together: usize,
     },
     /// In the middle of the frames: both parts have equally many leaves.
     Middle,
@@ -36,19 +37,19 @@ pub fn parts(leaves: &mut [Leaf], most: usize, split: Split) -> Vec<&mut [Leaf]>
     if leaves.len() <= most {
         return leaves.chunks_mut(1).collect();
     }
+    // none for parts that stay as they are
     let weight = |part: &[Leaf]| match split {
-        _ if part.len() < 2 => f64::NEG_INFINITY,
-        Split::Best { patience } => Around::of(part).cost(patience),
+        Split::Best { together, .. } if part.len() <= together => f64::NEG_INFINITY,
+        Split::Best { patience, .. } => Around::of(part).cost(patience),
         Split::Middle => part.len() as f64,
     };
     let mut parts = vec![(weight(leaves), leaves)];
     while parts.len() < most {
-        // the last of equals: `max_by` says so
-        let heaviest = parts.iter().enumerate().max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((heaviest, _)) = heaviest.filter(|(_, (_, part))| part.len() > 1) else { break };
+        let heaviest = parts.iter().enumerate().max_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
+        let Some((heaviest, _)) = heaviest.filter(|(_, (weight, _))| *weight >= 0.0) else { break };
         let (_, part) = parts.swap_remove(heaviest);
         let (left, right) = match split {
-            Split::Best { patience } => in_best(part, patience),
+            Split::Best { patience, together } => in_best(part, patience, together),
             Split::Middle => in_middle(part),
         };
         parts.push((weight(left), left));
@@ -104,8 +105,9 @@ fn middle(leaf: &Leaf) -> [f32; 4] {
     [x, y, z, f32::from(leaf.first) + f32::from(leaf.last)]
 }
 
-/// Two lists, neither empty, that cost least among those cut across one axis.
-fn in_best(leaves: &mut [Leaf], patience: f64) -> (&mut [Leaf], &mut [Leaf]) {
+/// Two lists, neither empty, that cost least among those cut across one axis. Few leaves are cut across that axis so
+/// that all parts but one can have `together` leaves.
+fn in_best(leaves: &mut [Leaf], patience: f64, together: usize) -> (&mut [Leaf], &mut [Leaf]) {
     let ends = leaves.iter().map(middle).fold(([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]), |ends, at| {
         let each = |axis: usize| (ends.0[axis].min(at[axis]), ends.1[axis].max(at[axis]));
         (std::array::from_fn(|axis| each(axis).0), std::array::from_fn(|axis| each(axis).1))
@@ -133,6 +135,11 @@ fn in_best(leaves: &mut [Leaf], patience: f64) -> (&mut [Leaf], &mut [Leaf]) {
     let (cost, axis, end) = best;
     if cost == f64::INFINITY {
         return in_middle(leaves);
+    }
+    if leaves.len() > together && leaves.len() <= together * together {
+        let half = (leaves.len() / 2).next_multiple_of(together);
+        leaves.select_nth_unstable_by(half, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
+        return leaves.split_at_mut(half);
     }
     let at = partition(leaves, |leaf| bin(leaf, axis) < end);
     leaves.split_at_mut(at)

@@ -13,6 +13,9 @@ const BEST_LEVELS: usize = 12;
 /// Nodes on the way from the root to a leaf, at most: in the middle 2^32 leaves are split eleven times.
 const DEPTH: usize = BEST_LEVELS + 12;
 
+/// How far ahead queries look, about, as a share of all frames.
+const PATIENCE: f64 = 0.1;
+
 /// Leaves from which on parts are built by several threads.
 const PARALLEL: usize = 1 << 12;
 
@@ -105,9 +108,6 @@ impl Tree {
     }
 }
 
-/// How far ahead queries look, about, as a share of all frames.
-const PATIENCE: f64 = 0.25;
-
 impl Node {
     const EMPTY: Self = Self {
         boxes: Bounds8::ORIGIN,
@@ -149,7 +149,9 @@ impl Node {
 /// Appends a node for `leaves`, and all that are below it.
 fn build(nodes: &mut Vec<Node>, leaves: &mut [Leaf], level: usize, patience: f64) {
     let is_large = leaves.len() >= PARALLEL;
-    let split = if level < BEST_LEVELS { Split::Best { patience } } else { Split::Middle };
+    // full nodes at the bottom make a smaller tree
+    let best = Split::Best { patience, together: LANES };
+    let split = if level < BEST_LEVELS { best } else { Split::Middle };
     let mut parts: Vec<(Around, &mut [Leaf])> =
         parts(leaves, LANES, split).into_iter().map(|part| (Around::of(part), part)).collect();
     parts.sort_by_key(|(around, _)| (around.first, around.last));

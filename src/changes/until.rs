@@ -6,7 +6,7 @@
 /// [`Motion::has_expired`](super::Motion::has_expired). The earlier of two is `a.min(b)`.
 ///
 /// The first 65,535 frames of motion (45 minutes at 24 frames a second) are told apart exactly. What would
-/// expire later expires in the last of these, [`Until::LAST`], so it is never too late. From that frame on an answer
+/// expire later expires in the last of these, so it is never too late. From that frame on an answer
 /// holds either forever or not at all: one that is given there expires in the frame in which it is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Until(u16);

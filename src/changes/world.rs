@@ -149,6 +149,7 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         lights,
         ambient: Vec3::ZERO,
         background: Background::uniform(Vec3::ONE),
+        environment: None,
         space: RenderSpace::OF_FILES,
     }
 }

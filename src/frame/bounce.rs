@@ -136,7 +136,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             (&scratch.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
         let models = &packet.model[from..from + LANES];
         for (bounce, _) in bounce.iter().zip(models).filter(|(_, model)| **model == NO_HIT) {
-            add(radiance, bounce, frame.scene.background.radiance(bounce.direction));
+            add(radiance, bounce, frame.sky.radiance(bounce.direction));
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
     }

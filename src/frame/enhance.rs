@@ -61,8 +61,7 @@ pub fn enhance(
 
 fn show_background(frame: &FrameView, tile: &Tile, first: usize, [r, g, b]: &mut Light) {
     for cell in (first..first + LANES).filter(|cell| tile.model[*cell] == BACKGROUND) {
-        [r[cell], g[cell], b[cell]] =
-            frame.scene.background.radiance(tile.point(cell).normalize()).to_array();
+        [r[cell], g[cell], b[cell]] = frame.sky.seen(tile.point(cell).normalize()).to_array();
     }
 }
 

@@ -16,6 +16,7 @@ use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::settings::Reuse;
 use crate::shade::phong::Palette;
+use crate::shade::sky::SkyLight;
 use crate::trace::{SceneSubset, Tracer};
 
 /// The scene in one frame. Built once a frame; no phase writes to it.
@@ -23,6 +24,8 @@ use crate::trace::{SceneSubset, Tracer};
 pub struct FrameView<'a> {
     /// What there is.
     pub scene: &'a Scene,
+    /// What rays see that leave it.
+    pub sky: &'a SkyLight,
     /// Its materials, ready for lighting.
     pub palette: &'a Palette,
     /// Where it is.

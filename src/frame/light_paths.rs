@@ -1,8 +1,8 @@
 //! Light paths: rays that leave surfaces in all directions and bring back the light that arrives there.
 //!
 //! A path starts at a surface in a direction by the cosine law. What escapes brings the sky. What meets a surface brings
-//! what that surface emits and reflects of one light, chosen by chance (next-event estimation), and goes on from there, as
-//! many times as the shot says. A path is a function of its start and of the scene in this frame, and of no other path: rays
+//! what that surface emits and reflects of one light or of [the sky](super::sky_rays), chosen by chance (next-event
+//! estimation), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene in this frame, and of no other path: rays
 //! are cast one by one ([`Coherence::Incoherent`]). So it can be traced again, alone, and brings the same to the bit.
 //!
 //! Each path is told the first frame in which it may bring something else ([`Motion`](crate::changes::Motion)): when what
@@ -14,6 +14,7 @@ use super::frame_view::FrameView;
 use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
+use super::sky_rays::{Asking, Chances, SkyRays};
 use super::surface::{Hits8, surfaces};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
@@ -61,6 +62,10 @@ struct PathRay {
     weight: Vec3,
     origin: Vec3,
     direction: Vec3,
+    /// For shading, where it started.
+    normal: Vec3,
+    /// Of the ways from there to the sky.
+    chances: Chances,
 }
 
 /// A surface that a path has met.
@@ -70,10 +75,14 @@ struct Vertex {
     surface: Surface,
     /// What it shows of the light that it has asked, and emits.
     light: Vec3,
-    /// The light that it asks.
+    /// The light that it asks; the sky comes after the last one.
     asks: u32,
-    /// Where on that light.
+    /// Among how many it chose.
+    choices: u32,
+    /// Where on that light, or in the sky.
     place: [f32; 2],
+    /// The ways on from it.
+    lobes: Lobes,
 }
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
@@ -98,34 +107,44 @@ pub struct PathScratch {
     by_light: Vec<u32>,
     /// Of those that ask one light: what reaches them if nothing is in its way.
     reflected: Vec<Vec3>,
+    sky: SkyRays,
     queue: ShadowQueue,
 }
 
 /// Traces the paths in `scratch.starts`; what they bring comes into `scratch.brought`.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, now, .. } = &mut *scratch;
+    let PathScratch { starts, brought, now, sky, .. } = &mut *scratch;
     brought.clear();
     now.clear();
+    let asks_sky = frame.sky.is_uneven();
+    let chances = if asks_sky { Chances { asks_sky: 1.0, goes_on: 1.0 } } else { Chances::PATH_ALONE };
     for (path, start) in (0..).zip(&*starts) {
-        let [along, above, ..] = PathRandom { seed: start.seed, index: start.index }.four(0);
+        let [along, above, across, up] = PathRandom { seed: start.seed, index: start.index }.four(0);
         let axes = [start.tangent, start.normal.cross(start.tangent), start.normal];
         let direction = cosine_direction([along, above], axes);
         let mut until = Until::FOREVER;
         if start.geometric_normal.dot(direction) > 0.0 {
             let origin = off_surface(start.point, start.geometric_normal);
-            now.push(PathRay { path, weight: Vec3::ONE, origin, direction });
+            let PathStart { normal, .. } = *start;
+            now.push(PathRay { path, weight: Vec3::ONE, origin, direction, normal, chances });
         } else {
             // below the surface: dark until the surface moves
             until = frame.first_touch(start.point, start.normal, 0.0);
         }
         brought.push(Brought { radiance: Vec3::ZERO, until });
+        if asks_sky {
+            let PathStart { point, normal, geometric_normal, .. } = *start;
+            let asking = Asking { path, point, normal, geometric_normal, weight: Vec3::ONE, chances };
+            sky.push(frame, &asking, [across, up]);
+        }
     }
+    sky.cast(frame, brought, tally);
     for bounce in 0..frame.bounces {
         if scratch.now.is_empty() {
             break;
         }
         meet(frame, bounce, scratch, tally);
-        light(frame, scratch, tally);
+        light(frame, bounce, scratch, tally);
         let PathScratch { starts, brought, next, vertices, .. } = &mut *scratch;
         next.clear();
         for vertex in &*vertices {
@@ -133,7 +152,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             if bounce + 1 < frame.bounces {
                 let start = &starts[vertex.ray.path as usize];
                 let random = PathRandom { seed: start.seed, index: start.index };
-                next.extend(go_on(frame, vertex, random.four(2 * bounce + 2)));
+                next.extend(go_on(frame, bounce, vertex, random.four(2 * bounce + 2)));
             }
         }
         std::mem::swap(&mut scratch.now, &mut scratch.next);
@@ -169,7 +188,8 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
             let brought = &mut brought[ray.path as usize];
             brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
             if !is_hit {
-                brought.radiance += ray.weight * frame.scene.background.radiance(ray.direction);
+                let weight = ray.chances.of_path(frame, ray.normal, ray.direction);
+                brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
             }
         }
         surfaces(
@@ -182,23 +202,34 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
                 let start = &starts[ray.path as usize];
                 let [choice, along, above, _] =
                     PathRandom { seed: start.seed, index: start.index }.four(2 * bounce + 1);
-                let lights = frame.pose.lights.len();
-                let asks = ((choice * lights as f32) as usize).min(lights.saturating_sub(1)) as u32;
-                vertices.push(Vertex { ray, surface, light: Vec3::ZERO, asks, place: [along, above] });
+                let choices = (frame.pose.lights.len() + usize::from(asks_sky(frame, bounce))) as u32;
+                let asks = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
+                let lobes = Lobes::of(frame, &surface, ray.direction);
+                let (light, place) = (Vec3::ZERO, [along, above]);
+                vertices.push(Vertex { ray, surface, light, asks, choices, place, lobes });
             },
         );
     }
 }
 
 /// Lights the vertices: emission and ambient light, and what reaches them of the light that each has chosen.
-fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { brought, vertices, by_light, reflected, queue, .. } = scratch;
+fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
+    let PathScratch { brought, vertices, by_light, reflected, sky, queue, .. } = scratch;
     for some in vertices.chunks_mut(LANES) {
         let surfaces = Eight::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.materials, surfaces.reflectance);
         some.iter_mut().enumerate().for_each(|(lane, vertex)| vertex.light = light.lane(lane));
     }
-    if frame.pose.lights.is_empty() {
+    let lights = frame.pose.lights.len() as u32;
+    for vertex in vertices.iter().filter(|vertex| vertex.choices > 0 && vertex.asks == lights) {
+        let Surface { point, normal, geometric_normal, .. } = vertex.surface;
+        let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.ways[0].0);
+        let asking =
+            Asking { path, point, normal, geometric_normal, weight, chances: vertex.chances(frame, bounce) };
+        sky.push(frame, &asking, vertex.place);
+    }
+    sky.cast(frame, brought, tally);
+    if lights == 0 {
         return;
     }
     let lights_change = frame.first_light_change();
@@ -207,7 +238,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         brought.until = brought.until.min(lights_change);
     }
     by_light.clear();
-    by_light.extend(0..vertices.len() as u32);
+    by_light.extend((0..vertices.len() as u32).filter(|vertex| vertices[*vertex as usize].asks < lights));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
     while let Some(first) = rest.first() {
@@ -228,7 +259,7 @@ fn ask_light(
     tally: &mut RayTally,
 ) {
     // one of them stands for all
-    let lights = frame.pose.lights.len() as f32;
+    let choices = vertices[group[0] as usize].choices as f32;
     let light = &frame.pose.lights[vertices[group[0] as usize].asks as usize];
     queue.clear();
     reflected.clear();
@@ -238,7 +269,7 @@ fn ask_light(
         let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
         queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
-        let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(lights);
+        let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(choices);
         for (lane, vertex) in some.iter().enumerate() {
             reflected.push(light.lane(lane));
             if asked >> lane & 1 != 0 {
@@ -257,45 +288,104 @@ fn ask_light(
     });
 }
 
-/// The ray that goes on from a vertex: diffusely, off a mirror or through glass, by chance in proportion to what each
-/// would carry.
-fn go_on(frame: &FrameView, vertex: &Vertex, [along, above, choice, _]: [f32; 4]) -> Option<PathRay> {
-    let Vertex { ray, surface, .. } = vertex;
-    let materials = [surface.material; LANES];
-    let albedo = frame.palette.albedo(&materials, Vec3x8::splat(surface.reflectance)).lane(0);
-    let mut ways = [(albedo, None); 3];
-    if frame.depth > 0 {
-        let optics = frame.scene.materials[usize::from(surface.material)].optics;
-        let branches = branch(optics, surface, ray.direction);
-        for (way, branch) in ways[1..].iter_mut().zip([branches.reflection, branches.refraction]) {
-            *way = branch.map_or((Vec3::ZERO, None), |branch| (branch.weight, Some(branch.direction)));
+/// Whether vertices after so many bounces may choose to ask the sky: wherever that finds more than chance would, and where
+/// no path goes on that could find it.
+fn asks_sky(frame: &FrameView, bounce: u32) -> bool {
+    frame.sky.is_uneven() || frame.sky.shines() && bounce + 1 == frame.bounces
+}
+
+impl Vertex {
+    /// Of the ways from it to the sky.
+    fn chances(&self, frame: &FrameView, bounce: u32) -> Chances {
+        Chances {
+            asks_sky: if asks_sky(frame, bounce) { 1.0 / self.choices as f32 } else { 0.0 },
+            goes_on: if bounce + 1 < frame.bounces { self.lobes.chance(0) } else { 0.0 },
         }
-    } else {
-        ways[1..].fill((Vec3::ZERO, None));
     }
-    let chances = ways.map(|(weight, _)| weight.max_element().max(0.0));
-    let sum: f32 = chances.iter().sum();
-    if sum <= 0.0 || !sum.is_finite() {
-        return None;
+}
+
+/// The ways on from a surface: diffusely, off a mirror, and through glass.
+#[derive(Debug, Clone, Copy)]
+struct Lobes {
+    /// What each carries, and its direction where it has but one.
+    ways: [(Vec3, Option<Vec3>); 3],
+}
+
+impl Lobes {
+    /// Of a surface that was met along `incoming`.
+    fn of(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
+        let albedo =
+            frame.palette.albedo(&[surface.material; LANES], Vec3x8::splat(surface.reflectance)).lane(0);
+        let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
+        if frame.depth > 0 {
+            let optics = frame.scene.materials[usize::from(surface.material)].optics;
+            let branches = branch(optics, surface, incoming);
+            for (way, branch) in ways[1..].iter_mut().zip([branches.reflection, branches.refraction]) {
+                if let Some(branch) = branch {
+                    *way = (branch.weight, Some(branch.direction));
+                }
+            }
+        }
+        Self { ways }
     }
-    let mut at = choice * sum;
-    let chosen = chances.iter().position(|chance| {
-        let is_here = at < *chance;
-        at -= chance;
-        is_here
-    });
-    // rounding may lead past the last way that carries anything
-    let chosen = chosen.or_else(|| chances.iter().rposition(|chance| *chance > 0.0))?;
-    let (weight, direction) = ways[chosen];
-    let direction = direction.unwrap_or_else(|| {
-        let [tangent, bitangent] = orthonormal(surface.normal);
-        cosine_direction([along, above], [tangent, bitangent, surface.normal])
-    });
-    if chosen == 0 && surface.geometric_normal.dot(direction) <= 0.0 {
-        return None;
+
+    /// How much a way carries, beside the others.
+    fn share(&self, way: usize) -> f32 {
+        self.ways[way].0.max_element().max(0.0)
     }
-    let weight = ray.weight * weight * (sum / chances[chosen]);
-    Some(PathRay { path: ray.path, weight, origin: surface.leave(direction), direction })
+
+    fn sum(&self) -> f32 {
+        (0..self.ways.len()).map(|way| self.share(way)).sum()
+    }
+
+    /// The probability with which a path takes a way.
+    fn chance(&self, way: usize) -> f32 {
+        let sum = self.sum();
+        if sum > 0.0 && sum.is_finite() { self.share(way) / sum } else { 0.0 }
+    }
+
+    /// The way that a number from 0 to below 1 chooses.
+    fn choose(&self, choice: f32) -> Option<usize> {
+        let mut at = choice * self.sum();
+        let chosen = (0..self.ways.len()).find(|way| {
+            let is_here = at < self.share(*way);
+            at -= self.share(*way);
+            is_here
+        });
+        // rounding may lead past the last way that carries anything
+        chosen.or_else(|| (0..self.ways.len()).rfind(|way| self.chance(*way) > 0.0))
+    }
+}
+
+/// The ray that goes on from a vertex, by one of its ways, chosen in proportion to what each carries.
+fn go_on(
+    frame: &FrameView,
+    bounce: u32,
+    vertex: &Vertex,
+    [along, above, choice, _]: [f32; 4],
+) -> Option<PathRay> {
+    let Vertex { ray, surface, lobes, .. } = vertex;
+    let chosen = lobes.choose(choice)?;
+    let (weight, direction) = lobes.ways[chosen];
+    let (direction, chances) = match direction {
+        Some(direction) => (direction, Chances::PATH_ALONE),
+        None => {
+            let [tangent, bitangent] = orthonormal(surface.normal);
+            let direction = cosine_direction([along, above], [tangent, bitangent, surface.normal]);
+            if surface.geometric_normal.dot(direction) <= 0.0 {
+                return None;
+            }
+            (direction, vertex.chances(frame, bounce))
+        }
+    };
+    Some(PathRay {
+        path: ray.path,
+        weight: ray.weight * weight / lobes.chance(chosen),
+        origin: surface.leave(direction),
+        direction,
+        normal: surface.normal,
+        chances,
+    })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.

@@ -47,6 +47,7 @@ mod serve;
 mod serve_tests;
 mod shadow;
 mod sight;
+mod sky_rays;
 mod spoil;
 mod stay;
 mod surface;
@@ -71,6 +72,7 @@ use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::phong::Palette;
+use crate::shade::sky::SkyLight;
 use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
@@ -95,6 +97,7 @@ pub struct Renderer<'s> {
     scene: &'s Scene,
     settings: Settings,
     grid: Arc<Grid>,
+    sky: SkyLight,
     palette: Palette,
     /// Of the store's tags.
     layout: TagLayout,
@@ -148,6 +151,7 @@ impl<'s> Renderer<'s> {
             scene,
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
+            sky: SkyLight::of(scene),
             palette: Palette::of(scene),
             buffers: FrameBuffers::new(layout.clone()),
             motion: if layout.paths > 0 { Motion::of(scene) } else { Motion::default() },
@@ -189,6 +193,7 @@ impl<'s> Renderer<'s> {
         let base_plan = Plan::of_base_frame(&pose);
         let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
+            sky: &self.sky,
             palette: &self.palette,
             pose: &pose,
             displaced: &displaced,

@@ -4,6 +4,7 @@ pub mod light;
 pub mod optics;
 pub mod phong;
 pub mod sampling;
+pub mod sky;
 pub mod surface;
 
 pub use surface::Surface;

@@ -1,0 +1,64 @@
+//! What rays see that leave the scene, and how the light from there is sampled.
+
+use glam::Vec3;
+
+use crate::scene::{Background, Environment, Scene};
+
+/// The sky of a scene: its environment, or else its background.
+#[derive(Debug, Clone)]
+pub struct SkyLight {
+    background: Background,
+    environment: Option<Environment>,
+    /// To sample directions from: of the environment, or of the background. None where the sky is black.
+    sampled: Option<Environment>,
+}
+
+impl SkyLight {
+    /// Of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        let (background, environment) = (scene.background, scene.environment.clone());
+        let sampled = environment.clone().unwrap_or_else(|| Environment::from_background(&background));
+        Self { background, environment, sampled: Some(sampled).filter(|sky| !sky.is_black()) }
+    }
+
+    /// Radiance from `direction` (world space, unit length) that lights surfaces and that mirrors show.
+    #[inline]
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        match &self.environment {
+            Some(environment) => environment.radiance(direction),
+            None => self.background.radiance(direction),
+        }
+    }
+
+    /// What the eye sees in `direction` (world space, unit length).
+    #[inline]
+    pub fn seen(&self, direction: Vec3) -> Vec3 {
+        match &self.environment {
+            Some(environment) if environment.visible => environment.radiance(direction),
+            _ => self.background.radiance(direction),
+        }
+    }
+
+    /// Whether there is light in the sky.
+    pub fn shines(&self) -> bool {
+        self.sampled.is_some()
+    }
+
+    /// Whether directions are worth sampling where paths leave by the cosine law in any case: a gradient is so even that
+    /// they would find nothing else.
+    pub fn is_uneven(&self) -> bool {
+        self.environment.is_some() && self.shines()
+    }
+
+    /// A direction (world space, unit length) in proportion to the light from there, and its density in solid angle.
+    #[inline]
+    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
+        self.sampled.as_ref().map_or((Vec3::Y, 0.0), |sky| sky.sample(random))
+    }
+
+    /// The density with which [`sample`](Self::sample) gives `direction`.
+    #[inline]
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        self.sampled.as_ref().map_or(0.0, |sky| sky.pdf(direction))
+    }
+}
