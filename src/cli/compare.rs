@@ -439,6 +439,7 @@ fn summary(comparison: &Comparison) -> String {
         rays("shadow", ours.rays.shadow, full.rays.shadow),
         rays("reflection", ours.rays.reflection, full.rays.reflection),
         rays("refraction", ours.rays.refraction, full.rays.refraction),
+        rays("gathering", ours.rays.gathering, full.rays.gathering),
         rays("all rays", ours.rays.total(), full.rays.total()),
     ]);
     let seconds = |name, ours: f64, full: f64| {

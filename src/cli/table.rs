@@ -7,7 +7,7 @@ use crate::stats::{AuditCounts, FrameStats, FullEstimate, Memory, RayCounts, Tot
 /// Title line of a render's table. Rays in millions.
 pub fn header() -> String {
     String::from(
-        " frame mode       seconds   write reused%  primary   verify   shadow  reflect  refract   total  saved% audit",
+        " frame mode       seconds   write reused%  primary   verify   shadow  reflect  refract   gather   total  saved% audit",
     )
 }
 
@@ -16,7 +16,7 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     let rays = &frame.rays;
     let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
+        "{:>6} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
         frame.frame,
         frame.mode,
         frame.seconds.rendering(),
@@ -27,6 +27,7 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
         millions(rays.shadow),
         millions(rays.reflection),
         millions(rays.refraction),
+        millions(rays.gathering),
         millions(rays.total()),
         saved.map_or_else(|| String::from("-"), |saved| format!("{saved:.1}")),
         audit(frame.audit),
@@ -141,13 +142,14 @@ fn samples_line(totals: &Totals) -> String {
 /// All kinds, and their sum.
 pub fn rays_text(rays: &RayCounts) -> String {
     format!(
-        "{} M: primary {}, verification {}, shadow {}, reflection {}, refraction {}",
+        "{} M: primary {}, verification {}, shadow {}, reflection {}, refraction {}, gathering {}",
         millions(rays.total()),
         millions(rays.primary),
         millions(rays.verification),
         millions(rays.shadow),
         millions(rays.reflection),
         millions(rays.refraction),
+        millions(rays.gathering),
     )
 }
 

@@ -60,7 +60,7 @@ pub struct RaySpeeds {
     pub primary: Option<f64>,
     pub verification: Option<f64>,
     pub shadow: Option<f64>,
-    /// Reflection and refraction.
+    /// Reflection, refraction and gathering.
     pub bounced: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ impl RaySpeeds {
             primary: speed(rays.primary, seconds.primary),
             verification: speed(rays.verification, seconds.verification),
             shadow: speed(rays.shadow, seconds.shadow),
-            bounced: speed(rays.reflection + rays.refraction, seconds.bounced),
+            bounced: speed(rays.reflection + rays.refraction + rays.gathering, seconds.bounced),
         }
     }
 }

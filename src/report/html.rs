@@ -175,12 +175,13 @@ fn charts(comparison: &Comparison) -> String {
 }
 
 fn rays_table(comparison: &Comparison) -> String {
-    let kinds: [(&str, Count); 6] = [
+    let kinds: [(&str, Count); 7] = [
         ("primary", |totals| totals.rays.primary),
         ("verification", |totals| totals.rays.verification),
         ("shadow", |totals| totals.rays.shadow),
         ("reflection", |totals| totals.rays.reflection),
         ("refraction", |totals| totals.rays.refraction),
+        ("gathering", |totals| totals.rays.gathering),
         ("all", |totals| totals.rays.total()),
     ];
     let rows = kinds.map(|(name, count)| {

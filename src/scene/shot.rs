@@ -44,6 +44,9 @@ pub struct Shot {
     pub files: Vec<PathBuf>,
 }
 
+/// Paths of each sample where a shot has an environment and does not say: without any it would light nothing.
+const PATHS_UNDER_A_SKY: u32 = 16;
+
 /// How far from the origin models may reach, in the units of the files.
 const FARTHEST: f64 = 1e18;
 
@@ -73,7 +76,10 @@ impl Shot {
 /// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
 pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
-    let (settings, frames, rate) = render(text, &file.render, &file.indirect, &file.output)?;
+    let (mut settings, frames, rate) = render(text, &file.render, &file.indirect, &file.output)?;
+    if file.environment.is_some() && file.indirect.paths.is_none() {
+        settings.paths = PATHS_UNDER_A_SKY;
+    }
     let missing = |what| SceneError::new(text.path, what);
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
