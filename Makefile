@@ -31,10 +31,12 @@ test: setup ## run all tests
 
 # `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
 CHAINS ?= $(filter --quick,$(SHOTS))
+GATHERED ?= $(CHAINS)
 
-bench: setup ## benchmark each kind of shot, long chains and each phase
+bench: setup ## benchmark each kind of shot, long chains, gathered light and each phase
 	$(CARGO) bench --locked --bench shots -- $(SHOTS)
 	$(CARGO) bench --locked --bench shots -- chains $(CHAINS)
+	$(CARGO) bench --locked --bench shots -- gathered $(GATHERED)
 	$(CARGO) bench --locked --bench phases
 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.

@@ -32,7 +32,7 @@ fn assert_keys(value: &Value, keys: &str) {
 
 const SECONDS: &str = "total reproject verify trace enhance filter write";
 const SAMPLES: &str = "base good overlapped missed obscured spare";
-const RAYS: &str = "primary verification shadow reflection refraction";
+const RAYS: &str = "primary verification shadow reflection refraction gathering";
 /// `on_edge` is ours beside the two that are promised.
 const AUDIT: &str = "checked differing on_edge";
 

@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 }
 
 fn measure_scene(arguments: &Arguments, name: SceneName, place: &Place, rows: &mut Vec<Row>) -> Failable<()> {
-    let (mut scene, settings) = load(place, arguments)?;
+    let (mut scene, settings) = load_still(place, arguments)?;
     let lights = std::mem::take(&mut scene.lights);
     for (set, samples, flow) in chains(arguments, name) {
         scene.lights = set.of(&lights).to_vec();
@@ -191,7 +191,7 @@ fn chains(arguments: &Arguments, scene: SceneName) -> Vec<(Lights, u32, Flow)> {
 }
 
 /// The scene with all lights and nothing that moves.
-fn load(place: &Place, arguments: &Arguments) -> Failable<(Scene, Settings)> {
+pub fn load_still(place: &Place, arguments: &Arguments) -> Failable<(Scene, Settings)> {
     let path = folder().join(format!("{}-still.toml", place.name));
     std::fs::write(&path, still_file(place))?;
     let shot = scene::load(Path::new(&path), false)?;

@@ -8,6 +8,7 @@ mod bare;
 mod chains;
 mod contest;
 mod flows;
+mod gathered;
 mod glass;
 mod growth;
 mod kinds;
@@ -104,6 +105,9 @@ enum Subject {
     /// What long chains of inferred frames trace anew and cost at frames 24, 96 and, with --long, 300, beside the
     /// paper's rule; takes the scenes, flows, lights, samples, layers, size and the first depth
     Chains,
+    /// Light from all around, kept path by path: full frames beside inferred ones, by what moves; takes the scenes
+    /// (kitchen, city), size, frames, samples, layers and the first depth
+    Gathered,
     /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
@@ -115,7 +119,8 @@ impl Arguments {
     }
 
     fn layers(&self) -> Layers {
-        self.layers.unwrap_or(if self.subject == Subject::Chains { Layers::NONE } else { Layers::ALL })
+        let alone = matches!(self.subject, Subject::Chains | Subject::Gathered);
+        self.layers.unwrap_or(if alone { Layers::NONE } else { Layers::ALL })
     }
 
     fn frames(&self) -> u32 {
@@ -162,6 +167,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Shots => suite::run(arguments),
         Subject::Growth => growth::run(arguments),
         Subject::Chains => chains::run(arguments),
+        Subject::Gathered => gathered::run(arguments),
         Subject::Glass => glass::run(arguments),
     }
 }

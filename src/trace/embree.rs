@@ -17,12 +17,14 @@
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
 //! and nothing else, and shadow rays are asked of these.
 
+mod one_by_one;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use embree::{
     BuildQuality, Coherence as EmbreeCoherence, Committed, Device, FrozenScene, Geometry, GeometryId, Hit,
-    INVALID, PacketWidth, PrimId, Ray, RayHit, Scene as EmbreeScene, Segment, Valid,
+    INVALID, PacketWidth, PrimId, Ray, RayHit, Scene as EmbreeScene, Valid,
 };
 
 use super::{
@@ -306,7 +308,13 @@ impl Tracer for EmbreeTracer<'_> {
     fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         if coherence == Coherence::Incoherent {
-            return self.closest_one_by_one(rays, among, hits);
+            let both = [self.still, self.movable.unwrap_or(self.still)];
+            let has_movable = among == SceneSubset::All && self.movable.is_some();
+            let scenes = &both[..1 + usize::from(has_movable)];
+            return one_by_one::closest(scenes, rays, (mask::ALL, LEAST_T), hits, |met| {
+                let part = self.part(met.inst_id, met.geom_id);
+                (part.model, part.first + met.prim_id)
+            });
         }
         match self.width {
             PacketWidth::Four => self.closest_by::<4>(rays, among, coherence, hits),
@@ -329,7 +337,7 @@ impl Tracer for EmbreeTracer<'_> {
         };
         let Some(scene) = (if by == Occluders::Still { Some(still) } else { movable }) else { return };
         if coherence == Coherence::Incoherent && purpose == Purpose::Shadow {
-            return blocked_one_by_one(rays, scene, ray_mask(by, purpose), blocked);
+            return one_by_one::blocked(scene, rays, (ray_mask(by, purpose), LEAST_T), blocked);
         }
         let question = Question {
             scene,
@@ -354,26 +362,6 @@ struct Question<'a> {
 }
 
 impl EmbreeTracer<'_> {
-    /// Ray by ray: as fast as packets are where rays go all around, and no ray's answer depends on another's.
-    fn closest_one_by_one(&self, rays: &RayBatch, among: SceneSubset, hits: &mut HitBatch) {
-        let movable = self.movable.filter(|_| among == SceneSubset::All);
-        for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
-            out.model = [NO_HIT; LANES];
-            for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
-                let mut ray = segment(packet, lane, mask::ALL);
-                let first = self.still.intersect_one(&ray, EmbreeCoherence::Incoherent);
-                ray.far = first.map_or(ray.far, |hit| hit.t);
-                let nearer =
-                    movable.and_then(|movable| movable.intersect_one(&ray, EmbreeCoherence::Incoherent));
-                if let Some(hit) = nearer.or(first) {
-                    let part = self.part(hit.met.inst_id, hit.met.geom_id);
-                    (out.t[lane], out.u[lane], out.v[lane]) = (hit.t, hit.u, hit.v);
-                    (out.model[lane], out.triangle[lane]) = (part.model, part.first + hit.met.prim_id);
-                }
-            }
-        }
-    }
-
     /// In Embree's packets of N rays.
     fn closest_by<const N: usize>(
         &self,
@@ -474,25 +462,6 @@ impl EmbreeTracer<'_> {
         let part = self.part(met.inst_id, met.geom_id);
         part.model == packet.own_model[lane] && part.first + met.prim_id == packet.own_triangle[lane]
     }
-}
-
-/// Asks one ray after the other.
-fn blocked_one_by_one(rays: &RayBatch, scene: Committed, mask: u32, blocked: &mut [u16]) {
-    for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
-        let open = lanes & !*blocked;
-        for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
-            let is_blocked = scene.occluded_one(&segment(packet, lane, mask), EmbreeCoherence::Incoherent);
-            *blocked |= u16::from(is_blocked) << lane;
-        }
-    }
-}
-
-/// One ray of `packet`.
-#[inline(always)]
-fn segment(packet: &RayPacket, lane: usize, mask: u32) -> Segment {
-    let of = |rows: &[[f32; LANES]; 3]| [rows[0][lane], rows[1][lane], rows[2][lane]];
-    let (origin, direction) = (of(&packet.origin), of(&packet.direction));
-    Segment { origin, direction, near: packet.near[lane].max(LEAST_T), far: packet.far[lane], mask }
 }
 
 /// The bits of lanes `part * N..(part + 1) * N`.

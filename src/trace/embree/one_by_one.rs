@@ -1,0 +1,50 @@
+//! Rays that are asked one by one: as fast as packets are where rays go all around, and no ray's answer depends on
+//! another's.
+
+use embree::{Coherence, Committed, PrimId, Segment};
+
+use crate::trace::{HitBatch, LANES, NO_HIT, RayBatch, RayPacket};
+
+/// For each ray the first hit in `scenes`, of which the later ones are asked up to what was met before. `name` gives the
+/// model and the triangle. Rays begin at `least_t` at least.
+pub fn closest(
+    scenes: &[Committed],
+    rays: &RayBatch,
+    (mask, least_t): (u32, f32),
+    hits: &mut HitBatch,
+    name: impl Fn(PrimId) -> (u32, u32),
+) {
+    for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
+        out.model = [NO_HIT; LANES];
+        for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
+            let mut ray = segment(packet, lane, mask, least_t);
+            for hit in scenes.iter().filter_map(|scene| {
+                let hit = scene.intersect_one(&ray, Coherence::Incoherent);
+                ray.far = hit.map_or(ray.far, |hit| hit.t);
+                hit
+            }) {
+                (out.t[lane], out.u[lane], out.v[lane]) = (hit.t, hit.u, hit.v);
+                (out.model[lane], out.triangle[lane]) = name(hit.met);
+            }
+        }
+    }
+}
+
+/// Sets the bit of each ray that something in `scene` blocks, and whose bit is not set yet.
+pub fn blocked(scene: Committed, rays: &RayBatch, (mask, least_t): (u32, f32), blocked: &mut [u16]) {
+    for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
+        let open = lanes & !*blocked;
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
+            let is_blocked = scene.occluded_one(&segment(packet, lane, mask, least_t), Coherence::Incoherent);
+            *blocked |= u16::from(is_blocked) << lane;
+        }
+    }
+}
+
+/// One ray of `packet`.
+#[inline(always)]
+fn segment(packet: &RayPacket, lane: usize, mask: u32, least_t: f32) -> Segment {
+    let of = |rows: &[[f32; LANES]; 3]| [rows[0][lane], rows[1][lane], rows[2][lane]];
+    let (origin, direction) = (of(&packet.origin), of(&packet.direction));
+    Segment { origin, direction, near: packet.near[lane].max(least_t), far: packet.far[lane], mask }
+}
