@@ -50,6 +50,7 @@ fn defaults_are_as_documented() {
     assert_eq!((settings.width, settings.height, settings.samples), (1280, 720, 2));
     assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
     assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
+    assert_eq!((settings.paths, settings.bounces), (0, 2));
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
     assert_eq!((shot.output, shot.warnings.len()), (None, 0));
     assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
@@ -62,7 +63,7 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nbase_every = 0\nmode = \"full\"\n[output]\npath = \"o.#.exr\"\n\
+         filter = \"mitchell\"\ndepth = 0\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n[output]\npath = \"o.#.exr\"\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
          color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
@@ -71,6 +72,7 @@ fn every_key_is_read() {
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("T", (24000, 1001), vec![1, 3]));
     assert_eq!((shot.settings.width, shot.settings.filter), (64, Filter::Mitchell));
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
+    assert_eq!((shot.settings.paths, shot.settings.bounces), (9, 1));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!(shot.scene.background.ground, Vec3::ONE);
     let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };
@@ -133,6 +135,9 @@ fn environments_are_maps_skies_or_the_background() {
     assert!(shot.warnings.is_empty() && map.sun().is_none());
     let turned = of("map = \"Round.hdr\"\nrotation = 90\npower = 0.5\nvisible = false\n");
     assert!(turned.radiance(Vec3::NEG_X).abs_diff_eq(Vec3::X, 1e-4) && !turned.visible);
+
+    assert_eq!(shot.settings.paths, 16, "or it would light nothing");
+    assert_eq!(with("sky = {}\n[indirect]\npaths = 0\n").settings.paths, 0);
 
     let plain = Sky::default();
     assert_eq!(of("sky = {}\n"), Environment::from_sky(&plain));
@@ -311,6 +316,13 @@ fn mistakes_are_told_with_place_and_remedy() {
         ),
         ("[render]\nsize = [8, \"a\"]\n".into(), "s.toml:2:12: `size`: invalid type: string"),
         ("[render]\nsamples = 17\n".into(), "s.toml:2:11: `samples` is 17"),
+        (
+            "[indirect]\npaths = -1\n".into(),
+            "s.toml:2:9: `paths` is -1: it must be a whole number from 0 to 1024",
+        ),
+        ("[indirect]\npaths = 1025\n".into(), "s.toml:2:9: `paths` is 1025"),
+        ("[indirect]\nbounces = 65\n".into(), "s.toml:2:11: `bounces` is 65"),
+        ("[indirect]\nbounce = 1\n".into(), "s.toml:2:1: unknown key `bounce`: did you mean `bounces`?"),
         ("[render]\nframes = \"9-1\"\n".into(), "s.toml:2:10: `frames`: `9-1` runs backwards"),
         ("[render]\nrate = \"24/0\"\n".into(), "s.toml:2:8: `rate` must be frames per second"),
         ("[render]\nrate = 23.976\n".into(), "s.toml:2:8: `rate`: invalid type: floating point"),

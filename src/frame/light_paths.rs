@@ -2,8 +2,9 @@
 //!
 //! A path starts at a surface in a direction by the cosine law. What escapes brings the sky. What meets a surface brings
 //! what that surface emits and reflects of one light or of [the sky](super::sky_rays), chosen by chance (next-event
-//! estimation), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene in this frame, and of no other path: rays
-//! are cast one by one ([`Coherence::Incoherent`]). So it can be traced again, alone, and brings the same to the bit.
+//! estimation), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene
+//! in this frame, and of no other path: rays are cast one by one ([`Coherence::Incoherent`]). So it can be traced again,
+//! alone, and brings the same to the bit.
 //!
 //! Each path is told the first frame in which it may bring something else ([`Motion`](crate::changes::Motion)): when what
 //! moves touches one of its segments, or when a light changes that it has asked.

@@ -55,7 +55,7 @@ impl Committed<'_> {
     }
 
     /// The closest hit of each ray that takes part: `ray.tfar` and the lane of `packet.hit` are written, or
-    /// left alone if nothing is hit. Begin with `hit.geom_id` [`INVALID`](crate::INVALID).
+    /// left alone if nothing is hit. Begin with `hit.geom_id` [`INVALID`].
     ///
     /// `N` is 4, 8 or 16, and packets of [`Device::native_width`](crate::Device::native_width) are the fastest.
     #[inline]
