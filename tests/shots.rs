@@ -99,7 +99,7 @@ fn check_rays(film: &Film, stats: &FrameStats, what: &str) {
         ("rays.primary", rays.primary),
         ("rays.verification", rays.verification),
         ("rays.shadow", rays.shadow),
-        ("rays.secondary", rays.reflection + rays.refraction),
+        ("rays.secondary", rays.reflection + rays.refraction + rays.gathering),
     ] {
         assert_eq!(sum(name), expected as f64, "{what}: {name}");
     }
@@ -130,6 +130,14 @@ fn the_city() {
     assert!(share > 0.5, "{share}");
     // over a key of the camera, at full speed, and frames further apart
     audited(&shot, (96, 54), &[28, 29, 30, 31, 40, 60]);
+}
+
+#[test]
+fn the_city_under_a_sky() {
+    let mut shot = own("city/sky.toml");
+    shot.settings.paths = 4;
+    let share = audited(&shot, (64, 36), &[1, 2, 3, 30]);
+    assert!(share > 0.5, "{share}");
 }
 
 #[test]

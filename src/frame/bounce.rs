@@ -6,9 +6,10 @@ use glam::Vec3;
 
 use super::bits::set_bits;
 use super::frame_view::FrameView;
-use super::light_paths::{PathScratch, PathStart, trace_paths};
+use super::light_paths::{PathScratch, trace_paths};
 use super::lighting::{Places, add_light};
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
+use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
 use super::radiance::Radiance;
 use super::ray_tally::RayTally;
@@ -240,7 +241,9 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
             let Surface { point, normal, geometric_normal, .. } = met.surface;
             let seed = seed_of(point, met.surface.material.into());
             let [tangent, _] = orthonormal(normal);
-            let start = PathStart { owner: number, index: 0, seed, point, normal, tangent, geometric_normal };
+            let cell = met.bounce.cell;
+            let start =
+                PathStart { owner: number, cell, index: 0, seed, point, normal, tangent, geometric_normal };
             gathering.starts.extend((0..count as u32).map(|index| PathStart { index, ..start }));
         }
         trace_paths(frame, gathering, tally);
@@ -250,7 +253,6 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
             let materials = [met.surface.material; LANES];
             let albedo = frame.palette.albedo(&materials, Vec3x8::splat(met.surface.reflectance)).lane(0);
             met.light += albedo * brought.radiance / count as f32;
-            tally.cells.secondary[met.bounce.cell as usize] += 1;
             paths.note_until(brought.until);
         }
     }
@@ -365,7 +367,8 @@ fn grow(
 }
 
 fn count(bounce: &Bounce, tally: &mut RayTally) {
-    tally.cells.secondary[bounce.cell as usize] += 1;
+    let counted = &mut tally.cells.secondary[bounce.cell as usize];
+    *counted = counted.saturating_add(1);
     match bounce.kind {
         Kind::Reflection => tally.counts.reflection += 1,
         Kind::Refraction => tally.counts.refraction += 1,

@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::bits::{set_bits, surface_bits};
 use super::frame_view::FrameView;
-use super::light_paths::{AT_ONCE, PathScratch, PathStart, trace_paths};
+use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
+use super::path_ends::PathStart;
 use super::placed::{Placed, PlacedTile};
 use super::ray_tally::RayTally;
 use crate::changes::Until;
@@ -66,6 +67,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
     let normal = placed.normal.lane(lane);
     PathStart {
         owner: cell as u32,
+        cell: cell as u32,
         index: 0,
         seed: seed_of(tile.point(cell), model),
         point: placed.point.lane(lane),

@@ -12,6 +12,7 @@
 use glam::Vec3;
 
 use super::frame_view::FrameView;
+use super::path_ends::{Brought, PathStart};
 use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
@@ -25,34 +26,6 @@ use crate::shade::sampling::{PathRandom, cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
-
-/// Where a path starts.
-#[derive(Debug, Clone, Copy)]
-pub struct PathStart {
-    /// Whatever number its owner knows it by.
-    pub owner: u32,
-    /// Its number among the paths of its surface.
-    pub index: u32,
-    /// Of its random numbers: all paths of a surface share it.
-    pub seed: u32,
-    /// On the surface, world space.
-    pub point: Vec3,
-    /// For shading, world space, unit length.
-    pub normal: Vec3,
-    /// At right angles to the normal, unit length; turns with the model, and the path with it.
-    pub tangent: Vec3,
-    /// Of the triangle, world space, unit length, on the same side.
-    pub geometric_normal: Vec3,
-}
-
-/// What a path brings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Brought {
-    /// Radiance, linear RGB.
-    pub radiance: Vec3,
-    /// The first frame in which it may be another.
-    pub until: Until,
-}
 
 /// A ray of a path.
 #[derive(Debug, Clone, Copy)]
@@ -139,7 +112,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             sky.push(frame, &asking, [across, up]);
         }
     }
-    sky.cast(frame, brought, tally);
+    sky.cast(frame, starts, brought, tally);
     for bounce in 0..frame.bounces {
         if scratch.now.is_empty() {
             break;
@@ -164,7 +137,11 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
 fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, rays, hits, now, vertices, .. } = scratch;
     rays.clear();
-    now.iter().for_each(|ray| rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY));
+    for ray in &*now {
+        rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY);
+        let counted = &mut tally.cells.secondary[starts[ray.path as usize].cell as usize];
+        *counted = counted.saturating_add(1);
+    }
     tally.counts.gathering += now.len() as u64;
     frame.tracer.closest(rays, SceneSubset::All, Coherence::Incoherent, hits);
     vertices.clear();
@@ -215,7 +192,7 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
 
 /// Lights the vertices: emission and ambient light, and what reaches them of the light that each has chosen.
 fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { brought, vertices, by_light, reflected, sky, queue, .. } = scratch;
+    let PathScratch { starts, brought, vertices, by_light, reflected, sky, queue, .. } = scratch;
     for some in vertices.chunks_mut(LANES) {
         let surfaces = Eight::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.materials, surfaces.reflectance);
@@ -229,7 +206,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
             Asking { path, point, normal, geometric_normal, weight, chances: vertex.chances(frame, bounce) };
         sky.push(frame, &asking, vertex.place);
     }
-    sky.cast(frame, brought, tally);
+    sky.cast(frame, starts, brought, tally);
     if lights == 0 {
         return;
     }
@@ -246,7 +223,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         let asks = vertices[*first as usize].asks;
         let count = rest.partition_point(|vertex| vertices[*vertex as usize].asks == asks);
         let (group, after) = rest.split_at(count);
-        ask_light(frame, group, (vertices, brought), (queue, reflected), tally);
+        ask_light(frame, group, starts, (vertices, brought), (queue, reflected), tally);
         rest = after;
     }
 }
@@ -255,6 +232,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
 fn ask_light(
     frame: &FrameView,
     group: &[u32],
+    starts: &[PathStart],
     (vertices, brought): (&mut [Vertex], &mut [Brought]),
     (queue, reflected): (&mut ShadowQueue, &mut Vec<Vec3>),
     tally: &mut RayTally,
@@ -274,7 +252,10 @@ fn ask_light(
         for (lane, vertex) in some.iter().enumerate() {
             reflected.push(light.lane(lane));
             if asked >> lane & 1 != 0 {
-                let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
+                let path = vertices[*vertex as usize].ray.path as usize;
+                let counted = &mut tally.cells.shadow[starts[path].cell as usize];
+                *counted = counted.saturating_add(1);
+                let brought = &mut brought[path];
                 let (from, to_light) = (eight.point.lane(lane), light_sample.to_light.lane(lane));
                 brought.until = brought.until.min(frame.first_touch(from, to_light, light_sample.far));
             }

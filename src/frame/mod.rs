@@ -34,6 +34,7 @@ mod mitchell;
 mod moved_bounds;
 mod need;
 mod path_bounds;
+mod path_ends;
 pub mod pixels;
 mod placed;
 pub mod plan;

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::bits::bit;
 use super::frame_view::FrameView;
-use super::light_paths::Brought;
+use super::path_ends::{Brought, PathStart};
 use super::ray_tally::RayTally;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
@@ -90,14 +90,24 @@ impl SkyRays {
         self.waiting.push(SkyRay { path, origin: off_surface(point, geometric_normal), direction, light });
     }
 
-    /// Casts the rays, and adds to what the paths have `brought`.
-    pub fn cast(&mut self, frame: &FrameView, brought: &mut [Brought], tally: &mut RayTally) {
+    /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
+    pub fn cast(
+        &mut self,
+        frame: &FrameView,
+        starts: &[PathStart],
+        brought: &mut [Brought],
+        tally: &mut RayTally,
+    ) {
         let Self { waiting, rays, blocked } = self;
         if waiting.is_empty() {
             return;
         }
         rays.clear();
-        waiting.iter().for_each(|ray| rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY));
+        for ray in &*waiting {
+            rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY);
+            let counted = &mut tally.cells.shadow[starts[ray.path as usize].cell as usize];
+            *counted = counted.saturating_add(1);
+        }
         tally.counts.shadow += waiting.len() as u64;
         blocked.clear();
         blocked.resize(rays.packet_count(), 0);

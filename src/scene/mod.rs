@@ -25,6 +25,7 @@ pub mod shot;
 mod shot_environment;
 mod shot_file;
 mod shot_tracks;
+mod shot_values;
 mod spelling;
 pub mod texture;
 mod toml_text;

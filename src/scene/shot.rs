@@ -1,7 +1,7 @@
 //! A shot, and how it is made of a shot file (`.toml`) with all that it names.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -10,12 +10,12 @@ use super::assemble::{Assembly, Override};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
-use super::paths::find_beside;
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     BackgroundTable, IndirectTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile,
     Three,
 };
+use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
 use crate::layers::Layers;
@@ -236,14 +236,6 @@ fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, S
     Ok(Background { zenith: zenith.unwrap_or(horizon), horizon, ground: ground.unwrap_or(horizon) })
 }
 
-pub(super) fn optional_color(
-    text: TomlText<'_>,
-    key: &str,
-    value: &Option<Three>,
-) -> Result<Option<Vec3>, SceneError> {
-    value.as_ref().map(|value| text.color(key, value)).transpose()
-}
-
 fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, SceneError> {
     let color = |key, value: &Option<Three>| {
         let color = optional_color(text, key, value)?;
@@ -283,17 +275,6 @@ fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Res
     let (track, mesh) = (shot_tracks::model(text, table)?, assembly.mesh(&path)?);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
-}
-
-/// The file that the key `key` names.
-pub(super) fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
-    let folder = text.path.parent().unwrap_or(Path::new(""));
-    find_beside(folder, name.get_ref()).ok_or_else(|| {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let (file, folder) = (name.get_ref(), folder.display());
-        let message = format!("there is no file `{file}` in `{folder}`: paths are relative to the shot file");
-        text.fault(name.span(), format!("`{key}`: {message}"))
-    })
 }
 
 /// The model in the space in which the shot is rendered.

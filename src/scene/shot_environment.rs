@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::environment::{self, Sky};
-use super::shot::{file_of, optional_color};
 use super::shot_file::{EnvironmentTable, SkyTable};
+use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, TomlText};
 use super::{Background, Environment, SceneError, Warning};
 

@@ -10,7 +10,7 @@ use std::fmt;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::PictureError;
+use super::picture_error::PictureError;
 
 /// Of all samples, about this share is spread evenly over what is not black. So a step of a cumulative distribution
 /// is larger than the rounding of a float near 1, up to 32768 steps: whatever shines can be found.

@@ -6,18 +6,19 @@
 //! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
 
 mod grid;
+mod picture_error;
 mod read;
 mod sky;
 mod spectrum;
 mod sun;
 
-use std::fmt;
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::Background;
 use grid::Grid;
+pub use picture_error::PictureError;
 pub(super) use read::read;
 pub use sky::Sky;
 pub use sun::Sun;
@@ -47,42 +48,6 @@ pub struct Environment {
     turn: Turn,
     power: f32,
 }
-
-/// Why a picture is no environment.
-#[derive(Debug, Clone, PartialEq)]
-pub enum PictureError {
-    /// It has no texel, or not three values for each.
-    #[allow(missing_docs, reason = "the names say it")]
-    Size { width: u32, height: u32, values: usize },
-    /// A value is negative, NaN or infinite.
-    Value {
-        /// Column and row, from 0, from the top left.
-        pixel: [u32; 2],
-        /// `R`, `G` or `B`.
-        channel: char,
-        /// The value.
-        value: f32,
-    },
-}
-
-impl fmt::Display for PictureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size { width, height, values } => {
-                write!(f, "has {values} values for {width}x{height} pixels: three for each are needed")
-            }
-            Self::Value { pixel: [x, y], channel, value } => {
-                let place = format!("in channel {channel} of pixel ({x}, {y})");
-                match value.is_finite() {
-                    true => write!(f, "has the negative value {value} {place}: set negative values to 0"),
-                    false => write!(f, "has the value {value} {place}: replace it by a finite one"),
-                }
-            }
-        }
-    }
-}
-
-impl std::error::Error for PictureError {}
 
 impl Environment {
     /// Of a latitude-longitude picture: linear RGB, three values for each of `width` x `height` texels, row by row

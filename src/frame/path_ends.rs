@@ -1,0 +1,35 @@
+//! Where a light path starts, and what it brings back.
+
+use glam::Vec3;
+
+use crate::changes::Until;
+
+/// Where a path starts.
+#[derive(Debug, Clone, Copy)]
+pub struct PathStart {
+    /// Whatever number its owner knows it by.
+    pub owner: u32,
+    /// The cell for which it is traced.
+    pub cell: u32,
+    /// Its number among the paths of its surface.
+    pub index: u32,
+    /// Of its random numbers: all paths of a surface share it.
+    pub seed: u32,
+    /// On the surface, world space.
+    pub point: Vec3,
+    /// For shading, world space, unit length.
+    pub normal: Vec3,
+    /// At right angles to the normal, unit length; turns with the model, and the path with it.
+    pub tangent: Vec3,
+    /// Of the triangle, world space, unit length, on the same side.
+    pub geometric_normal: Vec3,
+}
+
+/// What a path brings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Brought {
+    /// Radiance, linear RGB.
+    pub radiance: Vec3,
+    /// The first frame in which it may be another.
+    pub until: Until,
+}
