@@ -241,9 +241,7 @@ fn tags_save_rays_and_change_no_pixel() {
 #[test]
 fn layers_that_are_left_out_change_no_other() {
     let moving = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));
-    for (scene, filter) in
-        [(moving, Filter::Box), (with_flyer(matt_world()), Filter::Box), (world(), Filter::Mitchell)]
-    {
+    for (scene, filter) in [(moving, Filter::Box), (matt_world(), Filter::Box), (world(), Filter::Mitchell)] {
         let render = |layers: &str| {
             let layers = Layers::parse(layers).expect("known");
             toy::render(&scene, &Settings { filter, layers, ..toy::settings(2) }, 4)
@@ -369,7 +367,7 @@ fn what_is_at_rest_is_left_alone() {
     let box_filter = [(travels.clone(), Filter::Box, 4), (rests(EYE), Filter::Box, 1)];
     let mitchell = [(travels, Filter::Mitchell, 4), (rests(EYE), Filter::Mitchell, 1)];
     for (eye, filter, marked) in box_filter.into_iter().chain(mitchell) {
-        let scene = with_camera(with_flyer(matt_world()), eye, rests(TARGET));
+        let scene = with_camera(matt_world(), eye, rests(TARGET));
         let settings = Settings { width: 192, height: 144, filter, ..toy::settings(2) };
         let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
         let mut render = |frame: i32, mark: bool| {

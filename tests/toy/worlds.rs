@@ -60,6 +60,7 @@ pub fn with_camera(mut scene: Scene, eye: Track<DVec3>, target: Track<DVec3>) ->
 }
 
 /// A wall and a floor without mirror or glass, so that whole tiles stay the same, and a flyer in a corner.
+/// A second flyer would be in the same place, and which of two surfaces in one place Embree meets is not defined.
 pub fn matt_world() -> Scene {
     let mut scene = with_flyer(world());
     scene.models.retain(|model| model.name != "mirror" && model.name != "glass");
