@@ -15,6 +15,7 @@ use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
 use crate::settings::Reuse;
+use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
 use crate::trace::{SceneSubset, Tracer};
@@ -26,6 +27,8 @@ pub struct FrameView<'a> {
     pub scene: &'a Scene,
     /// What rays see that leave it.
     pub sky: &'a SkyLight,
+    /// Surfaces that emit light, if samples gather it.
+    pub emitters: &'a Emitters,
     /// Its materials, ready for lighting.
     pub palette: &'a Palette,
     /// Where it is.

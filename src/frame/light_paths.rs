@@ -1,8 +1,8 @@
 //! Light paths: rays that leave surfaces in all directions and bring back the light that arrives there.
 //!
 //! A path starts at a surface in a direction by the cosine law. What escapes brings the sky. What meets a surface brings
-//! what that surface emits and reflects of one light or of [the sky](super::sky_rays), chosen by chance (next-event
-//! estimation), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene
+//! what that surface emits and reflects of one light, of the sky or of a surface that emits, chosen by chance
+//! ([next-event estimation](super::next_event)), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene
 //! in this frame, and of no other path: rays are cast one by one ([`Coherence::Incoherent`]). So it can be traced again,
 //! alone, and brings the same to the bit.
 //!
@@ -12,14 +12,15 @@
 use glam::Vec3;
 
 use super::frame_view::FrameView;
+use super::next_event::{Asking, Chances, LightRays};
 use super::path_ends::{Brought, PathStart};
 use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
-use super::sky_rays::{Asking, Chances, SkyRays};
 use super::surface::{Hits8, surfaces};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::pose::LightPose;
 use crate::shade::light::light_from_anywhere;
 use crate::shade::optics::branch;
 use crate::shade::sampling::{PathRandom, cosine_direction, orthonormal};
@@ -49,14 +50,48 @@ struct Vertex {
     surface: Surface,
     /// What it shows of the light that it has asked, and emits.
     light: Vec3,
-    /// The light that it asks; the sky comes after the last one.
-    asks: u32,
+    /// The weight of what it emits: next-event estimation finds that, too.
+    emission_weight: f32,
+    /// What it asks for light.
+    asks: Asks,
     /// Among how many it chose.
     choices: u32,
-    /// Where on that light, or in the sky.
-    place: [f32; 2],
+    /// Where on that light, in the sky, or on the surfaces that emit.
+    place: [f32; 3],
     /// The ways on from it.
     lobes: Lobes,
+}
+
+/// What a surface asks for light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Asks {
+    /// This light of the shot.
+    Light(u32),
+    /// A direction of the sky.
+    Sky,
+    /// A surface that emits.
+    Emitter,
+    /// There is none.
+    Nothing,
+}
+
+impl Asks {
+    /// What there is to ask for a surface after so many bounces.
+    fn count(frame: &FrameView, bounce: u32) -> u32 {
+        let others = [asks_sky(frame, bounce), !frame.emitters.is_empty()];
+        frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
+    }
+
+    /// What number `choice` of them is.
+    fn of(frame: &FrameView, bounce: u32, choice: u32) -> Self {
+        let lights = frame.pose.lights.len() as u32;
+        match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.is_empty()) {
+            (None, ..) => Self::Light(choice),
+            (Some(0), true, _) => Self::Sky,
+            (Some(_), _, false) => Self::Emitter,
+            (Some(_), ..) => Self::Nothing,
+        }
+    }
 }
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
@@ -81,19 +116,19 @@ pub struct PathScratch {
     by_light: Vec<u32>,
     /// Of those that ask one light: what reaches them if nothing is in its way.
     reflected: Vec<Vec3>,
-    sky: SkyRays,
+    light_rays: LightRays,
     queue: ShadowQueue,
 }
 
 /// Traces the paths in `scratch.starts`; what they bring comes into `scratch.brought`.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, now, sky, .. } = &mut *scratch;
+    let PathScratch { starts, brought, now, light_rays, .. } = &mut *scratch;
     brought.clear();
     now.clear();
-    let asks_sky = frame.sky.is_uneven();
-    let chances = if asks_sky { Chances { asks_sky: 1.0, goes_on: 1.0 } } else { Chances::PATH_ALONE };
+    let chances = Chances::of_start(frame);
     for (path, start) in (0..).zip(&*starts) {
-        let [along, above, across, up] = PathRandom { seed: start.seed, index: start.index }.four(0);
+        let random = PathRandom { seed: start.seed, index: start.index };
+        let [along, above, across, up] = random.four(0);
         let axes = [start.tangent, start.normal.cross(start.tangent), start.normal];
         let direction = cosine_direction([along, above], axes);
         let mut until = Until::FOREVER;
@@ -105,25 +140,32 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             // below the surface: dark until the surface moves
             until = frame.first_touch(start.point, start.normal, 0.0);
         }
-        brought.push(Brought { radiance: Vec3::ZERO, until });
-        if asks_sky {
-            let PathStart { point, normal, geometric_normal, .. } = *start;
-            let asking = Asking { path, point, normal, geometric_normal, weight: Vec3::ONE, chances };
-            sky.push(frame, &asking, [across, up]);
+        let mut brings = Brought { radiance: Vec3::ZERO, until };
+        let PathStart { point, normal, geometric_normal, .. } = *start;
+        let asking = Asking { path, point, normal, geometric_normal, weight: Vec3::ONE, chances };
+        if chances.asks_sky > 0.0 {
+            light_rays.ask_sky(frame, &asking, [across, up]);
         }
+        if chances.asks_emitter > 0.0 {
+            // of no vertex: they take those up to twice the bounces
+            let [triangle, along, above, _] = random.four(2 * frame.bounces + 1);
+            light_rays.ask_emitter(frame, &asking, [triangle, along, above], &mut brings);
+        }
+        brought.push(brings);
     }
-    sky.cast(frame, starts, brought, tally);
+    light_rays.cast(frame, starts, brought, tally);
     for bounce in 0..frame.bounces {
         if scratch.now.is_empty() {
             break;
         }
-        meet(frame, bounce, scratch, tally);
+        cast(frame, scratch, tally);
+        meet(frame, bounce, scratch);
         light(frame, bounce, scratch, tally);
         let PathScratch { starts, brought, next, vertices, .. } = &mut *scratch;
         next.clear();
         for vertex in &*vertices {
             brought[vertex.ray.path as usize].radiance += vertex.ray.weight * vertex.light;
-            if bounce + 1 < frame.bounces {
+            if paths_go_on(frame, bounce) {
                 let start = &starts[vertex.ray.path as usize];
                 let random = PathRandom { seed: start.seed, index: start.index };
                 next.extend(go_on(frame, bounce, vertex, random.four(2 * bounce + 2)));
@@ -131,11 +173,15 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         }
         std::mem::swap(&mut scratch.now, &mut scratch.next);
     }
+    if !scratch.now.is_empty() {
+        cast(frame, scratch, tally);
+        end(frame, scratch);
+    }
 }
 
-/// Finds what the rays at work meet.
-fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, rays, hits, now, vertices, .. } = scratch;
+/// Casts the rays at work. Paths are told until when these bring what they bring now; those that escape bring the sky.
+fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
+    let PathScratch { starts, brought, rays, hits, now, .. } = scratch;
     rays.clear();
     for ray in &*now {
         rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY);
@@ -144,6 +190,23 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
     }
     tally.counts.gathering += now.len() as u64;
     frame.tracer.closest(rays, SceneSubset::All, Coherence::Incoherent, hits);
+    for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
+        for (lane, ray) in some.iter().enumerate() {
+            let is_hit = packet.model[lane] != NO_HIT;
+            let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
+            let brought = &mut brought[ray.path as usize];
+            brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
+            if !is_hit {
+                let weight = ray.chances.of_path_to_sky(frame, ray.normal, ray.direction);
+                brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
+            }
+        }
+    }
+}
+
+/// Makes vertices of what the rays at work have met.
+fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
+    let PathScratch { starts, hits, now, vertices, .. } = scratch;
     vertices.clear();
     let eights = now.len().div_ceil(LANES);
     let eight = |number: usize| {
@@ -160,16 +223,6 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
             hits.prefetch_corners(frame);
         }
         let Some((packet, from)) = eight(number) else { break };
-        for (lane, ray) in some.iter().enumerate() {
-            let is_hit = packet.model[from + lane] != NO_HIT;
-            let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
-            let brought = &mut brought[ray.path as usize];
-            brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
-            if !is_hit {
-                let weight = ray.chances.of_path(frame, ray.normal, ray.direction);
-                brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
-            }
-        }
         surfaces(
             frame,
             &Hits8::of(packet, from),
@@ -178,13 +231,47 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
             |lane, surface| {
                 let ray = some[lane];
                 let start = &starts[ray.path as usize];
-                let [choice, along, above, _] =
+                let [choice, along, above, triangle] =
                     PathRandom { seed: start.seed, index: start.index }.four(2 * bounce + 1);
-                let choices = (frame.pose.lights.len() + usize::from(asks_sky(frame, bounce))) as u32;
-                let asks = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
-                let lobes = Lobes::of(frame, &surface, ray.direction);
-                let (light, place) = (Vec3::ZERO, [along, above]);
-                vertices.push(Vertex { ray, surface, light, asks, choices, place, lobes });
+                let choices = Asks::count(frame, bounce);
+                let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
+                let (model, distance) = (packet.model[from + lane], packet.t[from + lane]);
+                vertices.push(Vertex {
+                    ray,
+                    surface,
+                    light: Vec3::ZERO,
+                    emission_weight: ray.emission_weight(frame, model, &surface, distance),
+                    asks: Asks::of(frame, bounce, choice),
+                    choices,
+                    place: [along, above, triangle],
+                    lobes: Lobes::of(frame, &surface, ray.direction),
+                });
+            },
+        );
+    }
+}
+
+/// Adds what those surfaces emit that the rays at work have met: the last ones of their paths.
+fn end(frame: &FrameView, scratch: &mut PathScratch) {
+    let PathScratch { brought, hits, now, .. } = scratch;
+    for (number, some) in now.chunks(LANES).enumerate() {
+        let (packet, from) = (&hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
+        let eight = Hits8::of(packet, from);
+        let emits = |lane| eight.is_hit(lane) && frame.emitters.emits(eight.material(frame, lane));
+        if !(0..some.len()).any(emits) {
+            continue;
+        }
+        surfaces(
+            frame,
+            &eight,
+            some.len(),
+            |lane| some[lane].direction,
+            |lane, surface| {
+                let ray = some[lane];
+                let (model, distance) = (packet.model[from + lane], packet.t[from + lane]);
+                let emission = frame.scene.materials[usize::from(surface.material)].emission;
+                let weight = ray.emission_weight(frame, model, &surface, distance);
+                brought[ray.path as usize].radiance += ray.weight * emission * weight;
             },
         );
     }
@@ -192,22 +279,33 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut R
 
 /// Lights the vertices: emission and ambient light, and what reaches them of the light that each has chosen.
 fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, vertices, by_light, reflected, sky, queue, .. } = scratch;
+    let PathScratch { starts, brought, vertices, by_light, reflected, light_rays, queue, .. } = scratch;
     for some in vertices.chunks_mut(LANES) {
         let surfaces = Eight::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.materials, surfaces.reflectance);
-        some.iter_mut().enumerate().for_each(|(lane, vertex)| vertex.light = light.lane(lane));
+        for (lane, vertex) in some.iter_mut().enumerate() {
+            let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
+            let found_otherwise = emission * (1.0 - vertex.emission_weight);
+            vertex.light = (light.lane(lane) - found_otherwise).max(Vec3::ZERO);
+        }
     }
-    let lights = frame.pose.lights.len() as u32;
-    for vertex in vertices.iter().filter(|vertex| vertex.choices > 0 && vertex.asks == lights) {
+    for vertex in &*vertices {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.ways[0].0);
         let asking =
             Asking { path, point, normal, geometric_normal, weight, chances: vertex.chances(frame, bounce) };
-        sky.push(frame, &asking, vertex.place);
+        let [along, above, triangle] = vertex.place;
+        match vertex.asks {
+            Asks::Sky => light_rays.ask_sky(frame, &asking, [along, above]),
+            Asks::Emitter => {
+                let brought = &mut brought[path as usize];
+                light_rays.ask_emitter(frame, &asking, [triangle, along, above], brought);
+            }
+            Asks::Light(_) | Asks::Nothing => {}
+        }
     }
-    sky.cast(frame, starts, brought, tally);
-    if lights == 0 {
+    light_rays.cast(frame, starts, brought, tally);
+    if frame.pose.lights.is_empty() {
         return;
     }
     let lights_change = frame.first_light_change();
@@ -216,21 +314,23 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         brought.until = brought.until.min(lights_change);
     }
     by_light.clear();
-    by_light.extend((0..vertices.len() as u32).filter(|vertex| vertices[*vertex as usize].asks < lights));
+    let asks_light = |vertex: &u32| matches!(vertices[*vertex as usize].asks, Asks::Light(_));
+    by_light.extend((0..vertices.len() as u32).filter(asks_light));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
-    while let Some(first) = rest.first() {
-        let asks = vertices[*first as usize].asks;
-        let count = rest.partition_point(|vertex| vertices[*vertex as usize].asks == asks);
-        let (group, after) = rest.split_at(count);
-        ask_light(frame, group, starts, (vertices, brought), (queue, reflected), tally);
+    while let Some(Asks::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
+        let same = |vertex: &u32| vertices[*vertex as usize].asks == Asks::Light(number);
+        let (group, after) = rest.split_at(rest.partition_point(same));
+        let light = &frame.pose.lights[number as usize];
+        ask_light(frame, light, group, starts, (vertices, brought), (queue, reflected), tally);
         rest = after;
     }
 }
 
-/// Adds to those vertices that are named in `group`, all of which ask the same light, what it sends them.
+/// Adds to those vertices that are named in `group`, all of which ask `light`, what it sends them.
 fn ask_light(
     frame: &FrameView,
+    light: &LightPose,
     group: &[u32],
     starts: &[PathStart],
     (vertices, brought): (&mut [Vertex], &mut [Brought]),
@@ -239,7 +339,6 @@ fn ask_light(
 ) {
     // one of them stands for all
     let choices = vertices[group[0] as usize].choices as f32;
-    let light = &frame.pose.lights[vertices[group[0] as usize].asks as usize];
     queue.clear();
     reflected.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
@@ -273,15 +372,30 @@ fn ask_light(
 /// Whether vertices after so many bounces may choose to ask the sky: wherever that finds more than chance would, and where
 /// no path goes on that could find it.
 fn asks_sky(frame: &FrameView, bounce: u32) -> bool {
-    frame.sky.is_uneven() || frame.sky.shines() && bounce + 1 == frame.bounces
+    frame.sky.is_uneven() || frame.sky.shines() && !paths_go_on(frame, bounce)
+}
+
+/// Whether paths go on from vertices after so many bounces. Off the last one they only bring what emits: where a surface
+/// that emits is near, asking for it alone would be all noise.
+fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
+    bounce + 1 < frame.bounces || !frame.emitters.is_empty()
+}
+
+impl PathRay {
+    /// The weight of what `surface` of `model` emits, which the ray has met at this distance.
+    fn emission_weight(&self, frame: &FrameView, model: u32, surface: &Surface, distance: f32) -> f32 {
+        self.chances.of_path_to_emitter(frame, (self.normal, self.direction), (model, surface), distance)
+    }
 }
 
 impl Vertex {
-    /// Of the ways from it to the sky.
+    /// Of the ways from it to light.
     fn chances(&self, frame: &FrameView, bounce: u32) -> Chances {
+        let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
         Chances {
-            asks_sky: if asks_sky(frame, bounce) { 1.0 / self.choices as f32 } else { 0.0 },
-            goes_on: if bounce + 1 < frame.bounces { self.lobes.chance(0) } else { 0.0 },
+            asks_sky: chance(asks_sky(frame, bounce)),
+            asks_emitter: chance(!frame.emitters.is_empty()),
+            goes_on: if paths_go_on(frame, bounce) { self.lobes.chance(0) } else { 0.0 },
         }
     }
 }

@@ -33,6 +33,7 @@ mod lighting;
 mod mitchell;
 mod moved_bounds;
 mod need;
+mod next_event;
 mod path_bounds;
 mod path_ends;
 pub mod pixels;
@@ -48,7 +49,6 @@ mod serve;
 mod serve_tests;
 mod shadow;
 mod sight;
-mod sky_rays;
 mod spoil;
 mod stay;
 mod surface;
@@ -72,6 +72,7 @@ use crate::pose::{CameraPose, Pose};
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
+use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
 use crate::stats::{FrameStats, Memory, Seconds};
@@ -99,6 +100,7 @@ pub struct Renderer<'s> {
     settings: Settings,
     grid: Arc<Grid>,
     sky: SkyLight,
+    emitters: Emitters,
     palette: Palette,
     /// Of the store's tags.
     layout: TagLayout,
@@ -153,6 +155,7 @@ impl<'s> Renderer<'s> {
             settings: settings.clone(),
             grid: Arc::new(Grid::new(settings)),
             sky: SkyLight::of(scene),
+            emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
             buffers: FrameBuffers::new(layout.clone()),
             motion: if layout.paths > 0 { Motion::of(scene) } else { Motion::default() },
@@ -195,6 +198,7 @@ impl<'s> Renderer<'s> {
         let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
             sky: &self.sky,
+            emitters: &self.emitters,
             palette: &self.palette,
             pose: &pose,
             displaced: &displaced,

@@ -45,6 +45,12 @@ impl<'a> Hits8<'a> {
         &frame.scene.models[self.models[lane] as usize].mesh
     }
 
+    /// The material that was met in a lane, which must have a hit.
+    #[inline(always)]
+    pub fn material(&self, frame: &FrameView, lane: usize) -> u16 {
+        self.mesh(frame, lane).material_of[self.triangles[lane] as usize]
+    }
+
     /// Has the numbers of what was met fetched: the triangles' corners and materials. Hits of rays that go all around lie
     /// all over the scene, and each waits for memory otherwise.
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! Pure functions from surfaces and lights to colours. No ray is traced here.
 
+pub mod emitters;
 pub mod light;
 pub mod optics;
 pub mod phong;

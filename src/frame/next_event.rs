@@ -1,0 +1,195 @@
+//! Next-event estimation: rays from surfaces to where much light comes from, the sky and surfaces that emit.
+//!
+//! Paths meet both by themselves, too. What either way finds is weighed by the balance heuristic (Veach and Guibas,
+//! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995): by its density in the sum of both.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+
+use super::bits::bit;
+use super::frame_view::FrameView;
+use super::path_ends::{Brought, PathStart};
+use super::ray_tally::RayTally;
+use crate::shade::Surface;
+use crate::shade::surface::off_surface;
+use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
+
+/// How likely the ways are that lead from a surface to light.
+#[derive(Debug, Clone, Copy)]
+pub struct Chances {
+    /// The probability with which the sky is asked from there.
+    pub asks_sky: f32,
+    /// The probability with which a surface that emits is asked from there.
+    pub asks_emitter: f32,
+    /// The probability with which a path goes on from there by the cosine law.
+    pub goes_on: f32,
+}
+
+impl Chances {
+    /// Of a surface off which nothing else than its path finds light.
+    pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, goes_on: 1.0 };
+
+    /// Of a sample's surface.
+    pub fn of_start(frame: &FrameView) -> Self {
+        let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
+        Self {
+            asks_sky: chance(frame.sky.is_uneven()),
+            asks_emitter: chance(!frame.emitters.is_empty()),
+            goes_on: 1.0,
+        }
+    }
+
+    /// The weight of the sky in `direction` where a path finds it that left a surface with this `normal`.
+    pub fn of_path_to_sky(self, frame: &FrameView, normal: Vec3, direction: Vec3) -> f32 {
+        if self.asks_sky == 0.0 {
+            return 1.0;
+        }
+        let by_path = self.goes_on * cosine_density(normal, direction);
+        by_path / (by_path + self.asks_sky * frame.sky.pdf(direction))
+    }
+
+    /// The weight of what `met`, a surface of `model`, emits where a path finds it that left a surface with this `normal`
+    /// in this `direction` (unit length).
+    pub fn of_path_to_emitter(
+        self,
+        frame: &FrameView,
+        (normal, direction): (Vec3, Vec3),
+        (model, met): (u32, &Surface),
+        distance: f32,
+    ) -> f32 {
+        if self.asks_emitter == 0.0 {
+            return 1.0;
+        }
+        let by_path = self.goes_on * cosine_density(normal, direction);
+        let of_area = frame.emitters.density(frame.pose, model, met.material, met.geometric_normal);
+        let cos = met.geometric_normal.dot(direction).abs();
+        // both in solid angle times the cosine: on edge neither way is likely
+        let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);
+        if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) }
+    }
+}
+
+/// The density of directions by the cosine law about `normal`, in solid angle.
+fn cosine_density(normal: Vec3, direction: Vec3) -> f32 {
+    normal.dot(direction).max(0.0) * FRAC_1_PI
+}
+
+/// A surface that asks.
+#[derive(Debug, Clone, Copy)]
+pub struct Asking {
+    /// Number of its path.
+    pub path: u32,
+    /// World space.
+    pub point: Vec3,
+    /// For shading.
+    pub normal: Vec3,
+    /// Of the triangle.
+    pub geometric_normal: Vec3,
+    /// Of what a white surface would reflect, in what the path brings.
+    pub weight: Vec3,
+    /// Of the ways to light.
+    pub chances: Chances,
+}
+
+/// A ray, and what it brings if nothing is in its way.
+#[derive(Debug, Clone, Copy)]
+struct LightRay {
+    path: u32,
+    origin: Vec3,
+    /// To the light, at `far` along it.
+    direction: Vec3,
+    far: f32,
+    light: Vec3,
+}
+
+/// Rays that wait to be cast.
+#[derive(Debug, Default)]
+pub struct LightRays {
+    waiting: Vec<LightRay>,
+    rays: RayBatch,
+    blocked: Vec<u16>,
+}
+
+impl LightRays {
+    /// Adds a ray to the sky, in a direction that two `random` numbers choose, if it leaves the surface.
+    pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
+        let Asking { path, point, normal, geometric_normal, weight, chances } = *asking;
+        let (direction, density) = frame.sky.sample(random);
+        let by_cosine = cosine_density(normal, direction);
+        if by_cosine <= 0.0 || geometric_normal.dot(direction) <= 0.0 || density <= 0.0 {
+            return;
+        }
+        let densities = chances.asks_sky * density + chances.goes_on * by_cosine;
+        let light = weight * frame.sky.radiance(direction) * (by_cosine / densities);
+        let origin = off_surface(point, geometric_normal);
+        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, light });
+    }
+
+    /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
+    /// the path has `brought` is told when that place moves.
+    pub fn ask_emitter(
+        &mut self,
+        frame: &FrameView,
+        asking: &Asking,
+        random: [f32; 3],
+        brought: &mut Brought,
+    ) {
+        let Asking { path, point, normal, geometric_normal, weight, chances } = *asking;
+        let Some(place) = frame.emitters.choose(frame.scene, frame.pose, random) else { return };
+        let way = place.point - point;
+        let squared = way.length_squared();
+        let direction = way / squared.sqrt();
+        let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
+        // what is not a number leads nowhere
+        let leads =
+            by_cosine > 0.0 && geometric_normal.dot(direction) > 0.0 && cos != 0.0 && squared.is_normal();
+        if !leads {
+            if !frame.scene.models[place.model as usize].track.is_constant() {
+                brought.until = brought.until.min(frame.first_touch(point, way, 1.0));
+            }
+            return;
+        }
+        let by_cosine_of_area = by_cosine * cos.abs() / squared;
+        let densities = chances.asks_emitter * place.density + chances.goes_on * by_cosine_of_area;
+        let light = weight * place.radiance * (by_cosine_of_area / densities);
+        let origin = off_surface(point, geometric_normal);
+        let facing = if cos > 0.0 { -place.normal } else { place.normal };
+        let direction = off_surface(place.point, facing) - origin;
+        self.waiting.push(LightRay { path, origin, direction, far: 1.0, light });
+    }
+
+    /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
+    pub fn cast(
+        &mut self,
+        frame: &FrameView,
+        starts: &[PathStart],
+        brought: &mut [Brought],
+        tally: &mut RayTally,
+    ) {
+        let Self { waiting, rays, blocked } = self;
+        if waiting.is_empty() {
+            return;
+        }
+        rays.clear();
+        for ray in &*waiting {
+            rays.push(ray.origin, ray.direction, 0.0, ray.far);
+            let counted = &mut tally.cells.shadow[starts[ray.path as usize].cell as usize];
+            *counted = counted.saturating_add(1);
+        }
+        tally.counts.shadow += waiting.len() as u64;
+        blocked.clear();
+        blocked.resize(rays.packet_count(), 0);
+        for by in [Occluders::Still, Occluders::Movable] {
+            frame.tracer.blocked(rays, by, Purpose::Shadow, Coherence::Incoherent, blocked);
+        }
+        for (number, ray) in waiting.drain(..).enumerate() {
+            let brought = &mut brought[ray.path as usize];
+            let until = frame.first_touch(ray.origin, ray.direction, ray.far);
+            brought.until = brought.until.min(until);
+            if !bit(blocked, number) {
+                brought.radiance += ray.light;
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Surfaces that emit light, to be asked for it: places on them, chosen by chance.
+
+use glam::{DVec3, Vec3};
+
+use super::surface::corners_of;
+use crate::pose::Pose;
+use crate::scene::{Mesh, Model, Scene};
+
+/// The triangles of a scene that emit light (`Ke`). Each is chosen in proportion to the light that it sends, and each place
+/// on it as often as any other.
+///
+/// Chances are those of the shot, not of a frame: a model that grows sends more light, and its triangles are chosen no more
+/// often. So what a path has brought stays true until something on its way moves.
+#[derive(Debug, Clone, Default)]
+pub struct Emitters {
+    triangles: Vec<EmitterTriangle>,
+    /// For each triangle the probability that it or one before it is chosen.
+    cumulative: Vec<f32>,
+    /// For each material: how much light a unit of area sends, beside others.
+    brightness: Vec<f32>,
+    /// For each model: the probability that a unit of its area is chosen (object space), for each unit of brightness.
+    chance: Vec<f32>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct EmitterTriangle {
+    model: u32,
+    triangle: u32,
+}
+
+/// A place on a surface that emits light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmitterPlace {
+    /// Its model.
+    pub model: u32,
+    /// World space.
+    pub point: Vec3,
+    /// Of the triangle, unit length, world space. It emits to both sides.
+    pub normal: Vec3,
+    /// To all directions; linear RGB.
+    pub radiance: Vec3,
+    /// The density with which the place is chosen, for each unit of area; world space.
+    pub density: f32,
+}
+
+impl Emitters {
+    /// Of all models of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        let brightness: Vec<f32> =
+            scene.materials.iter().map(|material| luminance(material.emission)).collect();
+        if brightness.iter().all(|brightness| *brightness == 0.0) {
+            return Self::default();
+        }
+        let (mut triangles, mut weights) = (Vec::new(), Vec::new());
+        for (model, number) in scene.models.iter().zip(0..) {
+            let growth = growth(model);
+            for (triangle, material) in (0..).zip(&model.mesh.material_of) {
+                let brightness = f64::from(brightness[usize::from(*material)]);
+                if brightness == 0.0 {
+                    continue;
+                }
+                let [a, b, c] = corners_of(&model.mesh, triangle);
+                let weight = brightness * growth * 0.5 * (b - a).cross(c - a).length();
+                if weight > 0.0 && weight.is_finite() {
+                    triangles.push(EmitterTriangle { model: number, triangle });
+                    weights.push(weight);
+                }
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        let mut sum = 0.0;
+        let cumulative = weights.iter().map(|weight| {
+            sum += weight;
+            (sum / total) as f32
+        });
+        let cumulative = cumulative.collect();
+        let chance = scene.models.iter().map(|model| (growth(model) / total) as f32).collect();
+        Self { triangles, cumulative, brightness, chance }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Whether a surface of `material` is among them, if it has an area.
+    pub fn emits(&self, material: u16) -> bool {
+        self.brightness.get(usize::from(material)).is_some_and(|brightness| *brightness > 0.0)
+    }
+
+    /// A place, chosen by three numbers from 0 to below 1, if there are any.
+    pub fn choose(&self, scene: &Scene, pose: &Pose, random: [f32; 3]) -> Option<EmitterPlace> {
+        let [choice, along, above] = random;
+        let chosen = self.cumulative.partition_point(|end| *end <= choice);
+        // rounding may leave the last end below 1
+        let EmitterTriangle { model, triangle } = *self.triangles.get(chosen).or(self.triangles.last())?;
+        let mesh = &scene.models[model as usize].mesh;
+        let transform = &pose.models[model as usize];
+        let positions = mesh.positions.as_slice();
+        let corner = |corner: u32| transform.point(Vec3::from_array(positions[corner as usize]));
+        let [a, b, c] = mesh.triangles[triangle as usize].map(corner);
+        let normal = transform.normal(normal_of(mesh, triangle));
+        // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
+        let root = along.sqrt();
+        let material = mesh.material_of[triangle as usize];
+        Some(EmitterPlace {
+            model,
+            point: a * (1.0 - root) + b * (root * (1.0 - above)) + c * (root * above),
+            normal,
+            radiance: scene.materials[usize::from(material)].emission,
+            density: self.density(pose, model, material, normal),
+        })
+    }
+
+    /// The density with which a place on a triangle of `model` with this `material` is chosen, for each unit of area in
+    /// world space. `normal`: of the triangle, unit length, world space, on either side.
+    pub fn density(&self, pose: &Pose, model: u32, material: u16, normal: Vec3) -> f32 {
+        let Some(brightness) =
+            self.brightness.get(usize::from(material)).filter(|brightness| **brightness > 0.0)
+        else {
+            return 0.0;
+        };
+        let transform = &pose.models[model as usize];
+        let of_object = brightness * self.chance[model as usize];
+        if transform.is_identity {
+            return of_object;
+        }
+        // a linear map M takes an area with the unit normal n to one that is |det M| / |transpose(M) n| times as large,
+        // where n is the normal of the result
+        let map = transform.to_world.matrix3;
+        of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
+    }
+}
+
+/// Unit length, object space.
+fn normal_of(mesh: &Mesh, triangle: u32) -> Vec3 {
+    let [a, b, c] = corners_of(mesh, triangle);
+    (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3()
+}
+
+/// How much of its light the eye is sensitive to: Rec. 709 luminance.
+fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// By how much a model's area is larger in the world than in its file, at most, about: that of an even scale.
+fn growth(model: &Model) -> f64 {
+    let of_scale = |scale: DVec3| (scale.x * scale.y * scale.z).abs().powf(2.0 / 3.0);
+    model.track.scale.values().map(of_scale).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene;
+    use crate::shade::sampling::PathRandom;
+
+    /// The city, of which every second material glows.
+    fn glowing_city() -> Scene {
+        let mut scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
+        for (material, number) in scene.materials.iter_mut().zip(0..) {
+            material.emission = Vec3::new(0.5, 1.0, 2.0) * (number % 2) as f32;
+        }
+        // to be told from what stands in the world as it stands in its file
+        for model in scene.models.iter_mut().filter(|model| !model.track.is_constant()) {
+            model.track.scale = crate::animation::Track::constant(DVec3::new(1.0, 3.0, 0.5));
+        }
+        scene
+    }
+
+    fn world_area(scene: &Scene, pose: &Pose, model: usize, triangle: u32) -> (f32, Vec3) {
+        let corners = corners_of(&scene.models[model].mesh, triangle);
+        let [a, b, c] = corners.map(|corner| pose.models[model].point(corner.as_vec3()).as_dvec3());
+        let across = (b - a).cross(c - a);
+        ((0.5 * across.length()) as f32, across.normalize_or(DVec3::Y).as_vec3())
+    }
+
+    #[test]
+    fn the_density_of_all_places_is_one() {
+        let scene = glowing_city();
+        let emitters = Emitters::of(&scene);
+        assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
+        for frame in [1, 20] {
+            let pose = Pose::of(&scene, frame);
+            let mut sum = 0.0;
+            for (number, model) in scene.models.iter().enumerate() {
+                for (triangle, material) in (0..).zip(&model.mesh.material_of) {
+                    let (area, normal) = world_area(&scene, &pose, number, triangle);
+                    let density = emitters.density(&pose, number as u32, *material, normal);
+                    assert_eq!(density > 0.0, emitters.emits(*material));
+                    sum += f64::from(area * density);
+                }
+            }
+            assert!((sum - 1.0).abs() < 1e-3, "frame {frame}: {sum}");
+        }
+    }
+
+    #[test]
+    fn places_are_as_dense_as_they_say() {
+        let scene = glowing_city();
+        let (emitters, pose) = (Emitters::of(&scene), Pose::of(&scene, 20));
+        let mut counts = vec![0; scene.models.len()];
+        const DRAWN: u32 = 4096;
+        for index in 0..DRAWN {
+            let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
+            let place = emitters.choose(&scene, &pose, [choice, along, above]).expect("much glows");
+            counts[place.model as usize] += 1;
+            assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
+        }
+        for (number, model) in scene.models.iter().enumerate() {
+            let glowing =
+                (0..).zip(&model.mesh.material_of).filter(|(_, material)| emitters.emits(**material));
+            let share = glowing.map(|(triangle, material)| {
+                let (area, normal) = world_area(&scene, &pose, number, triangle);
+                area * emitters.density(&pose, number as u32, *material, normal)
+            });
+            let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
+            assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
+        }
+    }
+
+    #[test]
+    fn a_scene_where_nothing_glows_has_none() {
+        let scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
+        let dark = Scene {
+            materials: scene
+                .materials
+                .into_iter()
+                .map(|of| scene::Material { emission: Vec3::ZERO, ..of })
+                .collect(),
+            ..scene
+        };
+        let emitters = Emitters::of(&dark);
+        assert!(emitters.is_empty() && !emitters.emits(0));
+        assert_eq!(emitters.choose(&dark, &Pose::of(&dark, 1), [0.5; 3]), None);
+    }
+}
