@@ -189,9 +189,13 @@ fn shadow_rays(pose: &Pose, ends: &[End]) -> Vec<RayBatch> {
             Some(
                 LightShape::Point { position }
                 | LightShape::Spot { position, .. }
-                | LightShape::Rectangle { center: position, .. },
+                | LightShape::Rectangle { center: position, .. }
+                | LightShape::Disk { center: position, .. }
+                | LightShape::Sphere { center: position, .. },
             ) => (position - start, 1.0),
-            Some(LightShape::Directional { to_light }) => (to_light, f32::INFINITY),
+            Some(LightShape::Directional { to_light } | LightShape::Sun { to_light, .. }) => {
+                (to_light, f32::INFINITY)
+            }
             None => (Vec3::Y, f32::INFINITY),
         };
         batches.open().push(start, to_light, 0.0, far);

@@ -118,7 +118,7 @@ fn rotated(angles: DVec3) -> DMat3 {
 pub struct LightPose {
     /// What decides who is lit.
     pub shape: LightShape,
-    /// Irradiance of a directional light; intensity of the others (of a rectangle along its axis). Linear RGB.
+    /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along its axis). Linear RGB.
     pub strength: Vec3,
 }
 
@@ -157,6 +157,35 @@ pub enum LightShape {
         /// Unit length, at right angles to both.
         axis: Vec3,
     },
+    /// From a disc, to the side that its axis points to.
+    Disk {
+        /// World space.
+        center: Vec3,
+        /// From the centre to the rim.
+        across: Vec3,
+        /// The same, at a right angle to the other.
+        up: Vec3,
+        /// Unit length, at right angles to both.
+        axis: Vec3,
+    },
+    /// From a sphere, outwards.
+    Sphere {
+        /// World space.
+        center: Vec3,
+        /// World units.
+        radius: f32,
+    },
+    /// From infinitely far away, from a cone.
+    Sun {
+        /// Unit length, from the scene to the middle of the light.
+        to_light: Vec3,
+        /// Unit length.
+        across: Vec3,
+        /// Unit length; the three are at right angles.
+        up: Vec3,
+        /// 1 less the cosine of the cone's half angle.
+        versine: f32,
+    },
 }
 
 impl LightShape {
@@ -170,14 +199,21 @@ impl LightShape {
 
     /// Whether it is more than a point.
     pub fn is_area(&self) -> bool {
-        matches!(self, Self::Rectangle { .. })
+        match self {
+            Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
+            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => false,
+        }
     }
 
-    /// No part of it lies further than this from its centre, world units; 0 for what is no area.
+    /// No part of it lies further than this from its centre, world units, or for a sun from the middle of its
+    /// directions; 0 for what is no area.
     pub fn reach(&self) -> f32 {
         match self {
             Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),
-            _ => 0.0,
+            Self::Disk { across, .. } => across.length(),
+            Self::Sphere { radius, .. } => *radius,
+            Self::Sun { versine, .. } => (2.0 * versine).sqrt(),
+            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => 0.0,
         }
     }
 }
@@ -209,6 +245,29 @@ impl LightPose {
                     across: (axes.x_axis * *width).as_vec3(),
                     up: (axes.y_axis * *height).as_vec3(),
                     axis: -axes.z_axis.as_vec3(),
+                }
+            }
+            LightKind::Disk { position, target, radius } => {
+                let center = position.at(frame);
+                let axes = looking_at(target.at(frame) - center, 0.0);
+                LightShape::Disk {
+                    center: center.as_vec3(),
+                    across: (axes.x_axis * *radius).as_vec3(),
+                    up: (axes.y_axis * *radius).as_vec3(),
+                    axis: -axes.z_axis.as_vec3(),
+                }
+            }
+            LightKind::Sphere { position, radius } => {
+                LightShape::Sphere { center: position.at(frame).as_vec3(), radius: *radius as f32 }
+            }
+            LightKind::Sun { direction, angle } => {
+                let axes = looking_at(-direction.at(frame), 0.0);
+                let half_sine = (angle * 0.25).to_radians().sin();
+                LightShape::Sun {
+                    to_light: -axes.z_axis.as_vec3(),
+                    across: axes.x_axis.as_vec3(),
+                    up: axes.y_axis.as_vec3(),
+                    versine: (2.0 * half_sine * half_sine) as f32,
                 }
             }
         };

@@ -2,6 +2,7 @@
 
 mod toy;
 
+use std::f32::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -111,6 +112,39 @@ fn half_a_panel_gives_half_the_light() {
     scene.models.truncate(1);
     let open = color(&one(&scene), 47, 36).x;
     assert!((0.5..0.56).contains(&(shaded / open)), "{shaded} {open}");
+}
+
+/// A mirror floor shows the lights above it, with the radiance that follows from strength and size: the eye does not see
+/// them, and no highlight stands for them.
+#[test]
+fn mirrors_show_lights_that_have_a_size() {
+    let mirror = Material {
+        specular: Vec3::splat(0.5),
+        shininess: 9.0,
+        optics: Optics::Mirror { tint: Vec3::splat(0.5), fresnel: false },
+        ..toy::matt(0.0)
+    };
+    let mut scene = from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![mirror]);
+    let position = Track::constant(DVec3::new(0.0, 2.0, 0.0));
+    let target = Track::constant(DVec3::ZERO);
+    let direction = Track::constant(DVec3::NEG_Y);
+    let sun = 1.0 / (1.0 - 2.0_f32.to_radians().cos()) / 2.0;
+    for (kind, radiance) in [
+        (panel(), PI),
+        (LightKind::Disk { position: position.clone(), target, radius: 0.5 }, 4.0),
+        (LightKind::Sphere { position, radius: 0.5 }, 4.0),
+        (LightKind::Sun { direction, angle: 4.0 }, sun),
+    ] {
+        scene.lights = vec![toy::light("light", kind.clone(), 1.0)];
+        let mut settings = toy::settings(1);
+        let frame = toy::render(&scene, &settings, 1).remove(0);
+        // between the eye and the mirror the panel is not seen, and it is seen beyond the mirror
+        near(color(&frame, 48, 36), Vec3::splat(0.5 * radiance) + color(&frame, 48, 0));
+        assert_eq!(pixel(&frame, "specular.R", 48, 36), 0.0, "{kind:?}");
+        settings.depth = 0;
+        let flat = toy::render(&scene, &settings, 1).remove(0);
+        assert!(pixel(&flat, "specular.R", 48, 36) > 0.0 && pixel(&flat, "reflection.R", 48, 36) == 0.0);
+    }
 }
 
 #[test]

@@ -243,13 +243,14 @@ fn camera_goes(scene: Scene) -> Scene {
 #[test]
 fn what_is_kept_is_what_would_be_gathered_anew() {
     type Change = fn(Scene) -> Scene;
-    let changes: [(&str, &[Change]); 9] = [
+    let changes: [(&str, &[Change]); 10] = [
         ("a flyer", &[with_flyer]),
         ("a flyer and the camera", &[with_flyer, camera_goes]),
         ("a lamp", &[lamp_goes]),
         ("a lamp that fades, and the camera", &[lamp_fades, camera_goes]),
         ("a flyer that glows", &[with_flyer, glows]),
         ("a flyer that glows, and the camera", &[with_flyer, glows, under_a_sky, camera_goes]),
+        ("area lights", &[with_flyer, with_area_lights, camera_goes]),
         ("a flyer and a lamp", &[with_flyer, lamp_goes]),
         ("the camera", &[camera_goes]),
         ("a flyer under a sky, and the camera", &[with_flyer, under_a_sky, camera_goes]),

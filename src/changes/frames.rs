@@ -36,9 +36,11 @@ pub fn of_model(track: &TransformTrack) -> impl Iterator<Item = i64> + '_ {
 pub fn of_light(light: &Light) -> impl Iterator<Item = i64> + '_ {
     let mut tracks: Vec<&dyn Keys> = vec![&light.color, &light.power];
     match &light.kind {
-        LightKind::Point { position } => tracks.push(position),
-        LightKind::Directional { direction } => tracks.push(direction),
-        LightKind::Spot { position, target, .. } | LightKind::Rectangle { position, target, .. } => {
+        LightKind::Point { position } | LightKind::Sphere { position, .. } => tracks.push(position),
+        LightKind::Directional { direction } | LightKind::Sun { direction, .. } => tracks.push(direction),
+        LightKind::Spot { position, target, .. }
+        | LightKind::Rectangle { position, target, .. }
+        | LightKind::Disk { position, target, .. } => {
             tracks.push(position);
             tracks.push(target);
         }

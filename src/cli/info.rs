@@ -102,6 +102,9 @@ fn described(shot: &Shot) -> String {
             LightKind::Directional { .. } => "directional",
             LightKind::Spot { .. } => "spot",
             LightKind::Rectangle { .. } => "rectangle",
+            LightKind::Disk { .. } => "disk",
+            LightKind::Sphere { .. } => "sphere",
+            LightKind::Sun { .. } => "directional, soft",
         };
         line(&mut text, "", format!("{}: {kind}", light.name));
     }

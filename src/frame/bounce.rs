@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::bits::set_bits;
 use super::frame_view::FrameView;
 use super::light_paths::{PathScratch, trace_paths};
-use super::lighting::{Places, add_light};
+use super::lighting::{Places, add_light, lights_passed, shows_highlight};
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
@@ -136,8 +136,15 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         let (packet, from) =
             (&scratch.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
         let models = &packet.model[from..from + LANES];
-        for (bounce, _) in bounce.iter().zip(models).filter(|(_, model)| **model == NO_HIT) {
-            add(radiance, bounce, frame.sky.radiance(bounce.direction));
+        for (lane, (bounce, model)) in bounce.iter().zip(models).enumerate() {
+            let is_hit = *model != NO_HIT;
+            let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
+            let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
+            let of_lights: Vec3 = of_lights.map(|glow| glow.radiance).sum();
+            let of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
+            if !is_hit || of_lights != Vec3::ZERO {
+                add(radiance, bounce, of_lights + of_sky);
+            }
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
     }
@@ -320,6 +327,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
         let gloss = frame.palette.gloss(&eight.materials);
         let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
+        let stands_for = shows_highlight(frame, light, &gloss);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
@@ -330,7 +338,8 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
             if !may_shine {
                 return diffuse;
             }
-            diffuse + phong::specular(&gloss, eight.normal, eight.view, light_sample)
+            let highlight = phong::specular(&gloss, eight.normal, eight.view, light_sample);
+            diffuse + stands_for.select3(highlight, Vec3x8::ZERO)
         });
     }
 }

@@ -4,7 +4,7 @@
 use super::bits::{set_bits, surface_bits};
 use super::bounce::{self, Bounces};
 use super::frame_view::FrameView;
-use super::lighting::{Places, add_light};
+use super::lighting::{Places, add_light, shows_highlight};
 use super::placed::{Placed, PlacedTile};
 use super::radiance::{Light, Radiance, cut};
 use super::trace_scratch::TraceScratch;
@@ -108,7 +108,8 @@ fn highlights(
             continue;
         }
         let places = Places { point: placed.point, pattern: tile.points(first) };
-        let reached = |point| tile.tags.lit(*slot, point, first) & is_surface;
+        let shown_by = is_surface & shows_highlight(frame, light, gloss);
+        let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
         let shade =
             |light_sample: &LightSample| phong::specular(gloss, placed.normal, -incoming, light_sample);
         sum = add_light(sum, light, places, reached, shade);

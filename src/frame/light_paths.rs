@@ -21,6 +21,7 @@ use super::surface::{Hits8, surfaces};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
+use crate::shade::area::{density_of, radiance};
 use crate::shade::light::light_from_anywhere;
 use crate::shade::optics::branch;
 use crate::shade::sampling::{PathRandom, cosine_direction, orthonormal};
@@ -196,6 +197,8 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
             let brought = &mut brought[ray.path as usize];
             brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
+            let of_lights = ray.chances.of_lights(frame, ray.normal, (ray.origin, ray.direction), far);
+            brought.radiance += ray.weight * of_lights;
             if !is_hit {
                 let weight = ray.chances.of_path_to_sky(frame, ray.normal, ray.direction);
                 brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
@@ -322,7 +325,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         let same = |vertex: &u32| vertices[*vertex as usize].asks == Asks::Light(number);
         let (group, after) = rest.split_at(rest.partition_point(same));
         let light = &frame.pose.lights[number as usize];
-        ask_light(frame, light, group, starts, (vertices, brought), (queue, reflected), tally);
+        ask_light(frame, bounce, light, group, starts, (vertices, brought), (queue, reflected), tally);
         rest = after;
     }
 }
@@ -330,6 +333,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
 /// Adds to those vertices that are named in `group`, all of which ask `light`, what it sends them.
 fn ask_light(
     frame: &FrameView,
+    bounce: u32,
     light: &LightPose,
     group: &[u32],
     starts: &[PathStart],
@@ -339,6 +343,7 @@ fn ask_light(
 ) {
     // one of them stands for all
     let choices = vertices[group[0] as usize].choices as f32;
+    let radiance = light.shape.is_area().then(|| radiance(light));
     queue.clear();
     reflected.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
@@ -349,7 +354,17 @@ fn ask_light(
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(choices);
         for (lane, vertex) in some.iter().enumerate() {
-            reflected.push(light.lane(lane));
+            let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
+                Some(radiance) => {
+                    let density = density_of(radiance, light_sample.irradiance.lane(lane));
+                    let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
+                    vertices[*vertex as usize]
+                        .chances(frame, bounce)
+                        .of_asked_light(normal, direction, density)
+                }
+                None => 1.0,
+            };
+            reflected.push(light.lane(lane) * weight);
             if asked >> lane & 1 != 0 {
                 let path = vertices[*vertex as usize].ray.path as usize;
                 let counted = &mut tally.cells.shadow[starts[path].cell as usize];
@@ -395,6 +410,7 @@ impl Vertex {
         Chances {
             asks_sky: chance(asks_sky(frame, bounce)),
             asks_emitter: chance(!frame.emitters.is_empty()),
+            asks_light: chance(!frame.pose.lights.is_empty()),
             goes_on: if paths_go_on(frame, bounce) { self.lobes.chance(0) } else { 0.0 },
         }
     }

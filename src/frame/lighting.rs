@@ -1,8 +1,32 @@
 //! Direct light on surfaces, whether the eye sees them or a ray that has bounced: all of it is summed here.
 
+use glam::Vec3;
+
+use super::frame_view::FrameView;
 use crate::lanes::{Mask, Vec3x8};
 use crate::pose::LightPose;
+use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
+use crate::shade::phong::Gloss;
+
+/// The area lights that a ray (unit length) passes through before it is `far` away. They are of light alone: no ray ends at
+/// them.
+pub fn lights_passed(
+    lights: &[LightPose],
+    origin: Vec3,
+    direction: Vec3,
+    far: f32,
+) -> impl Iterator<Item = Glow> + '_ {
+    let areas = lights.iter().filter(|light| light.shape.is_area());
+    // with nothing in the way, a light infinitely far away is seen, too
+    areas.filter_map(move |light| glow(light, origin, direction)).filter(move |glow| glow.distance <= far)
+}
+
+/// Which of eight surfaces show `light` by a highlight. Where rays go on, an area light is seen itself.
+#[inline(always)]
+pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> Mask {
+    if frame.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
+}
 
 /// Where eight surfaces are.
 #[derive(Debug, Clone, Copy)]

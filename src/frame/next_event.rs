@@ -9,9 +9,11 @@ use glam::Vec3;
 
 use super::bits::bit;
 use super::frame_view::FrameView;
+use super::lighting::lights_passed;
 use super::path_ends::{Brought, PathStart};
 use super::ray_tally::RayTally;
 use crate::shade::Surface;
+use crate::shade::area::Glow;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -22,13 +24,15 @@ pub struct Chances {
     pub asks_sky: f32,
     /// The probability with which a surface that emits is asked from there.
     pub asks_emitter: f32,
+    /// The probability with which any one of the shot's lights is asked from there; infinite where all of them are summed.
+    pub asks_light: f32,
     /// The probability with which a path goes on from there by the cosine law.
     pub goes_on: f32,
 }
 
 impl Chances {
     /// Of a surface off which nothing else than its path finds light.
-    pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, goes_on: 1.0 };
+    pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, asks_light: 0.0, goes_on: 1.0 };
 
     /// Of a sample's surface.
     pub fn of_start(frame: &FrameView) -> Self {
@@ -36,6 +40,7 @@ impl Chances {
         Self {
             asks_sky: chance(frame.sky.is_uneven()),
             asks_emitter: chance(!frame.emitters.is_empty()),
+            asks_light: f32::INFINITY,
             goes_on: 1.0,
         }
     }
@@ -47,6 +52,34 @@ impl Chances {
         }
         let by_path = self.goes_on * cosine_density(normal, direction);
         by_path / (by_path + self.asks_sky * frame.sky.pdf(direction))
+    }
+
+    /// What a path brings of the area lights that it passes through, before it is `far` from `origin` where it left a
+    /// surface with this `normal`.
+    pub fn of_lights(
+        self,
+        frame: &FrameView,
+        normal: Vec3,
+        (origin, direction): (Vec3, Vec3),
+        far: f32,
+    ) -> Vec3 {
+        if self.asks_light == f32::INFINITY {
+            return Vec3::ZERO;
+        }
+        let by_path = self.goes_on * cosine_density(normal, direction);
+        let weighed = |glow: Glow| {
+            let by_asking = self.asks_light * glow.density;
+            let weight = if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) };
+            glow.radiance * weight
+        };
+        lights_passed(&frame.pose.lights, origin, direction, far).map(weighed).sum()
+    }
+
+    /// The weight of what arrives in `direction` of a light that was asked, where that direction is chosen with this
+    /// `density`.
+    pub fn of_asked_light(self, normal: Vec3, direction: Vec3, density: f32) -> f32 {
+        let by_asking = self.asks_light * density;
+        by_asking / (by_asking + self.goes_on * cosine_density(normal, direction))
     }
 
     /// The weight of what `met`, a surface of `model`, emits where a path finds it that left a surface with this `normal`

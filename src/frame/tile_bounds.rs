@@ -51,6 +51,17 @@ impl TileBounds {
             LightShape::Rectangle { center, across, up, .. } => {
                 SweptBox::between(&Bounds::of_rectangle(center, across, up), surfaces)
             }
+            LightShape::Disk { center, across, up, .. } => {
+                SweptBox::between(&Bounds::of_rectangle(center, across * 2.0, up * 2.0), surfaces)
+            }
+            LightShape::Sphere { center, radius } => {
+                let around = Bounds { low: center - radius, high: center + radius };
+                SweptBox::between(&around, surfaces)
+            }
+            LightShape::Sun { to_light, .. } => {
+                let reach = light.shape.reach();
+                SweptBox::fans(surfaces, &Bounds { low: to_light - reach, high: to_light + reach })
+            }
         };
         !surfaces.is_empty() && moved.may_meet_sweep(&ways)
     }

@@ -13,8 +13,8 @@ pub struct Light {
     pub kind: LightKind,
     /// Linear RGB, unitless.
     pub color: Track<Vec3>,
-    /// Irradiance for a directional light; intensity, which falls with the square of the distance,
-    /// for the others; a rectangle's falls with the cosine to its axis, too.
+    /// Irradiance for a directional light and a sun; intensity, which falls with the square of the distance,
+    /// for the others; a rectangle's and a disc's falls with the cosine to its axis, too.
     pub power: Track<f64>,
 }
 
@@ -42,7 +42,7 @@ pub enum LightKind {
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
         soft: f64,
     },
-    /// A rectangle that shines to one side, with soft shadows. It is not seen itself.
+    /// A rectangle that shines to one side. As all areas it has soft shadows, is seen in mirrors, and not by the eye.
     Rectangle {
         /// Its centre; world space.
         position: Track<DVec3>,
@@ -50,6 +50,29 @@ pub enum LightKind {
         target: Track<DVec3>,
         /// Width (level, where it does not face straight up or down) and height.
         size: [f64; 2],
+    },
+    /// A disc that shines to one side.
+    Disk {
+        /// Its centre; world space.
+        position: Track<DVec3>,
+        /// The point that it faces; world space.
+        target: Track<DVec3>,
+        /// World units.
+        radius: f64,
+    },
+    /// A sphere that shines outwards.
+    Sphere {
+        /// Its centre; world space.
+        position: Track<DVec3>,
+        /// World units.
+        radius: f64,
+    },
+    /// Light from infinitely far away, from all directions within a cone.
+    Sun {
+        /// The way that the light travels in the middle of the cone; world space, any length but zero.
+        direction: Track<DVec3>,
+        /// Degrees of the whole cone, 0..180.
+        angle: f64,
     },
 }
 
@@ -69,6 +92,9 @@ impl LightKind {
 
     /// Whether it is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
-        matches!(self, Self::Rectangle { .. })
+        match self {
+            Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
+            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => false,
+        }
     }
 }

@@ -137,7 +137,7 @@ impl RenderSpace {
 
     /// Converts a light's motion; what falls with the square of the distance is stronger at larger ones.
     pub(crate) fn light(&self, light: Light) -> Light {
-        let is_directional = matches!(light.kind, LightKind::Directional { .. });
+        let is_directional = matches!(light.kind, LightKind::Directional { .. } | LightKind::Sun { .. });
         let strength = if is_directional { 1.0 } else { self.scale * self.scale };
         let kind = match light.kind {
             LightKind::Point { position } => LightKind::Point { position: position.map(|at| self.point(at)) },
@@ -152,7 +152,15 @@ impl RenderSpace {
                 target: target.map(|at| self.point(at)),
                 size: size.map(|edge| edge * self.scale),
             },
-            directional => directional,
+            LightKind::Disk { position, target, radius } => LightKind::Disk {
+                position: position.map(|at| self.point(at)),
+                target: target.map(|at| self.point(at)),
+                radius: radius * self.scale,
+            },
+            LightKind::Sphere { position, radius } => {
+                LightKind::Sphere { position: position.map(|at| self.point(at)), radius: radius * self.scale }
+            }
+            directional @ (LightKind::Directional { .. } | LightKind::Sun { .. }) => directional,
         };
         Light { kind, power: light.power.map(|power| power * strength), ..light }
     }

@@ -152,6 +152,8 @@ pub(crate) struct LightTable {
     pub cone: Option<At<f64>>,
     pub soft: Option<At<f64>>,
     pub size: Option<At<List<f64, 2>>>,
+    pub radius: Option<At<f64>>,
+    pub angle: Option<At<f64>>,
     pub color: Option<Three>,
     pub power: Option<At<f64>>,
     #[serde(default)]
@@ -167,6 +169,8 @@ pub(crate) enum LightType {
     Point,
     Spot,
     Rectangle,
+    Disk,
+    Sphere,
 }
 
 #[derive(Debug, Deserialize)]

@@ -134,6 +134,9 @@ fn scale(text: TomlText<'_>, key: &str, value: &At<Scale>) -> Result<DVec3, Scen
         .ok_or_else(|| text.bad(key, value, "must not be zero (or below 1e-9, or above 1e9) along any axis"))
 }
 
+/// Degrees: smaller directional lights are points, or their directions would differ by less than they are rounded.
+const LEAST_ANGLE: f64 = 1e-3;
+
 /// A light; `number` counts from 1, for those without a name.
 pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Result<Light, SceneError> {
     let (light, span) = (table.get_ref(), table.span());
@@ -158,7 +161,14 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     let kind = match light.kind {
         LightType::Directional => {
             refuse_zero_directions(text, light)?;
-            LightKind::Directional { direction: place("direction", &light.direction, |key| &key.direction)? }
+            let direction = place("direction", &light.direction, |key| &key.direction)?;
+            match or(&light.angle, "angle", 0.0, |key, value| {
+                text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
+            })? {
+                // what is narrower than this cannot be told from a point
+                angle if angle > LEAST_ANGLE => LightKind::Sun { direction, angle },
+                _ => LightKind::Directional { direction },
+            }
         }
         LightType::Point => {
             LightKind::Point { position: place("position", &light.position, |key| &key.position)? }
@@ -178,8 +188,20 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             target: place("target", &light.target, |key| &key.target)?,
             size: or(&light.size, "size", [1.0; 2], |key, value| edges(text, key, value))?,
         },
+        LightType::Disk => LightKind::Disk {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
+        },
+        LightType::Sphere => LightKind::Sphere {
+            position: place("position", &light.position, |key| &key.position)?,
+            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
+        },
     };
-    if let LightKind::Spot { position, target, .. } | LightKind::Rectangle { position, target, .. } = &kind {
+    if let LightKind::Spot { position, target, .. }
+    | LightKind::Rectangle { position, target, .. }
+    | LightKind::Disk { position, target, .. } = &kind
+    {
         let mut frames = keys.iter().map(|(frame, _)| *frame).chain([0.0]);
         if frames.any(|frame| position.at(frame) == target.at(frame)) {
             return Err(
@@ -202,13 +224,19 @@ fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64
     fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
 }
 
+fn length(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneError> {
+    text.number(key, value, "a length from 1e-9 to 1e9", |length| (1e-9..=1e9).contains(&length))
+}
+
 /// A key that the light's type has no use for is a mistake about the type.
 fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
     let (kind, allowed): (_, &[&str]) = match light.kind {
-        LightType::Directional => ("directional", &["direction"]),
+        LightType::Directional => ("directional", &["direction", "angle"]),
         LightType::Point => ("point", &["position"]),
         LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
         LightType::Rectangle => ("rectangle", &["position", "target", "size"]),
+        LightType::Disk => ("disk", &["position", "target", "radius"]),
+        LightType::Sphere => ("sphere", &["position", "radius"]),
     };
     let span = |value: &Option<Three>| value.as_ref().map(At::span);
     let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
@@ -219,6 +247,8 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("cone", number(&light.cone)),
         ("soft", number(&light.soft)),
         ("size", light.size.as_ref().map(At::span)),
+        ("radius", number(&light.radius)),
+        ("angle", number(&light.angle)),
     ];
     for key in light.key.iter().map(At::get_ref) {
         let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];

@@ -4,21 +4,11 @@
 use glam::Vec3;
 use wide::u32x8;
 
+use super::area::from_places;
+pub use super::light_sample::LightSample;
+use super::light_sample::from_place;
 use crate::lanes::{F32x8, LANES, Vec3x8, signed};
 use crate::pose::{LightPose, LightShape};
-
-/// Light as it arrives at eight points.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LightSample {
-    /// From the points to the light, any length: the light is at `t = far` along it.
-    pub to_light: Vec3x8,
-    /// Unit length.
-    pub direction: Vec3x8,
-    /// End of the shadow rays in lengths of `to_light`.
-    pub far: f32,
-    /// On a surface that faces the light; linear RGB. Zero outside the cone of a spot.
-    pub irradiance: Vec3x8,
-}
 
 /// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
 /// on its model alone. So it stays the same as long as the sample lives.
@@ -84,10 +74,14 @@ fn scrambled(bits: u32x8) -> u32x8 {
 #[inline(always)]
 pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
     match light.shape {
-        LightShape::Directional { to_light } => (Vec3x8::splat(to_light), f32::INFINITY),
+        LightShape::Directional { to_light } | LightShape::Sun { to_light, .. } => {
+            (Vec3x8::splat(to_light), f32::INFINITY)
+        }
         LightShape::Point { position }
         | LightShape::Spot { position, .. }
-        | LightShape::Rectangle { center: position, .. } => (Vec3x8::splat(position) - points, 1.0),
+        | LightShape::Rectangle { center: position, .. }
+        | LightShape::Disk { center: position, .. }
+        | LightShape::Sphere { center: position, .. } => (Vec3x8::splat(position) - points, 1.0),
     }
 }
 
@@ -95,8 +89,7 @@ pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
 /// have point 0 alone.
 ///
 /// Light falls with the square of the distance; a spot fades from its inner to its outer cone by the
-/// smoothstep of the cosine, and a rectangle shines with the cosine to its axis (Lambert's law). Each of its
-/// points stands for one field of a grid and sends its share of the light.
+/// smoothstep of the cosine. Each point of an area stands for one field of a grid and sends its share of the light.
 #[inline(always)]
 pub fn light_sample(
     light: &LightPose,
@@ -117,7 +110,10 @@ pub fn light_sample(
             light_sample.irradiance = light_sample.irradiance * fade(cos, cos_outer, cos_inner);
             light_sample
         }
-        LightShape::Rectangle { .. } => from_rectangle(light, pattern.aside(point), points),
+        LightShape::Rectangle { .. }
+        | LightShape::Disk { .. }
+        | LightShape::Sphere { .. }
+        | LightShape::Sun { .. } => from_places(light, pattern.aside(point), points),
     }
 }
 
@@ -129,7 +125,7 @@ pub fn light_samples(
     sample: usize,
     point: Vec3,
 ) -> [LightSample; 2] {
-    [0, LANES].map(|first| from_rectangle(light, pattern.asides(sample, first), Vec3x8::splat(point)))
+    [0, LANES].map(|first| from_places(light, pattern.asides(sample, first), Vec3x8::splat(point)))
 }
 
 /// All of the light that one place of `light` would send to eight points if all of it came from there; in an area that is
@@ -140,40 +136,14 @@ pub fn light_from_anywhere(light: &LightPose, [along, above]: [F32x8; 2], points
         return light_sample(light, 0, &StratifiedPattern::NONE, points);
     }
     let half = F32x8::splat(0.5);
-    let mut light_sample = from_rectangle(light, [along - half, above - half], points);
+    let mut light_sample = from_places(light, [along - half, above - half], points);
     light_sample.irradiance = light_sample.irradiance * F32x8::splat(light.shape.points() as f32);
-    light_sample
-}
-
-/// From places in a rectangle, as shares of its edges. Another shape sends nothing.
-#[inline(always)]
-fn from_rectangle(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {
-    let LightShape::Rectangle { center, across, up, axis } = light.shape else {
-        return from_place(Vec3::ZERO, Vec3x8::ZERO, points);
-    };
-    let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
-    let mut light_sample = from_place(light.strength / light.shape.points() as f32, source, points);
-    let cos = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
-    light_sample.irradiance = light_sample.irradiance * cos;
     light_sample
 }
 
 #[inline(always)]
 fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> LightSample {
     from_place(intensity, Vec3x8::splat(position), points)
-}
-
-#[inline(always)]
-fn from_place(intensity: Vec3, places: Vec3x8, points: Vec3x8) -> LightSample {
-    let to_light = places - points;
-    // a sample in the light itself gets a lot, not infinity
-    let squared = to_light.dot(to_light).max(F32x8::splat(f32::MIN_POSITIVE.sqrt()));
-    LightSample {
-        to_light,
-        direction: to_light * (F32x8::splat(1.0) / squared.sqrt()),
-        far: 1.0,
-        irradiance: Vec3x8::splat(intensity) / squared,
-    }
 }
 
 /// 0 at `outer` and beyond, 1 from `inner` on.

@@ -1,7 +1,9 @@
 //! Pure functions from surfaces and lights to colours. No ray is traced here.
 
+pub mod area;
 pub mod emitters;
 pub mod light;
+mod light_sample;
 pub mod optics;
 pub mod phong;
 pub mod sampling;

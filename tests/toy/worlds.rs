@@ -106,6 +106,27 @@ pub fn seen_in_a_mirror() -> (DVec3, Light) {
     (DVec3::new(0.0, 1.5, 4.0), lamp(0.0, 9.0, 7.5))
 }
 
+/// A disc, a sphere and a sun of four degrees, all of which move, instead of all other lights.
+pub fn with_area_lights(mut scene: Scene) -> Scene {
+    let disk = LightKind::Disk {
+        position: goes(DVec3::new(-3.0, 4.0, 1.0), DVec3::new(-2.5, 4.2, 1.0)),
+        target: rests(DVec3::ZERO),
+        radius: 0.7,
+    };
+    let sphere = LightKind::Sphere {
+        position: goes(DVec3::new(2.0, 3.0, 2.0), DVec3::new(2.2, 2.6, 2.5)),
+        radius: 0.4,
+    };
+    let direction = goes(DVec3::new(0.5, -1.0, -0.3), DVec3::new(0.6, -1.0, -0.2));
+    let sun = LightKind::Sun { direction, angle: 4.0 };
+    scene.lights = vec![
+        super::light("disk", disk, 5.0),
+        super::light("sphere", sphere, 6.0),
+        super::light("sun", sun, 0.4),
+    ];
+    scene
+}
+
 /// A panel above the world.
 pub fn panel(position: Track<DVec3>) -> Light {
     let kind = LightKind::Rectangle { position, target: rests(DVec3::ZERO), size: [2.0, 1.0] };

@@ -1,0 +1,279 @@
+//! Area lights: where on them light comes from, and what a ray sees that passes through one.
+//!
+//! Lights leave out Lambert's division by pi ([`phong`](super::phong)), radiance does not: what a ray sees of a light is
+//! pi times what its strength would say.
+
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
+
+use glam::Vec3;
+
+use super::light_sample::{LightSample, from_place};
+use crate::lanes::{F32x8, Vec3x8};
+use crate::pose::{LightPose, LightShape};
+
+/// What a ray sees of an area light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Glow {
+    /// To the light; infinite for a directional one.
+    pub distance: f32,
+    /// Linear RGB.
+    pub radiance: Vec3,
+    /// The density, in solid angle, with which a place on the light that is chosen evenly lies in the ray's direction.
+    pub density: f32,
+}
+
+/// Radiance of an area light, linear RGB; zero for what is no area.
+pub fn radiance(light: &LightPose) -> Vec3 {
+    light.strength
+        * match light.shape {
+            LightShape::Rectangle { across, up, .. } => PI / (across.length() * up.length()),
+            LightShape::Disk { across, .. } => 1.0 / across.length_squared(),
+            LightShape::Sphere { radius, .. } => 1.0 / (radius * radius),
+            LightShape::Sun { versine, .. } => 0.5 / versine,
+            LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => 0.0,
+        }
+}
+
+/// What the ray `origin + t * direction` (unit length) sees of `light`, if it meets it on the side that shines.
+pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
+    let (distance, density) = match light.shape {
+        LightShape::Rectangle { center, across, up, axis } => {
+            let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
+            let along = |edge: Vec3| aside.dot(edge).abs() <= 0.5 * edge.length_squared();
+            let is_inside = along(across) && along(up);
+            is_inside.then(|| (distance, distance * distance / (cos * across.length() * up.length())))?
+        }
+        LightShape::Disk { center, across, axis, .. } => {
+            let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
+            let squared = across.length_squared();
+            let is_inside = aside.length_squared() <= squared;
+            is_inside.then(|| (distance, distance * distance / (cos * PI * squared)))?
+        }
+        LightShape::Sphere { center, radius } => {
+            let to_center = center - origin;
+            let (squared, along) = (to_center.length_squared(), to_center.dot(direction));
+            let beside = (to_center - direction * along).length_squared();
+            let is_met = along > 0.0 && beside <= radius * radius && squared > radius * radius;
+            let distance = along - (radius * radius - beside).max(0.0).sqrt();
+            is_met.then(|| (distance, 1.0 / (TAU * versine(radius * radius / squared))))?
+        }
+        LightShape::Sun { to_light, versine, .. } => {
+            let is_met = (direction - to_light).length_squared() <= 2.0 * versine;
+            is_met.then_some((f32::INFINITY, 1.0 / (TAU * versine)))?
+        }
+        LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => return None,
+    };
+    Some(Glow { distance, radiance: radiance(light), density })
+}
+
+/// The density with which [`light_from_anywhere`](super::light::light_from_anywhere) has chosen the direction in which
+/// this much arrives of a light of this `radiance`.
+pub fn density_of(radiance: Vec3, irradiance: Vec3) -> f32 {
+    FRAC_1_PI * radiance.max_element() / irradiance.max_element()
+}
+
+/// Where a ray meets the front of a plane: the distance, the place beside its centre, and the cosine to its axis.
+fn meet_plane(center: Vec3, axis: Vec3, origin: Vec3, direction: Vec3) -> Option<(f32, Vec3, f32)> {
+    let cos = -direction.dot(axis);
+    let distance = (origin - center).dot(axis) / cos;
+    (cos > 0.0 && distance > 0.0).then(|| (distance, origin + direction * distance - center, cos))
+}
+
+/// 1 less the cosine of an angle, of its squared sine.
+fn versine(squared_sine: f32) -> f32 {
+    squared_sine / (1.0 + (1.0 - squared_sine).max(0.0).sqrt())
+}
+
+/// From places in the light, as shares of its edges from -1/2 to 1/2. Of what is no area: nothing.
+#[inline(always)]
+pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) -> LightSample {
+    let share = light.strength / light.shape.points() as f32;
+    match light.shape {
+        LightShape::Rectangle { center, across, up, axis } => {
+            let [along, above] = aside;
+            let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
+            from_plane(share, source, axis, points)
+        }
+        LightShape::Disk { center, across, up, axis } => {
+            let [along, above] = disk(aside);
+            let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
+            from_plane(share, source, axis, points)
+        }
+        LightShape::Sphere { center, radius } => from_sphere(share, center, radius, disk(aside), points),
+        LightShape::Sun { to_light, across, up, versine } => {
+            let axes = [across, up, to_light].map(Vec3x8::splat);
+            let direction = in_cone(axes, F32x8::splat(versine), disk(aside)).0;
+            let irradiance = Vec3x8::splat(share);
+            LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance }
+        }
+        LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => {
+            from_place(Vec3::ZERO, Vec3x8::ZERO, points)
+        }
+    }
+}
+
+/// Shines with the cosine to its axis (Lambert's law).
+#[inline(always)]
+fn from_plane(strength: Vec3, source: Vec3x8, axis: Vec3, points: Vec3x8) -> LightSample {
+    let mut light_sample = from_place(strength, source, points);
+    let cos = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
+    light_sample.irradiance = light_sample.irradiance * cos;
+    light_sample
+}
+
+/// From the part of a sphere that is in sight, evenly by solid angle (Shirley, Wang and Zimmerman, "Monte Carlo Techniques
+/// for Direct Lighting Calculations", 1996). It shines outwards: nothing reaches what is inside.
+#[inline(always)]
+fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], points: Vec3x8) -> LightSample {
+    let (one, squared_radius) = (F32x8::ONE, F32x8::splat(radius * radius));
+    let to_center = Vec3x8::splat(center) - points;
+    let squared = to_center.dot(to_center).max(F32x8::splat(f32::MIN_POSITIVE.sqrt()));
+    let is_outside = squared.gt(squared_radius);
+    let squared_sine = (squared_radius / squared).min(one);
+    let versine = squared_sine / (one + (one - squared_sine).sqrt());
+    let distance = squared.sqrt();
+    let axis = to_center * (one / distance);
+    let (direction, squared_sine) = in_cone(axes_about(axis), versine, place);
+    let beside = squared * squared_sine;
+    let along = distance * (one - squared_sine).max(F32x8::ZERO).sqrt();
+    let reach = along - (squared_radius - beside).max(F32x8::ZERO).sqrt();
+    // as much as comes from all of the cone
+    let share = Vec3x8::splat(strength) * (versine * F32x8::splat(2.0) / squared_radius);
+    LightSample {
+        to_light: direction * reach.max(F32x8::splat(f32::MIN_POSITIVE)),
+        direction,
+        far: 1.0,
+        irradiance: is_outside.select3(share, Vec3x8::ZERO),
+    }
+}
+
+/// Directions about the last of three axes, even in solid angle, for places in a unit disc; and the squared sines of their
+/// angles to it. `versine`: 1 less the cosine of the cone's half angle.
+#[inline(always)]
+fn in_cone(axes: [Vec3x8; 3], versine: F32x8, [along, above]: [F32x8; 2]) -> (Vec3x8, F32x8) {
+    let squared = along * along + above * above;
+    let one_less_cos = squared * versine;
+    let sine_by_radius = versine * (F32x8::splat(2.0) - one_less_cos);
+    let stretch = sine_by_radius.max(F32x8::ZERO).sqrt();
+    let direction =
+        axes[0] * (along * stretch) + axes[1] * (above * stretch) + axes[2] * (F32x8::ONE - one_less_cos);
+    (direction, squared * sine_by_radius)
+}
+
+/// Places in a unit disc for places in a square from -1/2 to 1/2, areas in proportion: Shirley and Chiu, "A Low Distortion
+/// Map Between Disk and Square", 1997.
+#[inline(always)]
+fn disk([along, above]: [F32x8; 2]) -> [F32x8; 2] {
+    let (a, b) = (along + along, above + above);
+    let is_steep = a.abs().lt(b.abs());
+    let (radius, other) = (is_steep.select(b, a), is_steep.select(a, b));
+    let some = radius.abs().gt(F32x8::ZERO);
+    let angle = F32x8::splat(FRAC_PI_4) * some.select(other / radius, F32x8::ZERO);
+    // series that end below the last bit within 45 degrees
+    let series = |terms: [f32; 4]| {
+        let square = angle * angle;
+        terms.into_iter().fold(F32x8::ZERO, |sum, term| sum * square + F32x8::splat(term))
+    };
+    let cos = series([-1.0 / 720.0, 1.0 / 24.0, -0.5, 1.0]);
+    let sin = angle * series([-1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0]);
+    let (near, far) = (radius * cos, radius * sin);
+    [is_steep.select(far, near), is_steep.select(near, far)]
+}
+
+/// Two directions at right angles to `axis` (unit length) and to each other, and the axis: as
+/// [`orthonormal`](super::sampling::orthonormal).
+#[inline(always)]
+fn axes_about(axis: Vec3x8) -> [Vec3x8; 3] {
+    let one = F32x8::ONE;
+    let sign = one.with_sign_of(axis.z);
+    let a = -one / (sign + axis.z);
+    let b = axis.x * axis.y * a;
+    [
+        Vec3x8 { x: one + sign * axis.x * axis.x * a, y: sign * b, z: -sign * axis.x },
+        Vec3x8 { x: b, y: sign + axis.y * axis.y * a, z: -axis.y },
+        axis,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shade::light::light_from_anywhere;
+    use crate::shade::sampling::PathRandom;
+
+    fn lights() -> [LightPose; 4] {
+        let (center, axis) = (Vec3::new(0.3, 2.0, -0.5), Vec3::new(0.6, -0.8, 0.0));
+        let (across, up) = (Vec3::Z, Vec3::new(0.8, 0.6, 0.0));
+        let shapes = [
+            LightShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis },
+            LightShape::Disk { center, across: across * 0.8, up: up * 0.8, axis },
+            LightShape::Sphere { center, radius: 0.9 },
+            LightShape::Sun { to_light: -axis, across, up, versine: 0.02 },
+        ];
+        shapes.map(|shape| LightPose { shape, strength: Vec3::new(1.0, 2.0, 4.0) })
+    }
+
+    fn anywhere(light: &LightPose, index: u32) -> LightSample {
+        let [along, above, ..] = PathRandom { seed: 3, index }.four(0);
+        light_from_anywhere(light, [along, above].map(F32x8::splat), Vec3x8::ZERO)
+    }
+
+    /// The integral of what rays see is what the light sends.
+    #[test]
+    fn what_rays_see_adds_up_to_what_a_light_sends() {
+        const ROWS: usize = 1500;
+        for light in lights() {
+            let sent = (0..256).map(|index| anywhere(&light, index).irradiance.lane(0)).sum::<Vec3>() / 256.0;
+            let mut seen = Vec3::ZERO;
+            for (i, j) in (0..2 * ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
+                let (turn, up) = ((i as f32 + 0.5) / ROWS as f32 * PI, (j as f32 + 0.5) / ROWS as f32);
+                let across = (1.0 - up * up).sqrt();
+                let direction = Vec3::new(across * turn.sin(), up, across * turn.cos());
+                seen += glow(&light, Vec3::ZERO, direction).map_or(Vec3::ZERO, |glow| glow.radiance);
+            }
+            let seen = seen * (TAU / (2 * ROWS * ROWS) as f32) / PI;
+            assert!((seen / sent - Vec3::ONE).abs().max_element() < 0.01, "{light:?}: {seen}, {sent}");
+        }
+    }
+
+    /// A place that is asked is met by the ray towards it, there, and as densely as is said.
+    #[test]
+    fn rays_to_places_meet_them() {
+        for light in lights() {
+            for index in 0..64 {
+                let sample = anywhere(&light, index);
+                let direction = sample.to_light.lane(2).normalize();
+                let Some(met) = glow(&light, Vec3::ZERO, direction) else {
+                    panic!("{light:?} is not met {index}")
+                };
+                let distance = sample.to_light.lane(2).length() * sample.far;
+                assert!(
+                    (met.distance / distance - 1.0).abs() < 1e-3 || met.distance == distance,
+                    "{light:?}"
+                );
+                let density = density_of(radiance(&light), sample.irradiance.lane(2));
+                assert!((met.density / density - 1.0).abs() < 1e-3, "{light:?}: {met:?}, {density}");
+                assert!((direction - sample.direction.lane(2)).length() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn far_away_a_sphere_is_a_point() {
+        let shape = LightShape::Sphere { center: Vec3::new(0.0, 50.0, 0.0), radius: 0.5 };
+        let light = LightPose { shape, strength: Vec3::splat(2500.0) };
+        assert!((anywhere(&light, 0).irradiance.lane(0).x - 1.0).abs() < 1e-4);
+        let inside = LightShape::Sphere { center: Vec3::ZERO, radius: 0.5 };
+        assert_eq!(anywhere(&LightPose { shape: inside, ..light }, 0).irradiance.lane(0), Vec3::ZERO);
+        assert_eq!(glow(&LightPose { shape: inside, ..light }, Vec3::ZERO, Vec3::Y), None);
+    }
+
+    #[test]
+    fn from_behind_nothing_is_seen() {
+        for light in &lights()[..2] {
+            assert_eq!(glow(light, Vec3::new(0.3, 9.0, -0.5), Vec3::NEG_Y), None);
+            assert!(glow(light, Vec3::new(0.3, -9.0, -0.5), Vec3::Y).is_some());
+        }
+        assert!(lights().iter().all(|light| glow(light, Vec3::ZERO, Vec3::NEG_Y).is_none()));
+    }
+}
