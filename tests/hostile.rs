@@ -159,6 +159,7 @@ fn odd_values_of_materials_are_one_warning_each_and_strictly_errors() {
 #[test]
 fn extremes_render() {
     let light = |text: &str| format!("{SHOT}[[light]]\n{text}\n");
+    let gathered = |text: &str| format!("{}[indirect]\npaths = 3\n", light(text));
     let moving =
         |scale: &str| format!("{SHOT}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = {scale}\n");
     for (shot, what) in [
@@ -192,6 +193,16 @@ fn extremes_render() {
             "a panel like a thread",
         ),
         (format!("{SHOT}[background]\ncolor = [1e30, 1e30, 1e30]\n"), "a bright sky"),
+        (
+            gathered("type = \"disk\"\nposition = [0.2, 0.2, 0]\ntarget = [0.2, 0.2, 1]"),
+            "a disc in the surface",
+        ),
+        (gathered("type = \"sphere\"\nposition = [0, 0, 0]\nradius = 1e3"), "all within a sphere of light"),
+        (gathered("type = \"sphere\"\nposition = [0, 0, 1]\nradius = 1e-9"), "a sphere like a point"),
+        (gathered("type = \"directional\"\ndirection = [0, 0, -1]\nangle = 179.9"), "half of the sky"),
+        (gathered("type = \"directional\"\ndirection = [0, 0, -1]\nangle = 0.002"), "a sun like a star"),
+        (format!("{SHOT}[indirect]\npaths = 0\nbounces = 3\n"), "no paths"),
+        (format!("{SHOT}[indirect]\npaths = 3\nbounces = 0\n"), "paths that meet nothing"),
     ] {
         let place = place(&shot, format!("{OBJ}v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nf 4 5 6\nf 1 3 2\n").as_bytes());
         let ran = render(&place, "s.toml", "--audit -q");
@@ -208,6 +219,38 @@ fn extremes_render() {
                 image.channels.iter().find(|channel| channel.data.iter().any(|value| !value.is_finite()));
             assert_eq!(bad.map(|channel| &channel.name), None, "{what}, frame {frame}");
         }
+    }
+}
+
+/// Thousands of triangles that emit, some without an area, and a lamp that no light leaves.
+#[test]
+fn whatever_emits_renders() {
+    let many = (0..10_000).map(|i| {
+        let (x, y) = (f64::from(i % 100) * 0.05 - 2.5, f64::from(i / 100) * 0.05 - 2.5);
+        format!("v {x} {y} -2\nv {} {y} -2\nv {x} {} -2\nf -3 -2 -1\n", x + 0.04, y + 0.04)
+    });
+    let needle =
+        "v 0 0 0.5\nv 1e-30 0 0.5\nv 0 1e-30 0.5\nf -3 -2 -1\nv 0 0 0\nv 1 0 0\nv 2 0 0\nf -3 -2 -1\n";
+    let many = format!("usemtl lamp\n{}{needle}", many.collect::<String>());
+    let corners: String = (0..8).map(|i| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2)).collect();
+    let closed = "usemtl wall\nf -8 -7 -5 -6\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -8 -6 -2 -4\nf -7 -5 -1 -3\n\
+                  usemtl lamp\nv 0.5 0.5 0.4\nv 0.6 0.5 0.4\nv 0.5 0.6 0.5\nf -3 -2 -1\n";
+    let closed = format!("{corners}{closed}");
+    for (emitters, what) in [(many, "many"), (closed, "closed")] {
+        let shot = format!("{SHOT}[indirect]\npaths = 3\n");
+        let obj = format!("mtllib m.mtl\nusemtl wall\n{OBJ}f 1 3 2\n{emitters}");
+        let place = place(&shot, obj.as_bytes());
+        fs::write(
+            place.path("m.mtl"),
+            "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 900 500 1e3\nKd 0 0 0\n",
+        )
+        .unwrap();
+        let ran = render(&place, "s.toml", "--audit -q");
+        assert_eq!(ran.code, 0, "{what}: {}", ran.stderr);
+        let image = whole(&place.path("out/a.0002.exr"));
+        assert!(image.channels.iter().all(|of| of.data.iter().all(|value| value.is_finite())), "{what}");
+        let lit = image.channels.iter().find(|of| of.name == "diffuse.G").expect("it is there");
+        assert_eq!(lit.data.iter().any(|value| (0.01..500.0).contains(value)), what == "many", "{what}");
     }
 }
 

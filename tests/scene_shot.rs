@@ -365,6 +365,22 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:11:8: `size` must be two lengths",
         ),
         (
+            format!("{light}type = \"sphere\"\nposition = [0, 0, 0]\nradius = 0\n"),
+            "s.toml:10:10: `radius` is 0: it must be a length from 1e-9 to 1e9",
+        ),
+        (
+            format!("{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 0]\n"),
+            "s.toml:7:1: `position` and `target` of this light are the same point",
+        ),
+        (
+            format!("{light}type = \"directional\"\ndirection = [0, 0, 1]\nangle = 180\n"),
+            "s.toml:10:9: `angle` is 180: it must be from 0 to below 180 degrees",
+        ),
+        (
+            format!("{light}type = \"point\"\nposition = [0, 0, 0]\nradius = 1\n"),
+            "s.toml:10:10: a point light has no `radius`",
+        ),
+        (
             format!("{light}type = \"spot\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nsize = [1, 1]\n"),
             "s.toml:11:8: a spot light has no `size`",
         ),
