@@ -13,6 +13,9 @@ pub const MOST_SAMPLES: u32 = 16;
 /// tile can hold.
 pub const MOST_PATHS: u32 = 1024;
 
+/// Paths of a sample where there is light to gather and nothing is said.
+pub const DEFAULT_PATHS: u32 = 16;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -46,6 +49,30 @@ pub enum Filter {
     Box,
     /// Mitchell and Netravali's cubic, B = C = 1/3, two pixels in each direction.
     Mitchell,
+}
+
+/// What frames spend on more paths for samples that have fewer than they may.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// Nothing: a sample gets all of its paths at once.
+    #[default]
+    None,
+    /// With what new and expired paths cost, as many paths as a frame that is traced in full.
+    Full,
+    /// With what new and expired paths cost, so many rays a frame; what must be traced is traced in any case.
+    Rays(u64),
+}
+
+impl Budget {
+    /// As the command line and shot files state it.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            _ if text == "full" => Ok(Self::Full),
+            Ok(rays) => Ok(Self::Rays(rays)),
+            Err(_) => Err(String::from("must be `full`, or a number of rays a frame")),
+        }
+    }
 }
 
 /// What the structures that rays are traced through are worth, where the tracer has a choice. Pictures are the
@@ -88,6 +115,10 @@ pub struct Settings {
     pub depth: u32,
     /// Paths by which each sample gathers light from all around; 0: none.
     pub paths: u32,
+    /// Paths of them that a sample gets at once; the others as far as the budget goes.
+    pub paths_per_frame: u32,
+    /// What frames spend on more paths.
+    pub budget: Budget,
     /// Surfaces that such a path may meet.
     pub bounces: u32,
     /// Reuse or not.
@@ -114,6 +145,8 @@ impl Default for Settings {
             filter: Filter::default(),
             depth: 4,
             paths: 0,
+            paths_per_frame: DEFAULT_PATHS,
+            budget: Budget::None,
             bounces: 2,
             mode: Mode::default(),
             reuse: Reuse::default(),
@@ -126,6 +159,15 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Paths that a new sample gets at once.
+    pub fn first_paths(&self) -> u32 {
+        if self.budget == Budget::None {
+            self.paths
+        } else {
+            self.paths_per_frame.clamp(1, self.paths.max(1))
+        }
+    }
+
     /// Samples of one frame.
     pub fn samples_a_frame(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * u64::from(self.samples).pow(2)
@@ -135,6 +177,14 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn new_samples_get_all_paths_unless_there_is_a_budget() {
+        let with = |paths, budget| Settings { paths, budget, ..Settings::default() }.first_paths();
+        assert_eq!(with(64, Budget::None), 64);
+        assert_eq!(with(64, Budget::Full), DEFAULT_PATHS);
+        assert_eq!(with(4, Budget::Rays(9)), 4);
+    }
 
     #[test]
     fn a_careful_build_is_for_many_rays() {

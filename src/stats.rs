@@ -269,7 +269,7 @@ sum_fields!(AuditCounts: checked, differing, on_edge);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Build, Filter, Mode};
+    use crate::settings::{Budget, Build, Filter, Mode};
 
     fn frame(number: i32, base: u64, good: u64, shadow: u64) -> FrameStats {
         FrameStats {
@@ -309,6 +309,8 @@ mod tests {
             filter: Filter::Mitchell,
             depth: 4,
             paths: 0,
+            paths_per_frame: 16,
+            budget: Budget::None,
             bounces: 2,
             mode: Mode::Auto,
             reuse: Default::default(),

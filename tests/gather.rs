@@ -9,7 +9,7 @@ use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::pose::{LightShape, Pose};
 use afterimage::scene::environment::Sky;
 use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
-use afterimage::settings::{Filter, Settings};
+use afterimage::settings::{Budget, Filter, Settings};
 use glam::{DVec3, Vec3};
 use toy::worlds::*;
 
@@ -257,8 +257,9 @@ fn what_is_kept_is_what_would_be_gathered_anew() {
     ];
     for (name, changes) in changes {
         let scene = changes.iter().fold(world(), |scene, change| change(scene));
-        for (samples, filter) in [(1, Filter::Box), (2, Filter::Mitchell)] {
-            let settings = Settings { samples, filter, ..settings(5, 2) };
+        for (samples, filter, budget) in [(1, Filter::Box, Budget::Full), (2, Filter::Mitchell, Budget::None)]
+        {
+            let settings = Settings { samples, filter, budget, paths_per_frame: 2, ..settings(5, 2) };
             for finished in toy::render(&scene, &settings, FRAMES) {
                 assert_eq!(differing(&finished), 0, "{name}, frame {}", finished.stats.frame);
             }
@@ -302,12 +303,56 @@ fn few_paths_are_traced_again() {
     assert!(rests[1..].iter().all(|finished| finished.stats.rays.gathering == 0), "nothing moves");
 }
 
+/// The error of the last of so many frames at rest, against many paths.
+fn error_after(settings: &Settings, frames: i32) -> f32 {
+    let mut scene = world();
+    scene.models.truncate(2);
+    let reference = first(&scene, &Settings { paths: 256, budget: Budget::None, ..settings.clone() });
+    let last = toy::render(&scene, settings, frames).pop().expect("there is one");
+    assert_eq!(differing(&last), 0);
+    let [last, reference] = [last, reference].map(|of| of.film.values("G").expect("it is there").to_vec());
+    let squares = last.iter().zip(&reference).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+    (squares / last.len() as f32).sqrt()
+}
+
+/// Before a camera at rest each frame adds as many paths as the first one had, until all are there.
+#[test]
+fn under_a_budget_samples_get_more_paths() {
+    let filling = Settings { budget: Budget::Full, paths_per_frame: 4, ..settings(16, 2) };
+    let errors = [1, 2, 4, 6].map(|frames| error_after(&filling, frames));
+    let [few, all] = [4, 16].map(|paths| error_after(&settings(paths, 2), 1));
+    assert_eq!((errors[0], errors[2], errors[3]), (few, all, all), "{errors:?}");
+    assert!(errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
+}
+
+#[test]
+fn a_budget_is_kept() {
+    let mut scene = camera_goes(with_flyer(world()));
+    scene.models.retain(|model| model.name != "mirror" && model.name != "glass");
+    let share = |settings: &Settings| {
+        let frames = toy::render(&scene, settings, FRAMES);
+        let rays = |finished: &Finished| finished.stats.rays.gathering;
+        let full = rays(&frames[0]);
+        frames[1..].iter().map(|of| rays(of) as f64 / full as f64).collect::<Vec<_>>()
+    };
+    let filling = Settings { budget: Budget::Full, paths_per_frame: 4, ..settings(64, 2) };
+    let (full, none) = (share(&filling), share(&settings(4, 2)));
+    assert!(none.iter().all(|share| *share < 0.3), "{none:?}");
+    assert!(full.iter().all(|share| (0.9..1.1).contains(share)), "{full:?}");
+    // shadow rays count, too: about as many as others
+    let rays = toy::render(&scene, &settings(4, 2), 1)[0].stats.rays.gathering;
+    let half = share(&Settings { budget: Budget::Rays(rays), ..filling });
+    assert!(half.iter().all(|share| (0.35..0.65).contains(share)), "{half:?}");
+}
+
 #[test]
 fn threads_change_no_bit() {
     let scene = camera_goes(with_flyer(world()));
     let render = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-        pool.install(|| toy::render(&scene, &Settings { samples: 2, ..settings(3, 2) }, 4))
+        let filling =
+            Settings { samples: 2, budget: Budget::Rays(100_000), paths_per_frame: 2, ..settings(7, 2) };
+        pool.install(|| toy::render(&scene, &filling, 4))
     };
     for (one, other) in render(1).iter().zip(&render(5)) {
         for plane in &one.film.planes {

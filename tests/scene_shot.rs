@@ -322,6 +322,12 @@ fn mistakes_are_told_with_place_and_remedy() {
         ),
         ("[indirect]\npaths = 1025\n".into(), "s.toml:2:9: `paths` is 1025"),
         ("[indirect]\nbounces = 65\n".into(), "s.toml:2:11: `bounces` is 65"),
+        (
+            "[indirect]\nbudget = \"half\"\n".into(),
+            "s.toml:2:10: `budget` must be `full`, or a number of rays",
+        ),
+        ("[indirect]\nbudget = -1\n".into(), "s.toml:2:10: `budget`: it must be `full`, or a number of rays a frame"),
+        ("[indirect]\npaths_per_frame = 0\n".into(), "s.toml:2:19: `paths_per_frame`"),
         ("[indirect]\nbounce = 1\n".into(), "s.toml:2:1: unknown key `bounce`: did you mean `bounces`?"),
         ("[render]\nframes = \"9-1\"\n".into(), "s.toml:2:10: `frames`: `9-1` runs backwards"),
         ("[render]\nrate = \"24/0\"\n".into(), "s.toml:2:8: `rate` must be frames per second"),

@@ -12,7 +12,7 @@ use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
-use crate::settings::{Build, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
+use crate::settings::{Budget, Build, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -48,6 +48,15 @@ pub struct ShotArgs {
     /// Paths by which each sample gathers light from the sky and from other surfaces; 0: none [default: the shot's]
     #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
     pub paths: Option<u32>,
+
+    /// What each frame spends on paths, so that kept samples get more of them: `full` for as many as a frame that is traced
+    /// in full, or a number of rays. A new sample gets its --paths-per-frame at once [default: the shot's]
+    #[arg(long, value_name = "full|RAYS", value_parser = Budget::parse)]
+    pub budget: Option<Budget>,
+
+    /// With --budget: paths that a new sample gets at once [default: the shot's]
+    #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PATHS)))]
+    pub paths_per_frame: Option<u32>,
 
     /// Maximum number of surfaces that such a path meets [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
@@ -217,6 +226,8 @@ impl ShotArgs {
             filter: filter.unwrap_or(settings.filter),
             depth: self.depth.unwrap_or(settings.depth),
             paths: self.paths.unwrap_or(settings.paths),
+            paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
+            budget: self.budget.unwrap_or(settings.budget),
             bounces: self.bounces.unwrap_or(settings.bounces),
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
@@ -329,6 +340,8 @@ mod tests {
             filter: Filter::Mitchell,
             depth: 5,
             paths: 3,
+            paths_per_frame: 2,
+            budget: Budget::Rays(5),
             bounces: 1,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
@@ -347,7 +360,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --paths 16 --reuse target --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --paths 16 --paths-per-frame 4 --budget full --reuse target --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -356,6 +369,8 @@ mod tests {
             filter: Filter::Box,
             depth: 1,
             paths: 16,
+            paths_per_frame: 4,
+            budget: Budget::Full,
             bounces: 1,
             mode: Mode::Auto,
             reuse: Reuse::Target,

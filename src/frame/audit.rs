@@ -322,7 +322,9 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
             let (cell, gathered) = (first + lane, &tile.gathered);
             let start = start_at(frame, tile, cell, &placed);
             if frame.palette.is_diffuse(tile.record[cell].material) {
-                scratch.starts.extend((0..frame.paths as u32).map(|index| PathStart { index, ..start }));
+                let known = 0..gathered.known(cell) as u32;
+                raise(cell, Verdict::of(known.end > 0));
+                scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
             }
             let mean = mean_of(gathered.paths(cell));
             raise(cell, Verdict::of(mean.radiance == gathered.mean(cell).radiance));

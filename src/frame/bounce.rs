@@ -240,7 +240,7 @@ fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
 /// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, gathering, paths, .. } = bounces;
-    let count = frame.paths.div_ceil(SHARE_OF_PATHS);
+    let count = frame.first_paths.div_ceil(SHARE_OF_PATHS);
     let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();

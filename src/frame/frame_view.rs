@@ -14,7 +14,7 @@ use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::Scene;
-use crate::settings::Reuse;
+use crate::settings::{Budget, Reuse};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
@@ -51,6 +51,12 @@ pub struct FrameView<'a> {
     pub depth: u32,
     /// Paths by which each sample gathers light; 0: it gathers none.
     pub paths: usize,
+    /// Those of them that a sample gets at once.
+    pub first_paths: usize,
+    /// What is spent on the others.
+    pub budget: Budget,
+    /// Of the frame; a tile's part of the budget is that of its samples in them.
+    pub samples: u64,
     /// Surfaces that a path may meet.
     pub bounces: u32,
     /// All motion of the shot.

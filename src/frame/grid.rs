@@ -223,7 +223,7 @@ fn cells_of_pixels(samples: u32, tile_pixels: u32) -> Vec<u16> {
 pub(super) mod tests {
     use super::*;
     use crate::layers::Layers;
-    use crate::settings::{Build, Filter, Mode};
+    use crate::settings::{Filter, Mode};
 
     /// A small picture for the tests of this room.
     pub fn settings(width: u32, height: u32, samples: u32) -> Settings {
@@ -234,14 +234,10 @@ pub(super) mod tests {
             samples,
             filter,
             depth: 3,
-            paths: 0,
-            bounces: 2,
             mode,
-            reuse: Default::default(),
             base_every: 0,
             layers: Layers::ALL,
-            audit: false,
-            build: Build::Best,
+            ..Settings::default()
         }
     }
 

@@ -53,7 +53,7 @@ impl Comparison {
 pub(crate) mod tests {
     use super::*;
     use crate::report::both_ways::tests::frame;
-    use crate::settings::{Build, Filter, Mode, Settings};
+    use crate::settings::{Budget, Build, Filter, Mode, Settings};
 
     pub fn comparison(frames: Vec<ComparedFrame>) -> Comparison {
         let settings = Settings {
@@ -63,6 +63,8 @@ pub(crate) mod tests {
             filter: Filter::Box,
             depth: 4,
             paths: 0,
+            paths_per_frame: 16,
+            budget: Budget::None,
             bounces: 2,
             mode: Mode::Auto,
             reuse: Default::default(),

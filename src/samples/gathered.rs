@@ -30,7 +30,7 @@ pub struct GatheredLight {
     paths: usize,
     /// Sample by sample.
     of_paths: Vec<PathLight>,
-    /// The mean of each sample's paths, and the first frame in which any of them may be another.
+    /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
     means: Vec<PathLight>,
 }
 
@@ -65,7 +65,12 @@ impl GatheredLight {
         &self.of_paths[sample * self.paths..(sample + 1) * self.paths]
     }
 
-    /// The mean of a sample's paths.
+    /// How many paths of a sample are known: the first ones.
+    pub fn known(&self, sample: usize) -> usize {
+        known_of(self.paths(sample)).len()
+    }
+
+    /// The mean of those of a sample's paths that are known.
     pub fn mean(&self, sample: usize) -> PathLight {
         self.means[sample]
     }
@@ -156,12 +161,22 @@ impl GatheredLight {
     }
 }
 
-/// The mean of paths, and the first frame in which any may be another.
+/// Those that are known: the first ones.
+fn known_of(paths: &[PathLight]) -> &[PathLight] {
+    let known = paths.iter().position(|path| path.until == Until::UNKNOWN);
+    &paths[..known.unwrap_or(paths.len())]
+}
+
+/// The mean of those paths that are known, and the first frame in which any of them may be another.
 pub fn mean_of(paths: &[PathLight]) -> PathLight {
+    let paths = known_of(paths);
+    if paths.is_empty() {
+        return PathLight::UNKNOWN;
+    }
     let sum =
         paths.iter().map(|path| full_color(path.radiance)).fold(glam::Vec3::ZERO, |sum, light| sum + light);
     let until = paths.iter().fold(Until::FOREVER, |least, path| least.min(path.until));
-    let [radiance, ..] = half_colors(Vec3x8::splat(sum / paths.len().max(1) as f32));
+    let [radiance, ..] = half_colors(Vec3x8::splat(sum / paths.len() as f32));
     PathLight { radiance, until }
 }
 
@@ -176,11 +191,13 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_is_known_when_all_paths_are() {
+    fn a_mean_is_that_of_the_paths_that_are_known() {
         let mut gathered = GatheredLight::unknown(4, 8);
-        (0..3).for_each(|path| gathered.set_path(5, path, light(path as f32)));
         gathered.update_mean(5);
-        assert_eq!(gathered.mean(5).until, Until::UNKNOWN);
+        assert_eq!((gathered.mean(5), gathered.known(5)), (PathLight::UNKNOWN, 0));
+        (0..3).for_each(|path| gathered.set_path(5, path, light(path as f32)));
+        assert!(gathered.update_mean(5));
+        assert_eq!((gathered.mean(5), gathered.known(5)), (light(1.0), 3));
         gathered.set_path(5, 3, light(3.0));
         assert!(gathered.update_mean(5));
         assert_eq!(gathered.mean(5), light(1.5));

@@ -12,14 +12,14 @@ use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
-    BackgroundTable, IndirectTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable, ShotFile,
-    Three,
+    BackgroundTable, BudgetValue, IndirectTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable,
+    ShotFile, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
 use crate::layers::Layers;
-use crate::settings::{LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
+use crate::settings::{Budget, DEFAULT_PATHS, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -43,9 +43,6 @@ pub struct Shot {
     /// The file itself, and all that were read for it.
     pub files: Vec<PathBuf>,
 }
-
-/// Paths of each sample where a shot has an environment and does not say: without any it would light nothing.
-const PATHS_UNDER_A_SKY: u32 = 16;
 
 /// How far from the origin models may reach, in the units of the files.
 const FARTHEST: f64 = 1e18;
@@ -78,7 +75,8 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let file: ShotFile = text.read()?;
     let (mut settings, frames, rate) = render(text, &file.render, &file.indirect, &file.output)?;
     if file.environment.is_some() && file.indirect.paths.is_none() {
-        settings.paths = PATHS_UNDER_A_SKY;
+        // without any the environment would light nothing
+        settings.paths = DEFAULT_PATHS;
     }
     let missing = |what| SceneError::new(text.path, what);
     let camera = file.camera.as_ref().ok_or_else(|| {
@@ -162,6 +160,13 @@ fn render(
         filter: table.filter,
         depth: whole("depth", &table.depth, default.depth, 0..65)?,
         paths: whole("paths", &indirect.paths, default.paths, 0..i64::from(MOST_PATHS) + 1)?,
+        paths_per_frame: whole(
+            "paths_per_frame",
+            &indirect.paths_per_frame,
+            default.paths_per_frame,
+            1..i64::from(MOST_PATHS) + 1,
+        )?,
+        budget: budget(text, indirect)?,
         bounces: whole("bounces", &indirect.bounces, default.bounces, 0..65)?,
         mode: table.mode,
         reuse: table.reuse,
@@ -185,6 +190,16 @@ fn render(
         None => (24, 1),
     };
     Ok((settings, frames, rate))
+}
+
+fn budget(text: TomlText<'_>, table: &IndirectTable) -> Result<Budget, SceneError> {
+    let Some(budget) = &table.budget else { return Ok(Budget::None) };
+    match budget.get_ref() {
+        BudgetValue::Rays(rays) => Ok(Budget::Rays(*rays)),
+        BudgetValue::Text(stated) => {
+            Budget::parse(stated).map_err(|message| text.bad("budget", budget, &message))
+        }
+    }
 }
 
 fn fraction(rate: &Rate) -> Option<(i32, u32)> {

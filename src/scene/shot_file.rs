@@ -58,6 +58,16 @@ pub(crate) struct RenderTable {
 pub(crate) struct IndirectTable {
     pub paths: Option<At<i64>>,
     pub bounces: Option<At<i64>>,
+    pub budget: Option<At<BudgetValue>>,
+    pub paths_per_frame: Option<At<i64>>,
+}
+
+/// `"full"`, or a number of rays.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "it must be `full`, or a number of rays a frame")]
+pub(crate) enum BudgetValue {
+    Rays(u64),
+    Text(String),
 }
 
 #[derive(Debug, Default, Deserialize)]

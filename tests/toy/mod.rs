@@ -12,7 +12,7 @@ use afterimage::scene::camera::Aim;
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene,
 };
-use afterimage::settings::{Build, Filter, Mode, Settings};
+use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -104,14 +104,11 @@ pub fn settings(samples: u32) -> Settings {
         samples,
         filter: Filter::Box,
         depth: 4,
-        paths: 0,
-        bounces: 2,
         mode: Mode::Reproject,
-        reuse: Default::default(),
         base_every: 0,
         layers: Layers::ALL,
         audit: true,
-        build: Build::Best,
+        ..Settings::default()
     }
 }
 
