@@ -345,6 +345,18 @@ fn a_budget_is_kept() {
     assert!(half.iter().all(|share| (0.35..0.65).contains(share)), "{half:?}");
 }
 
+/// A light that changes concerns the paths that have asked it, and no others.
+#[test]
+fn paths_that_asked_another_light_stay() {
+    let mut scene = lamp_fades(world());
+    scene.models.truncate(2);
+    let frames = toy::render(&scene, &settings(8, 1), 4);
+    let share =
+        |frame: usize| frames[frame].stats.rays.gathering as f64 / frames[0].stats.rays.gathering as f64;
+    assert_eq!(share(2), 0.0, "it has not begun");
+    assert!((0.3..0.7).contains(&share(3)), "one of two lights: {}", share(3));
+}
+
 #[test]
 fn threads_change_no_bit() {
     let scene = camera_goes(with_flyer(world()));

@@ -326,7 +326,10 @@ fn mistakes_are_told_with_place_and_remedy() {
             "[indirect]\nbudget = \"half\"\n".into(),
             "s.toml:2:10: `budget` must be `full`, or a number of rays",
         ),
-        ("[indirect]\nbudget = -1\n".into(), "s.toml:2:10: `budget`: it must be `full`, or a number of rays a frame"),
+        (
+            "[indirect]\nbudget = -1\n".into(),
+            "s.toml:2:10: `budget`: it must be `full`, or a number of rays a frame",
+        ),
         ("[indirect]\npaths_per_frame = 0\n".into(), "s.toml:2:19: `paths_per_frame`"),
         ("[indirect]\nbounce = 1\n".into(), "s.toml:2:1: unknown key `bounce`: did you mean `bounces`?"),
         ("[render]\nframes = \"9-1\"\n".into(), "s.toml:2:10: `frames`: `9-1` runs backwards"),

@@ -25,14 +25,16 @@ pub struct Motion {
     tree: Tree,
     /// Whether a model moves after the last frame that [`Until`] can name: there everything counts as touched.
     moves_later: bool,
-    lights: LightChanges,
+    /// One for each of the scene's, or none if nothing ever changes.
+    lights: Vec<LightChanges>,
 }
 
+/// When a light changes.
 #[derive(Debug, Clone, Default)]
 struct LightChanges {
     /// Rising.
     frames: Vec<u16>,
-    /// Whether a light changes after the last frame that [`Until`] can name.
+    /// Whether it changes after the last frame that [`Until`] can name.
     changes_later: bool,
 }
 
@@ -52,12 +54,7 @@ impl Motion {
             scene.lights.par_iter().filter_map(first_of_light).min(),
         );
         let Some(start) = first_changes.0.into_iter().chain(first_changes.1).min() else {
-            return Self {
-                start: 0,
-                tree: Tree::default(),
-                moves_later: false,
-                lights: LightChanges::default(),
-            };
+            return Self { start: 0, tree: Tree::default(), moves_later: false, lights: Vec::new() };
         };
         // counted from the frame before it, so that 0 is no frame of motion
         let start = start - 1;
@@ -71,7 +68,7 @@ impl Motion {
             start: start_frame,
             tree: Tree::of(leaves(&movers, start_frame, limit)),
             moves_later,
-            lights: LightChanges::of(&scene.lights, start),
+            lights: scene.lights.iter().map(|light| LightChanges::of(light, start)).collect(),
         }
     }
 
@@ -96,12 +93,14 @@ impl Motion {
         visits
     }
 
-    /// The first frame after `after` in which any light differs in anything from the frame before.
-    pub fn first_light_change(&self, after: i32) -> Until {
+    /// The first frame after `after` in which light number `light` differs in anything from the frame before.
+    pub fn first_light_change(&self, light: usize, after: i32) -> Until {
         let after = self.count(after);
-        let frames = &self.lights.frames;
+        let Some(LightChanges { frames, changes_later }) = self.lights.get(light) else {
+            return Until::FOREVER;
+        };
         let next = frames.partition_point(|frame| i32::from(*frame) <= after);
-        frames.get(next).map_or(end(self.lights.changes_later), |frame| Until::frame(*frame))
+        frames.get(next).map_or(end(*changes_later), |frame| Until::frame(*frame))
     }
 
     /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
@@ -113,7 +112,7 @@ impl Motion {
 
     /// Whether nothing ever moves or changes.
     pub fn is_none(&self) -> bool {
-        self.tree.nodes() == 0 && self.lights.frames.is_empty()
+        self.tree.nodes() == 0 && self.lights.iter().all(|light| light.frames.is_empty())
     }
 
     /// Nodes of the hierarchy.
@@ -147,13 +146,8 @@ fn relative(frames: impl Iterator<Item = i64>, start: i64) -> (Vec<u16>, bool) {
 }
 
 impl LightChanges {
-    fn of(lights: &[Light], start: i64) -> Self {
-        let of_light = |light: &Light| relative(frames::of_light(light), start);
-        let each: Vec<(Vec<u16>, bool)> = lights.par_iter().map(of_light).collect();
-        let changes_later = each.iter().any(|(_, later)| *later);
-        let mut frames: Vec<u16> = each.into_iter().flat_map(|(frames, _)| frames).collect();
-        frames.sort_unstable();
-        frames.dedup();
+    fn of(light: &Light, start: i64) -> Self {
+        let (frames, changes_later) = relative(frames::of_light(light), start);
         Self { frames, changes_later }
     }
 }

@@ -212,7 +212,7 @@ fn where_nothing_moves_answers_hold_forever() {
         assert!(motion.is_none() && motion.nodes() == 0);
         for after in [i32::MIN, 0, i32::MAX] {
             assert_eq!(across(&motion, 2.0, after), Until::FOREVER);
-            assert_eq!(motion.first_light_change(after), Until::FOREVER);
+            assert_eq!(motion.first_light_change(0, after), Until::FOREVER);
             assert!(!motion.has_expired(Until::FOREVER, after));
         }
     }
@@ -273,9 +273,12 @@ fn changes_of_lights_are_told_one_after_the_other() {
         Track::through(vec![(20.0, DVec3::ZERO), (21.0, DVec3::X)], Interpolation::Linear).expect("good");
     let lights = vec![lamp(moving, Track::constant(1.0)), lamp(Track::constant(DVec3::ZERO), power)];
     let motion = Motion::of(&scene(vec![], lights));
-    let frame = |after| frame_of(&motion, motion.first_light_change(after));
-    let after: Vec<_> = [i32::MIN, 7, 8, 9, 20, 21, i32::MAX].into_iter().map(frame).collect();
-    assert_eq!(after, [Some(8), Some(8), Some(9), Some(21), Some(21), None, None]);
+    let after = |light| {
+        let frame = |after| frame_of(&motion, motion.first_light_change(light, after));
+        [i32::MIN, 7, 8, 9, 20, 21, i32::MAX].map(frame)
+    };
+    assert_eq!(after(0), [Some(21), Some(21), Some(21), Some(21), Some(21), None, None]);
+    assert_eq!(after(1), [Some(8), Some(8), Some(9), None, None, None, None]);
     assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
     assert!(!motion.is_none() && motion.nodes() == 0);
 }

@@ -61,6 +61,10 @@ pub struct FrameView<'a> {
     pub bounces: u32,
     /// All motion of the shot.
     pub motion: &'a Motion,
+    /// For each light, the first later frame in which it changes.
+    pub light_changes: &'a [Until],
+    /// The first later frame in which any light that has a size changes.
+    pub area_light_change: Until,
     /// Whether to trace where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
     /// Which kept samples serve.
@@ -78,11 +82,6 @@ impl<'a> FrameView<'a> {
     #[inline]
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32) -> Until {
         self.motion.first_touch(origin, direction, far, self.pose.frame)
-    }
-
-    /// The first later frame in which any light changes.
-    pub fn first_light_change(&self) -> Until {
-        self.motion.first_light_change(self.pose.frame)
     }
 
     /// Whether what holds `until` then does not hold any more.

@@ -197,8 +197,11 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
             let brought = &mut brought[ray.path as usize];
             brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
-            let of_lights = ray.chances.of_lights(frame, ray.normal, (ray.origin, ray.direction), far);
-            brought.radiance += ray.weight * of_lights;
+            if !ray.chances.lights_are_summed() {
+                brought.until = brought.until.min(frame.area_light_change);
+                let of_lights = ray.chances.of_lights(frame, ray.normal, (ray.origin, ray.direction), far);
+                brought.radiance += ray.weight * of_lights;
+            }
             if !is_hit {
                 let weight = ray.chances.of_path_to_sky(frame, ray.normal, ray.direction);
                 brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
@@ -311,19 +314,19 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
     if frame.pose.lights.is_empty() {
         return;
     }
-    let lights_change = frame.first_light_change();
-    for vertex in &*vertices {
-        let brought = &mut brought[vertex.ray.path as usize];
-        brought.until = brought.until.min(lights_change);
-    }
     by_light.clear();
     let asks_light = |vertex: &u32| matches!(vertices[*vertex as usize].asks, Asks::Light(_));
     by_light.extend((0..vertices.len() as u32).filter(asks_light));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
     while let Some(Asks::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
+        let change = frame.light_changes[number as usize];
         let same = |vertex: &u32| vertices[*vertex as usize].asks == Asks::Light(number);
         let (group, after) = rest.split_at(rest.partition_point(same));
+        for vertex in group {
+            let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
+            brought.until = brought.until.min(change);
+        }
         let light = &frame.pose.lights[number as usize];
         ask_light(frame, bounce, light, group, starts, (vertices, brought), (queue, reflected), tally);
         rest = after;

@@ -65,7 +65,7 @@ mod window;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::changes::Motion;
+use crate::changes::{Motion, Until};
 use crate::film::Film;
 use crate::geometry::Bounds;
 use crate::pose::{CameraPose, Pose};
@@ -195,6 +195,11 @@ impl<'s> Renderer<'s> {
         let dynamic_bounds = MovedBounds::ever(self.scene, &self.bounds, &pose);
         let displaced = displaced(&pose);
         let base_plan = Plan::of_base_frame(&pose);
+        let lights = 0..pose.lights.len();
+        let light_changes: Vec<Until> =
+            lights.map(|light| self.motion.first_light_change(light, frame)).collect();
+        let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
+        let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
         let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
             sky: &self.sky,
@@ -215,6 +220,8 @@ impl<'s> Renderer<'s> {
             samples: self.settings.samples_a_frame(),
             bounces: self.settings.bounces,
             motion: &self.motion,
+            light_changes: &light_changes,
+            area_light_change,
             chooses: self.settings.mode == Mode::Auto,
             reuse: self.settings.reuse,
             records_paths,

@@ -54,6 +54,11 @@ impl Chances {
         by_path / (by_path + self.asks_sky * frame.sky.pdf(direction))
     }
 
+    /// Whether all light of the shot's lights is summed where the path left.
+    pub fn lights_are_summed(self) -> bool {
+        self.asks_light == f32::INFINITY
+    }
+
     /// What a path brings of the area lights that it passes through, before it is `far` from `origin` where it left a
     /// surface with this `normal`.
     pub fn of_lights(
@@ -63,9 +68,6 @@ impl Chances {
         (origin, direction): (Vec3, Vec3),
         far: f32,
     ) -> Vec3 {
-        if self.asks_light == f32::INFINITY {
-            return Vec3::ZERO;
-        }
         let by_path = self.goes_on * cosine_density(normal, direction);
         let weighed = |glow: Glow| {
             let by_asking = self.asks_light * glow.density;
