@@ -417,6 +417,10 @@ fn mistakes_are_told_with_place_and_remedy() {
             format!("[environment]\npower = 1\n{REST}"),
             "s.toml:1:1: the environment needs `map` or `sky`: without them it is the [background]",
         ),
+        (
+            format!("[environment]\nsamples = 65\nsky = {{}}\n{REST}"),
+            "s.toml:2:11: `samples` is 65: it must be",
+        ),
         (format!("[environment]\nmpa = \"a\"\n{REST}"), "s.toml:2:1: unknown key `mpa`: did you mean `map`?"),
         (
             format!("[environment]\nmap = \"a.hdr\"\n{REST}"),

@@ -108,6 +108,15 @@ fn described(shot: &Shot) -> String {
         };
         line(&mut text, "", format!("{}: {kind}", light.name));
     }
+    if let Some(environment) = &scene.environment {
+        let [width, height] = environment.size();
+        let sun = if environment.sun().is_some() { " and a sun" } else { "" };
+        line(&mut text, "environment", format!("{width}x{height} directions{sun}"));
+    }
+    if settings.paths > 0 {
+        let (paths, bounces) = (settings.paths, settings.bounces);
+        line(&mut text, "gathering", format!("{paths} paths a sample, {bounces} bounces"));
+    }
     surfaces(&mut text, scene);
     text
 }

@@ -144,8 +144,16 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         let mut brings = Brought { radiance: Vec3::ZERO, until };
         let PathStart { point, normal, geometric_normal, .. } = *start;
         let asking = Asking { path, point, normal, geometric_normal, weight: Vec3::ONE, chances };
-        if chances.asks_sky > 0.0 {
-            light_rays.ask_sky(frame, &asking, [across, up]);
+        for number in 0..frame.sky.samples() {
+            // further ones have numbers of their own, after those of all emitters and vertices
+            let place = match number {
+                0 => [across, up],
+                _ => {
+                    let [across, up, ..] = random.four(2 * frame.bounces + 1 + number);
+                    [across, up]
+                }
+            };
+            light_rays.ask_sky(frame, &asking, place);
         }
         if chances.asks_emitter > 0.0 {
             // of no vertex: they take those up to twice the bounces

@@ -20,7 +20,7 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 /// How likely the ways are that lead from a surface to light.
 #[derive(Debug, Clone, Copy)]
 pub struct Chances {
-    /// The probability with which the sky is asked from there.
+    /// The probability with which the sky is asked from there; how often, where it is asked more than once.
     pub asks_sky: f32,
     /// The probability with which a surface that emits is asked from there.
     pub asks_emitter: f32,
@@ -38,7 +38,7 @@ impl Chances {
     pub fn of_start(frame: &FrameView) -> Self {
         let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
         Self {
-            asks_sky: chance(frame.sky.is_uneven()),
+            asks_sky: frame.sky.samples() as f32,
             asks_emitter: chance(!frame.emitters.is_empty()),
             asks_light: f32::INFINITY,
             goes_on: 1.0,

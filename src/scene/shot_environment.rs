@@ -8,6 +8,9 @@ use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, TomlText};
 use super::{Background, Environment, SceneError, Warning};
 
+/// Most rays to the environment where a path starts.
+const MOST_SAMPLES: u32 = 64;
+
 /// What an `[environment]` makes of a shot.
 pub(super) struct Read {
     pub environment: Environment,
@@ -26,7 +29,7 @@ pub(super) fn of_table(
     table: &At<EnvironmentTable>,
     background: Option<&Background>,
 ) -> Result<Read, SceneError> {
-    let EnvironmentTable { map, sky, rotation, power, visible } = table.get_ref();
+    let EnvironmentTable { map, sky, rotation, power, visible, samples } = table.get_ref();
     let rotation = number(text, "rotation", rotation, 0.0, "finite", |_| true)?;
     let fits = |power| (0.0..=f64::from(f32::MAX)).contains(&power);
     let power = number(text, "power", power, 1.0, "finite and not negative", fits)? as f32;
@@ -48,6 +51,8 @@ pub(super) fn of_table(
     };
     let mut environment = environment.rotated(rotation).times(power);
     environment.visible = visible.unwrap_or(true);
+    let of_samples = |samples| text.whole("samples", samples, 0..i64::from(MOST_SAMPLES) + 1);
+    environment.samples = samples.as_ref().map_or(Ok(1), of_samples)?;
     Ok(Read { environment, file, warning })
 }
 

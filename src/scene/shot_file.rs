@@ -94,6 +94,7 @@ pub(crate) struct EnvironmentTable {
     pub rotation: Option<At<f64>>,
     pub power: Option<At<f64>>,
     pub visible: Option<bool>,
+    pub samples: Option<At<i64>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -47,7 +47,12 @@ impl SkyLight {
     /// Whether directions are worth sampling where paths leave by the cosine law in any case: a gradient is so even that
     /// they would find nothing else.
     pub fn is_uneven(&self) -> bool {
-        self.environment.is_some() && self.shines()
+        self.samples() > 0
+    }
+
+    /// Rays that ask it for light where a path starts.
+    pub fn samples(&self) -> u32 {
+        self.environment.as_ref().filter(|_| self.shines()).map_or(0, |environment| environment.samples)
     }
 
     /// A direction (world space, unit length) in proportion to the light from there, and its density in solid angle.

@@ -79,6 +79,11 @@ impl Grid {
         Ok(Self { width, height, texels, rows, columns, edges, power })
     }
 
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// Integral over the sphere of the mean of red, green and blue.
     pub fn power(&self) -> f64 {
         self.power

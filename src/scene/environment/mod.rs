@@ -37,6 +37,8 @@ const BACKGROUND_ROWS: u32 = 1024;
 pub struct Environment {
     /// Whether the eye sees it directly. Otherwise the eye sees the [`Background`] where it sees nothing else.
     pub visible: bool,
+    /// Rays that ask it for light where a path starts; 0: only paths that escape find it.
+    pub samples: u32,
     grid: Arc<Grid>,
     /// Rotated, and with the factor on its radiance.
     sun: Option<Sun>,
@@ -91,7 +93,7 @@ impl Environment {
             (of_sun / (of_sun + grid.power())).clamp(least, 1.0 - least) as f32
         });
         let (visible, grid, turn) = (true, Arc::new(grid), Turn::of(0.0));
-        Self { visible, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
+        Self { visible, samples: 1, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
     }
 
     /// The same, turned further by `degrees` about Y: counter-clockwise as seen from above, as models turn. What was
@@ -160,6 +162,11 @@ impl Environment {
     /// [`Self::pdf`] of [`Self::sample_grid`].
     pub fn grid_pdf(&self, direction: Vec3) -> f32 {
         self.grid.pdf(self.to_grid(direction))
+    }
+
+    /// Columns and rows of the grid.
+    pub fn size(&self) -> [usize; 2] {
+        self.grid.size()
     }
 
     /// Whether no light comes from anywhere.
