@@ -8,10 +8,10 @@ use std::time::Instant;
 use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::Renderer;
 use afterimage::scene::environment::Sky;
-use afterimage::scene::{Environment, LightKind, Mesh, Model, Scene};
+use afterimage::scene::{Environment, Light, LightKind, Mesh, Model, Scene};
 use afterimage::settings::{Mode, Settings};
 use embree::VertexBuffer;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec3};
 use serde::Serialize;
 
 use super::chains::load_still;
@@ -103,17 +103,23 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     Ok(())
 }
 
-/// Frames up to the last one are inferred, the first one and that after the last are traced in full.
-fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Failable<Row> {
+/// The scene of a place under a sky, with a soft light in the kitchen.
+pub fn under_a_sky(place: &Place, arguments: &Arguments) -> Failable<(Scene, Settings)> {
     let (mut scene, settings) = load_still(place, arguments)?;
-    let samples = arguments.samples.first().copied().unwrap_or(1);
-    let settings = Settings { paths, bounces: 2, samples, ..settings };
     let lights = std::mem::take(&mut scene.lights);
     scene.environment = Some(Environment::from_sky(&Sky::default()));
-    scene.ambient = glam::Vec3::ZERO;
+    scene.ambient = Vec3::ZERO;
     if place.name == "kitchen" {
         scene.lights = Lights::Soft.of(&lights).to_vec();
     }
+    Ok((scene, settings))
+}
+
+/// Frames up to the last one are inferred, the first one and that after the last are traced in full.
+fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Failable<Row> {
+    let (mut scene, settings) = under_a_sky(place, arguments)?;
+    let samples = arguments.samples.first().copied().unwrap_or(1);
+    let settings = Settings { paths, bounces: 2, samples, ..settings };
     match moves {
         Moves::Camera(flow, ball) => {
             if let Some(flow) = flow {
@@ -126,9 +132,9 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
         Moves::Sun => {
             let direction = |x: f64| DVec3::new(x, -1.0, -0.6);
             let direction = through(direction(0.2), direction(0.8));
-            let mut sun = lights[0].clone();
-            sun.kind = LightKind::Directional { direction };
-            scene.lights.push(sun);
+            let (color, power) = (Track::constant(Vec3::ONE), Track::constant(1.0));
+            let kind = LightKind::Directional { direction };
+            scene.lights.push(Light { name: "sun".into(), kind, color, power });
         }
     }
     let (mut full, mut inferred) = (Vec::new(), Vec::new());

@@ -7,6 +7,7 @@
 mod bare;
 mod chains;
 mod contest;
+mod equal;
 mod flows;
 mod gathered;
 mod glass;
@@ -69,7 +70,7 @@ pub struct Arguments {
     #[arg(long, value_parser = Layers::parse)]
     layers: Option<Layers>,
 
-    /// Pixels [default: 1280x720, of chains 640x360; with --quick half as wide and high]
+    /// Pixels [default: 1280x720, of chains 640x360, at equal time 320x180; with --quick half as wide and high]
     #[arg(long, value_parser = size, value_name = "WxH")]
     size: Option<[u32; 2]>,
 
@@ -108,13 +109,20 @@ enum Subject {
     /// Light from all around, kept path by path: full frames beside inferred ones, by what moves; takes the scenes
     /// (kitchen, city), size, frames, samples, layers and the first depth
     Gathered,
+    /// Error at equal time of light from all around in a dolly through the kitchen: full frames, and inferred ones that
+    /// spend what reuse saves; takes the size, frames (of full tracing) and the first depth
+    Equal,
     /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
 
 impl Arguments {
     fn size(&self) -> [u32; 2] {
-        let [width, height] = if self.subject == Subject::Chains { [640, 360] } else { [1280, 720] };
+        let [width, height] = match self.subject {
+            Subject::Chains => [640, 360],
+            Subject::Equal => [320, 180],
+            _ => [1280, 720],
+        };
         self.size.unwrap_or(if self.quick { [width / 2, height / 2] } else { [width, height] })
     }
 
@@ -168,6 +176,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Growth => growth::run(arguments),
         Subject::Chains => chains::run(arguments),
         Subject::Gathered => gathered::run(arguments),
+        Subject::Equal => equal::run(arguments),
         Subject::Glass => glass::run(arguments),
     }
 }

@@ -1,0 +1,196 @@
+//! Error at equal time: light from all around in a dolly through the kitchen, each frame traced in full, and frames that
+//! spend what reuse saves on more samples and paths (`--budget`).
+//!
+//! Errors are those of frames 24 and 25 against pictures of 8x8 samples a pixel and 16 paths a sample, in which nothing is
+//! reused. Two are counted: the relative mean square error, with each pixel's square over that of the reference; and the
+//! temporal one, the mean square of how much the error changes from one frame to the next along points that stay in sight,
+//! over that of the reference.
+
+use std::error::Error;
+use std::time::Instant;
+
+use afterimage::film::Film;
+use afterimage::frame::Renderer;
+use afterimage::layers::Layers;
+use afterimage::pose::{CameraPose, Pose};
+use afterimage::scene::Scene;
+use afterimage::settings::{Budget, Mode, Settings};
+use glam::{Vec2, Vec3};
+use serde::Serialize;
+
+use super::flows::Flow;
+use super::gathered::under_a_sky;
+use super::places::SceneName;
+use super::table::{Circumstances, write_json};
+use super::{Arguments, folder};
+
+/// The frames whose errors count.
+const LAST: [i32; 2] = [24, 25];
+
+/// Radiance below which errors are not counted as larger shares of it.
+const DARK: f32 = 0.1;
+
+/// One way to render the shot.
+struct Contestant {
+    name: &'static str,
+    settings: Settings,
+}
+
+/// One line.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    name: &'static str,
+    /// Mean of frames 2 to 25.
+    seconds: f64,
+    relative_mse: f64,
+    temporal: f64,
+    bytes_per_sample: f64,
+}
+
+/// What a frame shows, and where.
+struct Picture {
+    colors: Vec<Vec3>,
+    points: Vec<Vec3>,
+    is_surface: Vec<bool>,
+}
+
+type Failable<T> = Result<T, Box<dyn Error>>;
+
+/// Measures; prints rows as they come.
+pub fn run(arguments: &Arguments) -> Failable<()> {
+    let circumstances = Circumstances::now(arguments);
+    println!("{}\n", circumstances.text());
+    let place = SceneName::Kitchen.place(arguments.triangles(), &folder())?;
+    let (mut scene, settings) = under_a_sky(&place, arguments)?;
+    scene.camera = Flow::DollyIn.camera(&place, &scene.space);
+    let settings = Settings { bounces: 2, layers: Layers::parse("P,id")?, ..settings };
+    let of_reference = Settings { samples: 8, paths: 16, mode: Mode::Full, ..settings.clone() };
+    let mut renderer = Renderer::new(&scene, &of_reference)?;
+    let reference = LAST.map(|frame| renderer.render(frame, false).map(|of| Picture::of(&of.film)));
+    let [before, after] = reference;
+    let reference = [before?, after?];
+    drop(renderer);
+
+    let line = "| frames                        | seconds | over full | relative MSE | over full | temporal | over full | B/sample |";
+    println!("{line}\n{}", line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect::<String>());
+    let mut rows: Vec<Row> = Vec::new();
+    for contestant in contestants(&settings) {
+        let row = contestant.measure(&scene, &reference, arguments)?;
+        println!("{}", row.text(rows.first().unwrap_or(&row)));
+        rows.push(row);
+    }
+    let path = folder().join("equal.json");
+    write_json(&path, &circumstances, &rows)?;
+    println!("\nalso in {}", path.display());
+    Ok(())
+}
+
+fn contestants(settings: &Settings) -> Vec<Contestant> {
+    let full = Settings { samples: 2, paths: 16, mode: Mode::Full, ..settings.clone() };
+    let reused = Settings { mode: Mode::Reproject, base_every: 0, ..full.clone() };
+    let filled = Settings { budget: Budget::Full, ..reused.clone() };
+    vec![
+        Contestant { name: "full, 2x2, 16 paths", settings: full },
+        Contestant { name: "inferred, 2x2, 16 paths", settings: reused },
+        Contestant {
+            name: "inferred, 2x2, 16 to 128 paths",
+            settings: Settings { paths: 128, paths_per_frame: 16, ..filled.clone() },
+        },
+        Contestant {
+            name: "inferred, 4x4, 4 to 64 paths",
+            settings: Settings { samples: 4, paths: 64, paths_per_frame: 4, ..filled },
+        },
+    ]
+}
+
+impl Contestant {
+    fn measure(&self, scene: &Scene, reference: &[Picture; 2], arguments: &Arguments) -> Failable<Row> {
+        let mut renderer = Renderer::new(scene, &self.settings)?;
+        let reuses = self.settings.mode != Mode::Full;
+        let first = if reuses { 1 } else { LAST[0] - arguments.frames() as i32 };
+        let (mut seconds, mut pictures, mut bytes_per_sample) = (Vec::new(), Vec::new(), 0.0);
+        for frame in first..=LAST[1] {
+            let start = Instant::now();
+            let finished = renderer.render(frame, reuses)?;
+            // the first one is paid by all
+            if frame > first {
+                seconds.push(start.elapsed().as_secs_f64());
+            }
+            if LAST.contains(&frame) {
+                pictures.push(Picture::of(&finished.film));
+            }
+            drop(finished);
+            bytes_per_sample = renderer.memory().bytes_per_sample;
+        }
+        let errors: Vec<Vec<Vec3>> = pictures
+            .iter()
+            .zip(reference)
+            .map(|(picture, reference)| picture.relative_error(reference))
+            .collect();
+        let squares = errors.iter().flatten().map(|error| f64::from(error.length_squared() / 3.0));
+        let camera = Pose::of(scene, LAST[0]).camera;
+        Ok(Row {
+            name: self.name,
+            seconds: seconds.iter().sum::<f64>() / seconds.len().max(1) as f64,
+            relative_mse: squares.sum::<f64>() / errors.iter().map(Vec::len).sum::<usize>() as f64,
+            temporal: temporal(&errors, reference, &camera, [self.settings.width, self.settings.height]),
+            bytes_per_sample,
+        })
+    }
+}
+
+impl Picture {
+    fn of(film: &Film) -> Self {
+        let plane = |name: &str| film.values(name).expect("it was asked for");
+        let three = |names: [&str; 3]| -> Vec<Vec3> {
+            let [x, y, z] = names.map(plane);
+            x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vec3::new(*x, *y, *z)).collect()
+        };
+        Self {
+            colors: three(["R", "G", "B"]),
+            points: three(["P.X", "P.Y", "P.Z"]),
+            is_surface: plane("id.object").iter().map(|object| *object > 0.0).collect(),
+        }
+    }
+
+    /// Of each pixel the difference, as a share of the reference.
+    fn relative_error(&self, reference: &Self) -> Vec<Vec3> {
+        let share = |(color, wanted): (&Vec3, &Vec3)| (*color - *wanted) / (*wanted + DARK);
+        self.colors.iter().zip(&reference.colors).map(share).collect()
+    }
+}
+
+/// The mean square change of the error from one frame to the next, along points of surfaces that stay in sight.
+fn temporal(errors: &[Vec<Vec3>], reference: &[Picture; 2], before: &CameraPose, size: [u32; 2]) -> f64 {
+    let [width, height] = size.map(|side| side as f32);
+    let (mut sum, mut count) = (0.0, 0);
+    let surfaces = reference[1].is_surface.iter().enumerate().filter(|(_, is_surface)| **is_surface);
+    for (pixel, _) in surfaces {
+        let point = reference[1].points[pixel];
+        let ndc = before.world_to_ndc(width / height).project_point3(point);
+        let at = Vec2::new((ndc.x + 1.0) * 0.5 * width, (1.0 - ndc.y) * 0.5 * height).floor();
+        if at.cmplt(Vec2::ZERO).any() || at.cmpge(Vec2::new(width, height)).any() {
+            continue;
+        }
+        let was = at.y as usize * size[0] as usize + at.x as usize;
+        let distance = (point - before.eye).length();
+        if (reference[0].points[was] - point).length() < 0.02 * distance {
+            sum += f64::from((errors[1][pixel] - errors[0][was]).length_squared() / 3.0);
+            count += 1;
+        }
+    }
+    sum / f64::from(count.max(1))
+}
+
+impl Row {
+    fn text(&self, full: &Self) -> String {
+        let Self { name, seconds, relative_mse, temporal, bytes_per_sample } = self;
+        format!(
+            "| {name:<29} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
+             {bytes_per_sample:8.0} |",
+            seconds / full.seconds,
+            relative_mse / full.relative_mse,
+            temporal / full.temporal,
+        )
+    }
+}
