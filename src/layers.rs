@@ -6,17 +6,36 @@ use serde::{Serialize, Serializer};
 
 /// A set of layers. What nobody asked for is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Layers(u16);
+pub struct Layers(u32);
 
 impl Layers {
     /// `R G B A` alone.
     pub const NONE: Self = Self(0);
     /// Every layer that there is.
     pub const ALL: Self = Self((1 << Self::NAMES.len()) - 1);
+    /// What files hold if nobody says what: neither the parts of `diffuse` nor what denoisers are guided by.
+    pub const USUAL: Self = Self((1 << 11) - 1);
 
     /// As files and the command line name them: what stands before the dot in the names of planes.
-    pub const NAMES: [&'static str; 11] =
-        ["diffuse", "specular", "reflection", "refraction", "albedo", "Z", "P", "N", "id", "status", "rays"];
+    pub const NAMES: [&'static str; 17] = [
+        "diffuse",
+        "specular",
+        "reflection",
+        "refraction",
+        "albedo",
+        "Z",
+        "P",
+        "N",
+        "id",
+        "status",
+        "rays",
+        "direct",
+        "indirect",
+        "emission",
+        "sky",
+        "denoise_albedo",
+        "denoise_normal",
+    ];
 
     /// Diffuse reflectance.
     pub const ALBEDO: Self = Self(1 << 4);
@@ -32,9 +51,27 @@ impl Layers {
     pub const STATUS: Self = Self(1 << 9);
     /// Rays cast.
     pub const RAYS: Self = Self(1 << 10);
+    /// Diffuse light that comes straight from light sources.
+    pub const DIRECT: Self = Self(1 << 11);
+    /// Diffuse light that came by light paths.
+    pub const INDIRECT: Self = Self(1 << 12);
+    /// Emission and ambient light.
+    pub const EMISSION: Self = Self(1 << 13);
+    /// The background as the eye sees it.
+    pub const SKY: Self = Self(1 << 14);
+    /// Albedo and normals for denoisers.
+    pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
+    /// The parts of `diffuse`, and what denoisers are guided by.
+    pub const PARTS: Self = Self(0b11_1111 << 11);
     /// Those that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self =
         Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::ID.0 | Self::STATUS.0);
+
+    /// With `others` as well.
+    #[must_use]
+    pub const fn with(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
 
     /// Whether any of `others` is among these.
     #[inline]
@@ -58,18 +95,17 @@ impl Layers {
     /// The layers of these names, and the name that is none.
     pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
         let mut names = names.into_iter();
-        names.try_fold(Self::NONE, |all, name| {
-            Self::named(name).map(|layer| Self(all.0 | layer.0)).ok_or(name)
-        })
+        names.try_fold(Self::NONE, |all, name| Self::named(name).map(|layer| all.with(layer)).ok_or(name))
     }
 
-    /// From the command line: `all`, `none`, or names with commas between them.
+    /// From the command line: `all`, `usual`, `none`, or names with commas between them.
     ///
     /// # Errors
     /// A name that is none, and what there is.
     pub fn parse(text: &str) -> Result<Self, String> {
         match text {
             "all" => Ok(Self::ALL),
+            "usual" => Ok(Self::USUAL),
             "none" => Ok(Self::NONE),
             _ => Self::of(text.split(',').map(str::trim)).map_err(Self::unknown),
         }
@@ -92,7 +128,7 @@ impl Layers {
 
 impl Default for Layers {
     fn default() -> Self {
-        Self::ALL
+        Self::USUAL
     }
 }
 
@@ -123,8 +159,14 @@ mod tests {
             ("id", Layers::ID),
             ("status", Layers::STATUS),
             ("rays", Layers::RAYS),
+            ("direct", Layers::DIRECT),
+            ("indirect", Layers::INDIRECT),
+            ("emission", Layers::EMISSION),
+            ("sky", Layers::SKY),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
+        assert_eq!(named("denoise_albedo").with(named("denoise_normal")), Layers::GUIDES);
+        assert!(Layers::USUAL.has(Layers::RAYS) && !Layers::USUAL.has(Layers::DIRECT));
         assert!(Layers::NAMES.iter().all(|name| Layers::ALL.has(named(name))));
     }
 
@@ -135,6 +177,7 @@ mod tests {
         assert!(some.has_plane("N.X") && some.has_plane("status.age") && some.has_plane("Z"));
         assert!(some.has_plane("R") && some.has_plane("A") && !some.has_plane("P.X"));
         assert_eq!((Layers::parse("all"), Layers::parse("none")), (Ok(Layers::ALL), Ok(Layers::NONE)));
+        assert_eq!(Layers::parse("usual"), Ok(Layers::default()));
         let wrong = Layers::parse("Z,depth").expect_err("there is no such layer");
         assert!(wrong.starts_with("there is no layer `depth`; there are diffuse, "), "{wrong}");
     }

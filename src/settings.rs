@@ -151,7 +151,7 @@ impl Default for Settings {
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,
-            layers: Layers::ALL,
+            layers: Layers::USUAL,
             audit: false,
             build: Build::default(),
         }

@@ -247,7 +247,17 @@ fn layers_that_are_left_out_change_no_other() {
             toy::render(&scene, &Settings { filter, layers, ..toy::settings(2) }, 4)
         };
         let all = render("all");
-        for layers in ["none", "Z", "N,albedo", "P,id", "status", "rays,specular"] {
+        for layers in [
+            "none",
+            "Z",
+            "N,albedo",
+            "P,id",
+            "status",
+            "rays,specular",
+            "direct",
+            "indirect,sky",
+            "denoise_normal",
+        ] {
             for (some, all) in render(layers).iter().zip(&all) {
                 assert!(some.film.planes.len() < 12);
                 for plane in &some.film.planes {

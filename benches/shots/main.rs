@@ -128,7 +128,7 @@ impl Arguments {
 
     fn layers(&self) -> Layers {
         let alone = matches!(self.subject, Subject::Chains | Subject::Gathered);
-        self.layers.unwrap_or(if alone { Layers::NONE } else { Layers::ALL })
+        self.layers.unwrap_or(if alone { Layers::NONE } else { Layers::USUAL })
     }
 
     fn frames(&self) -> u32 {

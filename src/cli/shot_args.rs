@@ -71,8 +71,9 @@ pub struct ShotArgs {
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
 
-    /// Layers to render and write beside R G B A: `all`, `none`, or a comma-separated list of diffuse, specular,
-    /// reflection, refraction, albedo, Z, P, N, id, status, rays [default: the shot's]
+    /// Layers to render and write beside R G B A: `all`, `none`, `usual` (diffuse to rays), or a comma-separated list of
+    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, id, status, rays, direct, indirect, emission, sky,
+    /// denoise_albedo, denoise_normal [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 

@@ -8,6 +8,7 @@ use super::bits::set_bits;
 use super::frame_view::FrameView;
 use super::light_paths::{PathScratch, trace_paths};
 use super::lighting::{Places, add_light, lights_passed, shows_highlight};
+use super::parts;
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
@@ -17,6 +18,7 @@ use super::shadow::{ShadowQueue, facing};
 use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
@@ -52,6 +54,8 @@ struct Bounce {
     weight: Vec3,
     origin: Vec3,
     direction: Vec3,
+    /// Whether denoisers are told of the normals of what it meets.
+    guides: bool,
 }
 
 /// What a ray met.
@@ -79,8 +83,8 @@ pub struct Bounces {
 }
 
 impl Bounces {
-    /// Starts the rays that leave the sample of `cell`.
-    pub fn start(&mut self, cell: u32, surface: &Surface, branches: Branches) {
+    /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
+    pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
         let next = &mut self.next;
         grow(next, surface, branches, |kind, weight, origin, direction| Bounce {
             cell,
@@ -90,6 +94,7 @@ impl Bounces {
             weight,
             origin,
             direction,
+            guides,
         });
     }
 }
@@ -98,6 +103,7 @@ impl Bounces {
 /// to the cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     bounces.paths.clear();
+    let shows_guides = frame.layers.has(Layers::GUIDES);
     for _ in 0..frame.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
@@ -110,6 +116,10 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         gather(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
             add(radiance, &met.bounce, met.light);
+            if shows_guides {
+                let Bounce { cell, weight, guides, .. } = met.bounce;
+                parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
+            }
             go_on(frame, met, &mut bounces.next);
         }
     }
@@ -348,12 +358,14 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
 fn go_on(frame: &FrameView, met: &Met, next: &mut Vec<Bounce>) {
     let optics = frame.scene.materials[usize::from(met.surface.material)].optics;
     let branches = branch(optics, &met.surface, met.bounce.direction);
+    let guides = met.bounce.guides && !parts::shows_itself(frame, met.surface.material);
     grow(next, &met.surface, branches, |kind, weight, origin, direction| Bounce {
         kind,
         path: met.bounce.path << 1 | kind as u64,
         weight: weight * met.bounce.weight,
         origin,
         direction,
+        guides,
         ..met.bounce
     });
 }
@@ -409,6 +421,7 @@ mod tests {
             weight: Vec3::ONE,
             origin: Vec3::ZERO,
             direction: Vec3::X,
+            guides: false,
         };
         let mut rays: Vec<Bounce> = (0..20).flat_map(|cell| [ray(cell, 0b01), ray(cell, 0b10)]).collect();
         group(&mut rays);

@@ -5,7 +5,8 @@ use crate::layers::Layers;
 use crate::settings::{Filter, Settings};
 
 /// The planes of sums: numbers of those that begin a colour. A colour lies within one group of eight
-/// ([`mitchell`](super::mitchell)), so that 14 and 15 stay empty; what nearly every sample has is in the first.
+/// ([`mitchell`](super::mitchell)), so that some stay empty; what nearly every sample has is in the first, and what is
+/// seldom asked for has groups of its own.
 pub mod sums {
     /// Of the weights.
     pub const WEIGHT: usize = 0;
@@ -21,8 +22,20 @@ pub mod sums {
     pub const REFLECTION: usize = 11;
     /// Through glass.
     pub const REFRACTION: usize = 16;
+    /// Diffuse light of light sources.
+    pub const DIRECT: usize = 24;
+    /// Diffuse light that came by light paths.
+    pub const INDIRECT: usize = 27;
+    /// Emission and ambient light.
+    pub const EMISSION: usize = 32;
+    /// The background as the eye sees it.
+    pub const SKY: usize = 35;
+    /// For denoisers.
+    pub const GUIDE_ALBEDO: usize = 40;
+    /// For denoisers; the only sums that may be negative.
+    pub const GUIDE_NORMAL: usize = 43;
     /// All of them.
-    pub const COUNT: usize = 19;
+    pub const COUNT: usize = 46;
 }
 
 /// The planes of data: numbers of those that begin a vector or a table.
@@ -79,6 +92,17 @@ impl Channel {
         matches!(self.source, Source::Data(data::STATUS..))
     }
 
+    /// The least and the greatest value that a filter may make of it: its negative lobes must make neither negative light
+    /// nor coverage of more than all.
+    pub fn limits(&self) -> [f32; 2] {
+        match self.source {
+            Source::Filtered([sums::ALPHA]) => [0.0, 1.0],
+            Source::Filtered([sum]) if *sum >= sums::GUIDE_NORMAL => [-1.0, 1.0],
+            Source::Filtered([sum]) if *sum >= sums::GUIDE_ALBEDO => [0.0, 1.0],
+            _ => [0.0, f32::INFINITY],
+        }
+    }
+
     /// Whether it is made of floats, whatever files have.
     pub fn is_float(&self) -> bool {
         // ages are counted up where they stand: halves would stop at 2048
@@ -92,10 +116,11 @@ impl Channel {
 }
 
 /// The contract's planes.
-const CHANNELS: [Channel; 37] = {
+const CHANNELS: [Channel; 55] = {
     use Source::{Data, Filtered};
     use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
-    use sums::{ALBEDO, ALPHA, DIFFUSE, REFLECTION, REFRACTION, SPECULAR};
+    use sums::{ALBEDO, ALPHA, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
+    use sums::{REFLECTION, REFRACTION, SKY, SPECULAR};
     [
         Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
         Channel::half("G", Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
@@ -134,6 +159,24 @@ const CHANNELS: [Channel; 37] = {
         Channel::half("rays.verification", Data(RAYS + 1)),
         Channel::half("rays.shadow", Data(RAYS + 2)),
         Channel::half("rays.secondary", Data(RAYS + 3)),
+        Channel::half("direct.R", Filtered(&[DIRECT])),
+        Channel::half("direct.G", Filtered(&[DIRECT + 1])),
+        Channel::half("direct.B", Filtered(&[DIRECT + 2])),
+        Channel::half("indirect.R", Filtered(&[INDIRECT])),
+        Channel::half("indirect.G", Filtered(&[INDIRECT + 1])),
+        Channel::half("indirect.B", Filtered(&[INDIRECT + 2])),
+        Channel::half("emission.R", Filtered(&[EMISSION])),
+        Channel::half("emission.G", Filtered(&[EMISSION + 1])),
+        Channel::half("emission.B", Filtered(&[EMISSION + 2])),
+        Channel::half("sky.R", Filtered(&[SKY])),
+        Channel::half("sky.G", Filtered(&[SKY + 1])),
+        Channel::half("sky.B", Filtered(&[SKY + 2])),
+        Channel::half("denoise_albedo.R", Filtered(&[GUIDE_ALBEDO])),
+        Channel::half("denoise_albedo.G", Filtered(&[GUIDE_ALBEDO + 1])),
+        Channel::half("denoise_albedo.B", Filtered(&[GUIDE_ALBEDO + 2])),
+        Channel::half("denoise_normal.X", Filtered(&[GUIDE_NORMAL])),
+        Channel::half("denoise_normal.Y", Filtered(&[GUIDE_NORMAL + 1])),
+        Channel::half("denoise_normal.Z", Filtered(&[GUIDE_NORMAL + 2])),
     ]
 };
 

@@ -150,8 +150,6 @@ fn is_filtered(channel: &Channel) -> bool {
 }
 
 /// Writes the filtered planes of the rectangle `pixels`.
-///
-/// The filter's negative lobes must make neither negative light nor coverage of more than all.
 fn write_piece(
     picture: &Picture,
     grid: &Grid,
@@ -176,12 +174,11 @@ fn write_piece(
         });
         is_some.iter_mut().enumerate().for_each(|(plane, is_some)| *is_some |= film.has(&[plane]));
     }
-    let mut columns = [[0.0; PIXELS]; sums::COUNT];
-    for (plane, column) in columns.iter_mut().enumerate().filter(|(plane, _)| is_some[*plane]) {
+    let column = |plane: usize| -> [f32; PIXELS] {
         let (group, lane) = (&groups[plane / LANES], plane % LANES);
-        *column = std::array::from_fn(|pixel| group[pixel].lane(lane));
-    }
-    let scales = columns[sums::WEIGHT].map(f32::recip);
+        std::array::from_fn(|pixel| group[pixel].lane(lane))
+    };
+    let scales = column(sums::WEIGHT).map(f32::recip);
     let mut written = Written::default();
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
         let Source::Filtered(planes) = channel.source else { continue };
@@ -192,13 +189,13 @@ fn write_piece(
             }
             continue;
         };
-        let mut values = columns[*first];
+        let mut values = column(*first);
         for plane in some {
-            values.iter_mut().zip(&columns[*plane]).for_each(|(value, more)| *value += more);
+            values.iter_mut().zip(column(*plane)).for_each(|(value, more)| *value += more);
         }
-        let most = if channel.name == "A" { 1.0 } else { f32::INFINITY };
+        let [least, most] = channel.limits();
         for (value, scale) in values.iter_mut().zip(&scales) {
-            *value = (*value * scale).max(0.0).min(most);
+            *value = (*value * scale).max(least).min(most);
         }
         written.note(number);
         window.put(number, pixels, &values, PIECE[0]);

@@ -5,10 +5,12 @@ use super::bits::{set_bits, surface_bits};
 use super::bounce::{self, Bounces};
 use super::frame_view::FrameView;
 use super::lighting::{Places, add_light, shows_highlight};
+use super::parts;
 use super::placed::{Placed, PlacedTile};
 use super::radiance::{Light, Radiance, cut};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile, full_color};
 use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
@@ -25,6 +27,7 @@ pub fn enhance(
     scratch: &mut TraceScratch,
 ) {
     radiance.begin_tile();
+    let shows_parts = frame.layers.has(Layers::PARTS);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let surfaces = surface_bits(models);
@@ -33,6 +36,9 @@ pub fn enhance(
         cut(lit).store([r, g, b], first);
         if surfaces != u8::MAX {
             show_background(frame, tile, first, &mut radiance.diffuse);
+        }
+        if shows_parts {
+            parts::split(frame, tile, first, placed, radiance);
         }
         if surfaces != 0 {
             let gloss = frame.palette.gloss(&tile.materials(first));
@@ -86,7 +92,8 @@ fn start_rays(
             from_behind: tile.record[cell].is_from_behind(),
         };
         let optics = frame.scene.materials[usize::from(surface.material)].optics;
-        bounces.start(cell as u32, &surface, branch(optics, &surface, incoming.lane(lane)));
+        let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
+        bounces.start(cell as u32, &surface, guides, branch(optics, &surface, incoming.lane(lane)));
     }
 }
 

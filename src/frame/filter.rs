@@ -252,12 +252,20 @@ fn filtered<'a>(
     alpha: &'a Column<f32>,
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
+    let parts = &shown.parts;
+    let has = |layer| frame.layers.has(layer);
     let colors = [
         (sums::DIFFUSE, &shown.diffuse, true),
-        (sums::ALBEDO, albedo, frame.layers.has(Layers::ALBEDO)),
+        (sums::ALBEDO, albedo, has(Layers::ALBEDO)),
         (sums::SPECULAR, &shown.specular, shown.has_specular),
         (sums::REFLECTION, &shown.reflection, shown.has_secondary),
         (sums::REFRACTION, &shown.refraction, shown.has_secondary),
+        (sums::DIRECT, &parts.direct, has(Layers::DIRECT)),
+        (sums::INDIRECT, &parts.indirect, has(Layers::INDIRECT) && frame.paths > 0),
+        (sums::EMISSION, &parts.emission, has(Layers::EMISSION)),
+        (sums::SKY, &parts.sky, has(Layers::SKY)),
+        (sums::GUIDE_ALBEDO, &parts.guide_albedo, has(Layers::GUIDES)),
+        (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
     ];
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
     let planes =

@@ -19,13 +19,19 @@ pub const HALO: u32 = 2;
 pub const GROUPS: usize = sums::COUNT.div_ceil(LANES);
 
 /// What one tile's samples add to the pixels that they reach. Keeps its memory from frame to frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct TileFilm {
     /// For each group the tile's pixels and the halo around them, in rows. What is in a group without any plane
     /// means nothing.
     groups: [Vec<F32x8>; GROUPS],
     /// Which planes are not zero throughout.
     is_some: [bool; sums::COUNT],
+}
+
+impl Default for TileFilm {
+    fn default() -> Self {
+        Self { groups: Default::default(), is_some: [false; sums::COUNT] }
+    }
 }
 
 /// Pixels along an edge of a tile with its halo.

@@ -34,6 +34,7 @@ mod mitchell;
 mod moved_bounds;
 mod need;
 mod next_event;
+mod parts;
 mod path_bounds;
 mod path_ends;
 pub mod pixels;

@@ -20,10 +20,43 @@ pub struct Radiance {
     pub reflection: Light,
     /// Through glass. Means nothing where `has_secondary` is not set.
     pub refraction: Light,
+    /// What `diffuse` is the sum of, and what denoisers are guided by. Those that no layer shows mean nothing.
+    pub parts: Parts,
     /// Whether any cell has a highlight.
     pub has_specular: bool,
     /// Whether any ray goes on from the tile.
     pub has_secondary: bool,
+}
+
+/// See [`Radiance::parts`].
+#[derive(Debug)]
+pub struct Parts {
+    /// Diffuse light of light sources.
+    pub direct: Light,
+    /// Diffuse light that came by light paths.
+    pub indirect: Light,
+    /// Emission and ambient light.
+    pub emission: Light,
+    /// The background as the eye sees it.
+    pub sky: Light,
+    /// For denoisers: the albedo of the first surface that is neither mirror nor glass, seen by way of those.
+    pub guide_albedo: Light,
+    /// For denoisers: that surface's normal.
+    pub guide_normal: Light,
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        let dark = [[0.0; CELLS]; 3];
+        Self {
+            direct: dark,
+            indirect: dark,
+            emission: dark,
+            sky: dark,
+            guide_albedo: dark,
+            guide_normal: dark,
+        }
+    }
 }
 
 impl Default for Radiance {
@@ -34,6 +67,7 @@ impl Default for Radiance {
             specular: dark,
             reflection: dark,
             refraction: dark,
+            parts: Parts::default(),
             has_specular: false,
             has_secondary: false,
         }

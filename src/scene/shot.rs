@@ -214,7 +214,7 @@ fn fraction(rate: &Rate) -> Option<(i32, u32)> {
 }
 
 fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
-    let Some(names) = &output.layers else { return Ok(Layers::ALL) };
+    let Some(names) = &output.layers else { return Ok(Layers::USUAL) };
     let unknown = |name: &&At<String>| Layers::named(name.get_ref().as_str()).is_none();
     if let Some(name) = names.iter().find(unknown) {
         return Err(

@@ -80,6 +80,12 @@ impl Palette {
         self.paints[usize::from(material)].is_diffuse
     }
 
+    /// Whether rays go on from a material.
+    #[inline]
+    pub fn goes_on(&self, material: u16) -> bool {
+        self.paints[usize::from(material)].goes_on
+    }
+
     /// Light that leaves whatever the eye's place: emission and ambient light.
     #[inline(always)]
     pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {

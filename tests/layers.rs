@@ -1,0 +1,214 @@
+//! Do the parts of a picture add up, and does each hold what its name says?
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+mod toy;
+
+use std::path::Path;
+
+use afterimage::film::Film;
+use afterimage::frame::Renderer;
+use afterimage::layers::Layers;
+use afterimage::scene::material::Optics;
+use afterimage::scene::{self, Background, LightKind, Material, Scene};
+use afterimage::settings::{Filter, Mode, Settings};
+use glam::{DVec3, Vec3};
+use toy::worlds::*;
+
+const PARTS: [&str; 4] = ["direct", "indirect", "emission", "sky"];
+
+/// The parts of `diffuse` of frames of a scene, one after the other; each with what goes wrong.
+fn frames(scene: &Scene, settings: &Settings, last: i32) -> Vec<Film> {
+    let mut renderer = Renderer::new(scene, settings).unwrap();
+    let film = |frame| {
+        let finished = renderer.render(frame, true).unwrap();
+        assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+        Film::clone(&finished.film)
+    };
+    (1..=last).map(film).collect()
+}
+
+/// How many pixels have parts that do not add up to `diffuse` within the rounding of halves: the parts', that of `diffuse`,
+/// and that of the light that samples keep.
+fn off(film: &Film) -> usize {
+    let off = |channel: &str| -> Vec<bool> {
+        let values = |layer: &str| film.values(&format!("{layer}.{channel}")).unwrap();
+        let (diffuse, parts) = (values("diffuse"), PARTS.map(values));
+        let pixel = |(pixel, diffuse): (usize, &f32)| {
+            let sum: f32 = parts.iter().map(|part| part[pixel]).sum();
+            (sum - diffuse).abs() > (sum + 2.0 * diffuse) / 2048.0 + 1e-6
+        };
+        diffuse.iter().enumerate().map(pixel).collect()
+    };
+    let [r, g, b] = ["R", "G", "B"].map(off);
+    (0..r.len()).filter(|pixel| r[*pixel] || g[*pixel] || b[*pixel]).count()
+}
+
+/// A world in which every part has something, under a camera that stands and one that travels.
+fn worlds() -> [Scene; 2] {
+    let mut scene = with_flyer(world());
+    scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
+    scene.materials[0].emission = Vec3::new(0.01, 0.0, 0.02);
+    let travels = with_camera(scene.clone(), goes(EYE, EYE + DVec3::X), rests(TARGET));
+    [scene, travels]
+}
+
+#[test]
+fn parts_add_up_to_the_diffuse_light() {
+    for scene in worlds() {
+        for film in frames(&scene, &Settings { paths: 3, ..toy::settings(2) }, 4) {
+            assert_eq!(off(&film), 0);
+            for part in PARTS {
+                let sum: f32 = film.values(&format!("{part}.B")).unwrap().iter().sum();
+                assert!(sum > 1.0, "there is some {part}: {sum}");
+            }
+        }
+    }
+}
+
+/// What a wide filter takes away from a pixel for bright ones beside it may have been rounded there.
+const ROUNDING: f32 = 2e-4;
+
+/// A wide filter is clamped layer by layer beside edges, so that a few pixels differ there.
+#[test]
+fn parts_add_up_with_a_wide_filter_where_nothing_is_clamped() {
+    for scene in worlds() {
+        let settings = Settings { paths: 3, filter: Filter::Mitchell, ..toy::settings(2) };
+        for film in frames(&scene, &settings, 4) {
+            let pixels = (film.width * film.height) as usize;
+            assert!(off(&film) * 5 < pixels, "{} of {pixels}", off(&film));
+            for channel in ["R", "G", "B"] {
+                let values = |layer: &str| film.values(&format!("{layer}.{channel}")).unwrap();
+                let (diffuse, parts) = (values("diffuse"), PARTS.map(values));
+                for (pixel, diffuse) in diffuse.iter().enumerate() {
+                    let sum: f32 = parts.iter().map(|part| part[pixel]).sum();
+                    assert!(
+                        sum >= diffuse * (1.0 - 3.0 / 2048.0) - ROUNDING,
+                        "nothing is lost: {sum}, {diffuse}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_add_up_in_the_city() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/city/sky.toml");
+    let shot = scene::load(&path, true).unwrap();
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let settings = Settings {
+            width: 192,
+            height: 108,
+            paths: 2,
+            filter,
+            mode: Mode::Reproject,
+            layers: Layers::ALL,
+            audit: true,
+            ..shot.settings.clone()
+        };
+        for film in frames(&shot.scene, &settings, 2) {
+            let most = if filter == Filter::Box { 0 } else { (film.width * film.height) as usize / 2 };
+            assert!(off(&film) <= most, "{filter:?}: {}", off(&film));
+        }
+    }
+}
+
+/// A floor that glows, under a sun and an even sky, with a roof over its left half.
+fn floor_and_roof() -> Scene {
+    let camera = toy::camera(rests(DVec3::new(0.0, 3.0, 6.0)), rests(DVec3::new(0.0, 2.0, 0.0)));
+    let roof = [[-9.0, 8.0, 9.0], [0.0, 8.0, 9.0], [0.0, 8.0, -9.0], [-9.0, 8.0, -9.0]];
+    let roof = toy::mesh(&roof, &[[0, 1, 2], [0, 2, 3]], 1, true);
+    let models =
+        vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO), toy::still("roof", roof, Vec3::ZERO)];
+    let glowing = Material { emission: Vec3::splat(0.25), ..toy::matt(0.5) };
+    let mut scene = toy::scene(camera, models, vec![glowing, toy::matt(0.0)], vec![toy::sun_overhead(1.0)]);
+    scene.ambient = Vec3::splat(0.5);
+    scene
+}
+
+fn at(film: &Film, layer: &str, x: usize, y: usize) -> Vec3 {
+    let value = |channel: &str| film.values(&format!("{layer}.{channel}")).unwrap()[y * 96 + x];
+    Vec3::new(value("R"), value("G"), value("B"))
+}
+
+#[test]
+fn each_part_holds_what_its_name_says() {
+    let film = frames(&floor_and_roof(), &toy::settings(1), 1).remove(0);
+    let ([sun, shadow], [sky_x, sky_y]) = ([60, 36], [90, 2]);
+    let shown =
+        |part: &str| [at(&film, part, sun, 70), at(&film, part, shadow, 70), at(&film, part, sky_x, sky_y)];
+    assert_eq!(shown("direct"), [Vec3::splat(0.5), Vec3::ZERO, Vec3::ZERO]);
+    assert_eq!(shown("emission"), [Vec3::splat(0.5), Vec3::splat(0.5), Vec3::ZERO]);
+    assert_eq!(shown("sky"), [Vec3::ZERO, Vec3::ZERO, Vec3::new(0.25, 0.5, 1.0)]);
+    assert_eq!(shown("indirect"), [Vec3::ZERO; 3]);
+    // without the roof, half of what the whole upper half of the sky sends
+    let mut open = floor_and_roof();
+    open.models.pop();
+    let film = frames(&open, &Settings { paths: 4, ..toy::settings(1) }, 1).remove(0);
+    assert!((at(&film, "indirect", sun, 70) - Vec3::new(0.125, 0.25, 0.5)).abs().max_element() < 1e-3);
+    assert_eq!(at(&film, "direct", sun, 70), Vec3::splat(0.5));
+}
+
+/// Direct light is not what rounding leaves of the sum.
+#[test]
+fn a_shadow_has_no_direct_light_however_bright_the_rest_is() {
+    let mut scene = floor_and_roof();
+    scene.ambient = Vec3::splat(999.3);
+    let film = frames(&scene, &Settings { paths: 3, ..toy::settings(1) }, 1).remove(0);
+    assert_eq!(at(&film, "direct", 36, 70), Vec3::ZERO);
+    assert_eq!(at(&film, "direct", 60, 70), Vec3::splat(0.5));
+}
+
+/// A wall before the camera with a screen behind it: what the wall is made of decides what denoisers are told.
+fn guides(optics: Optics, diffuse: f32) -> (Vec3, Vec3) {
+    let light = toy::light("lamp", LightKind::Point { position: rests(DVec3::new(0.0, 1.5, 3.0)) }, 1.0);
+    let mut scene = before_a_mirror(DVec3::new(0.0, 1.5, 30.0), light);
+    let color = Vec3::splat(diffuse);
+    scene.materials[0] = Material { optics, diffuse: color, ambient: color, ..scene.materials[0].clone() };
+    // a screen in front of the wall, seen by way of mirrors, and one behind it, seen through glass
+    let back = [[-9.0, -9.0, -3.0], [9.0, -9.0, -3.0], [9.0, 9.0, -3.0], [-9.0, 9.0, -3.0]];
+    let back = toy::mesh(&back, &[[0, 1, 2], [0, 2, 3]], 2, true);
+    scene.models.push(toy::still("back", back, Vec3::ZERO));
+    scene.materials.push(toy::matt(0.3));
+    scene.background = Background::uniform(Vec3::ONE);
+    let film = frames(&scene, &toy::settings(1), 1).remove(0);
+    let (x, y) = (48, 36);
+    let value = |axis: &str| film.values(&format!("denoise_normal.{axis}")).unwrap()[y * 96 + x];
+    (at(&film, "denoise_albedo", x, y), Vec3::new(value("X"), value("Y"), value("Z")))
+}
+
+#[test]
+fn denoisers_are_told_what_is_seen_by_way_of_mirrors_and_glass() {
+    let near = |(albedo, normal): (Vec3, Vec3), wanted: [Vec3; 2]| {
+        let error = (albedo - wanted[0]).abs().max_element().max((normal - wanted[1]).abs().max_element());
+        assert!(error < 2e-3, "{albedo} {normal}, not {wanted:?}");
+    };
+    near(guides(Optics::Opaque, 0.5), [Vec3::splat(0.5), Vec3::Z]);
+    let mirror = Optics::Mirror { tint: Vec3::splat(0.8), fresnel: false };
+    // the screen of 0.6 looks towards the wall
+    near(guides(mirror, 0.0), [Vec3::splat(0.48), Vec3::NEG_Z * 0.8]);
+    near(guides(mirror, 0.2), [Vec3::splat(0.68), Vec3::Z]);
+    let pane = Optics::Glass { transmission: Vec3::ONE, index: 1.0, reflection: Vec3::ONE };
+    near(guides(pane, 0.0), [Vec3::splat(0.3), Vec3::Z]);
+}
+
+#[test]
+fn what_denoisers_are_told_is_filtered_as_the_picture_is() {
+    let settings = Settings { filter: Filter::Mitchell, ..toy::settings(2) };
+    let film = frames(&with_flyer(world()), &settings, 2).remove(1);
+    let values = |name: &str| film.values(name).unwrap();
+    let [x, y, z] = ["X", "Y", "Z"].map(|axis| values(&format!("denoise_normal.{axis}")));
+    let lengths: Vec<f32> = (0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i]).length()).collect();
+    let count = |low: f32, high: f32| lengths.iter().filter(|length| (low..high).contains(*length)).count();
+    assert!(count(0.999, 1.001) > 3000, "inside surfaces they have unit length");
+    assert!(count(0.05, 0.95) > 100, "where surfaces meet they are mixed");
+    assert!(values("denoise_normal.X").iter().any(|x| *x < -0.3), "they may be negative");
+    assert!(values("denoise_albedo.G").iter().all(|albedo| (0.0..=1.0).contains(albedo)));
+}
+
+#[test]
+fn files_hold_the_usual_layers_if_nobody_says_what() {
+    let usual: Vec<&str> = Settings::default().layers.names().collect();
+    let expected = "diffuse specular reflection refraction albedo Z P N id status rays";
+    assert_eq!(usual, expected.split_whitespace().collect::<Vec<_>>());
+}
