@@ -1,0 +1,164 @@
+//! The library's device and its filter for ray tracing.
+
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::fmt;
+use std::path::Path;
+use std::ptr;
+
+use crate::error::{Error, Kind};
+use crate::functions::{DEVICE_TYPE_CPU, Device, FORMAT_FLOAT3, Filter, Functions};
+
+/// What tells a denoiser of the surfaces that a picture shows: a value for each pixel, filtered as the picture is and free
+/// of noise.
+#[derive(Debug, Clone, Copy)]
+pub struct Guides<'a> {
+    /// 0 to 1.
+    pub albedo: &'a [[f32; 3]],
+    /// Up to unit length, in any space.
+    pub normal: &'a [[f32; 3]],
+}
+
+/// Takes the noise off pictures, on the processor.
+pub struct Denoiser {
+    functions: Functions,
+    device: Device,
+    filter: Filter,
+}
+
+impl fmt::Debug for Denoiser {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Denoiser").field("version", &self.version()).finish_non_exhaustive()
+    }
+}
+
+impl Denoiser {
+    /// Loads the library at `path`; a name without a slash is looked for as programs' libraries are. It works on so many
+    /// threads of its own.
+    ///
+    /// # Errors
+    /// The library cannot be loaded or is not of version 2, or it does not support this processor.
+    pub fn load(path: &Path, threads: usize) -> Result<Self, Error> {
+        let functions = Functions::load(path)?;
+        // SAFETY: the type of a device; what comes is null or a device that belongs to us.
+        let device = unsafe { (functions.new_device)(DEVICE_TYPE_CPU) };
+        // from here on `drop` releases what there is
+        let mut denoiser = Self { functions, device, filter: ptr::null_mut() };
+        if device.is_null() {
+            return Err(denoiser.error().unwrap_or_else(|| failed("it gives no device for this processor")));
+        }
+        let functions = &denoiser.functions;
+        let threads = c_int::try_from(threads).unwrap_or(c_int::MAX);
+        // SAFETY: the device is there and not committed, and the names end with a zero.
+        unsafe {
+            (functions.set_device_int)(device, c"numThreads".as_ptr(), threads);
+            // others work on this machine, too: threads stay where the system puts them
+            (functions.set_device_bool)(device, c"setAffinity".as_ptr(), false);
+            (functions.commit_device)(device);
+        }
+        denoiser.check()?;
+        // SAFETY: the device is committed; what comes is null or a filter that belongs to us.
+        denoiser.filter = unsafe { (denoiser.functions.new_filter)(device, c"RT".as_ptr()) };
+        denoiser.check()?;
+        if denoiser.filter.is_null() {
+            return Err(failed("it has no filter for ray tracing"));
+        }
+        Ok(denoiser)
+    }
+
+    /// Major, minor, patch.
+    pub fn version(&self) -> [u32; 3] {
+        if self.device.is_null() {
+            return [0; 3];
+        }
+        let part = |name: &CStr| {
+            // SAFETY: the device is there, and the name ends with a zero.
+            let number = unsafe { (self.functions.get_device_int)(self.device, name.as_ptr()) };
+            u32::try_from(number).unwrap_or(0)
+        };
+        [c"versionMajor", c"versionMinor", c"versionPatch"].map(part)
+    }
+
+    /// Takes the noise off `color`, a linear picture of `size` (columns and rows) in rows, of any range. What comes out is
+    /// the same to the bit for the same picture, library and processor.
+    ///
+    /// # Errors
+    /// A list has not as many values as there are pixels, or the library fails: it may run out of memory.
+    pub fn denoise(
+        &mut self,
+        size: [usize; 2],
+        color: &[[f32; 3]],
+        guides: Guides,
+        output: &mut [[f32; 3]],
+    ) -> Result<(), Error> {
+        let pixels = size[0].saturating_mul(size[1]);
+        let lengths = [
+            ("the picture", color.len()),
+            ("the albedo", guides.albedo.len()),
+            ("the normals", guides.normal.len()),
+            ("the output", output.len()),
+        ];
+        for (what, length) in lengths {
+            if length != pixels {
+                return Err(Error::Size { what, length, pixels });
+            }
+        }
+        let (filter, functions) = (self.filter, &self.functions);
+        let set_image = |name: &CStr, data: *mut c_void| {
+            // SAFETY: the filter is there; `data` has three floats for each pixel, in rows without gaps (strides of 0
+            // say that). The filter keeps the address, and uses it in `execute_filter` alone: below, while the lists
+            // are borrowed, after all four were set anew.
+            unsafe {
+                (functions.set_image)(filter, name.as_ptr(), data, FORMAT_FLOAT3, size[0], size[1], 0, 0, 0);
+            }
+        };
+        // the library reads these, and writes the output alone
+        set_image(c"color", color.as_ptr().cast_mut().cast());
+        set_image(c"albedo", guides.albedo.as_ptr().cast_mut().cast());
+        set_image(c"normal", guides.normal.as_ptr().cast_mut().cast());
+        set_image(c"output", output.as_mut_ptr().cast());
+        // SAFETY: the filter is there, the names end with a zero; for the images see above.
+        unsafe {
+            (functions.set_filter_bool)(filter, c"hdr".as_ptr(), true);
+            (functions.set_filter_bool)(filter, c"cleanAux".as_ptr(), true);
+            (functions.commit_filter)(filter);
+        }
+        self.check()?;
+        // SAFETY: the filter is committed, and returns when it is done.
+        unsafe { (functions.execute_filter)(filter) };
+        self.check()
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.error().map_or(Ok(()), Err)
+    }
+
+    /// The first error since the last time, if there is any; of making a device where there is none.
+    fn error(&self) -> Option<Error> {
+        let mut message: *const c_char = ptr::null();
+        // SAFETY: the device may be null; what comes is null or a text that stays until the next call from this thread.
+        let (kind, why) = unsafe {
+            let code = (self.functions.get_device_error)(self.device, &mut message);
+            let text = if message.is_null() { c"" } else { CStr::from_ptr(message) };
+            (Kind::of(code)?, text.to_string_lossy().into_owned())
+        };
+        Some(Error::Library { kind, why })
+    }
+}
+
+fn failed(why: &str) -> Error {
+    Error::Library { kind: Kind::Unknown, why: why.to_owned() }
+}
+
+impl Drop for Denoiser {
+    fn drop(&mut self) {
+        // SAFETY: both belong to us, and nobody has them any more.
+        unsafe {
+            if !self.filter.is_null() {
+                (self.functions.release_filter)(self.filter);
+            }
+            if !self.device.is_null() {
+                (self.functions.release_device)(self.device);
+            }
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! What can go wrong.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub enum Error {
+    /// The library cannot be loaded, or lacks a function: it is of another series.
+    Load {
+        /// As it was named.
+        path: PathBuf,
+        /// What the system's loader says.
+        why: String,
+    },
+    /// The library refuses something.
+    Library {
+        /// In one word.
+        kind: Kind,
+        /// What the library says of it, or nothing.
+        why: String,
+    },
+    /// A list has another length than the picture has pixels.
+    Size {
+        /// Which one.
+        what: &'static str,
+        /// Its length.
+        length: usize,
+        /// The pixels.
+        pixels: usize,
+    },
+}
+
+/// `OIDNError`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the library's own names")]
+pub enum Kind {
+    Unknown,
+    InvalidArgument,
+    InvalidOperation,
+    OutOfMemory,
+    UnsupportedHardware,
+    Cancelled,
+}
+
+impl Kind {
+    /// Of the library's number; `None`: no error.
+    pub(crate) fn of(code: i32) -> Option<Self> {
+        match code {
+            0 => None,
+            2 => Some(Self::InvalidArgument),
+            3 => Some(Self::InvalidOperation),
+            4 => Some(Self::OutOfMemory),
+            5 => Some(Self::UnsupportedHardware),
+            6 => Some(Self::Cancelled),
+            _ => Some(Self::Unknown),
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown error",
+            Self::InvalidArgument => "invalid argument",
+            Self::InvalidOperation => "invalid operation",
+            Self::OutOfMemory => "out of memory",
+            Self::UnsupportedHardware => "unsupported hardware",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Load { path, why } => write!(f, "{} cannot be loaded: {why}", path.display()),
+            Self::Library { kind, why } if why.is_empty() => {
+                write!(f, "Open Image Denoise: {}", kind.words())
+            }
+            Self::Library { kind, why } => write!(f, "Open Image Denoise: {}: {why}", kind.words()),
+            Self::Size { what, length, pixels } => {
+                write!(f, "{what} has {length} pixels, and the picture {pixels}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {}
