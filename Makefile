@@ -12,7 +12,7 @@ DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):[a-z ]*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 8
 
-setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree
+setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree, Open Image Denoise
 	@scripts/setup
 
 build: setup ## build the program: target/release/afterimage

@@ -11,6 +11,7 @@ fn main() {
     source_state();
     scene_collection();
     programs_of_tests();
+    open_image_denoise();
 }
 
 /// `cfg(scene_collection)` where `AFTERIMAGE_SCENES` names a folder: without it, tests that need it are ignored.
@@ -31,6 +32,19 @@ fn programs_of_tests() {
         if env::var_os(variable).is_some_and(|named| !named.is_empty()) {
             println!("cargo::rustc-cfg={cfg}");
         }
+    }
+}
+
+/// `cfg(open_image_denoise)` where the library that denoises is at hand, which only tests must know: the program loads it.
+fn open_image_denoise() {
+    println!("cargo::rerun-if-env-changed=OIDN_DIR");
+    println!("cargo::rustc-check-cfg=cfg(open_image_denoise)");
+    let named = env::var_os("OIDN_DIR").filter(|prefix| !prefix.is_empty());
+    let library =
+        Path::new(&named.unwrap_or_else(|| ".deps/oidn".into())).join("lib/libOpenImageDenoise.so.2");
+    if library.exists() {
+        println!("cargo::rustc-cfg=open_image_denoise");
+        println!("cargo::rerun-if-changed={}", library.display());
     }
 }
 

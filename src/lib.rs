@@ -20,8 +20,8 @@
 //!    skipped ([`frame::plan`]), projects the old samples, verifies them, traces what is missing, lights,
 //!    enhances and filters. [`frame::audit`] proves the result.
 //! 7. [`shade`] has the formulas that the frame loop needs: pure functions of surfaces, light and rays.
-//! 8. [`film`] holds the planes of a finished frame, and [`output`] puts them into files, whole or not at
-//!    all.
+//! 8. [`film`] holds the planes of a finished frame, [`denoise`] makes a picture without noise of them, and
+//!    [`output`] puts them into files, whole or not at all.
 //! 9. [`stats`] counts what a frame cost, and [`report`] tells it as JSON and HTML.
 //!
 //! [`cli`] is the only room that prints, and [`cli::schedule`] decides which frames are traced in full.
@@ -50,6 +50,7 @@ pub mod aligned;
 pub mod animation;
 pub mod changes;
 pub mod cli;
+pub mod denoise;
 pub mod film;
 pub mod frame;
 pub mod geometry;

@@ -14,14 +14,21 @@ use crate::settings::Settings;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]
 pub struct Seconds {
-    /// All of the frame, `write` included.
+    /// All of the frame, `denoise` and `write` included.
     pub total: f64,
     pub reproject: f64,
     pub verify: f64,
     pub trace: f64,
     pub enhance: f64,
     pub filter: f64,
+    /// Only where frames are denoised.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub denoise: f64,
     pub write: f64,
+}
+
+fn is_zero(seconds: &f64) -> bool {
+    *seconds == 0.0
 }
 
 /// Samples by status (see [`Status`](crate::samples::Status)).
@@ -170,9 +177,9 @@ pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
 }
 
 impl Seconds {
-    /// Without the writing of files, which costs the same whatever made the picture.
+    /// Without denoising and the writing of files, which cost the same whatever made the picture.
     pub fn rendering(&self) -> f64 {
-        self.total - self.write
+        self.total - self.denoise - self.write
     }
 }
 
@@ -260,7 +267,7 @@ macro_rules! sum_fields {
         }
     };
 }
-sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, write);
+sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, denoise, write);
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);

@@ -9,6 +9,7 @@ use openexr::{Attribute, ReadImage};
 use super::failure::Failure;
 use super::shot_args::{on_threads, open};
 use super::terminal::Terminal;
+use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene};
@@ -25,6 +26,14 @@ pub struct InfoArgs {
     file: Option<PathBuf>,
 }
 
+/// Which library `render --denoise` would use.
+fn denoiser() -> String {
+    Denoiser::new(1).map_or_else(
+        |_| String::from("none: `make setup` fetches Open Image Denoise"),
+        |denoiser| format!("Open Image Denoise {}", denoiser.version()),
+    )
+}
+
 impl InfoArgs {
     /// Prints what it finds.
     pub fn execute(&self, terminal: &mut Terminal) -> Result<(), Failure> {
@@ -34,6 +43,7 @@ impl InfoArgs {
     fn tell(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         let Some(path) = &self.file else {
             terminal.result(&Versions::here().to_string());
+            terminal.result(&format!("Denoiser    {}", denoiser()));
             return Ok(());
         };
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();

@@ -2,18 +2,20 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use super::failure::Failure;
+use super::failure::{Failure, one_line};
 use super::paths::{self, Report};
 use super::schedule::{self, Rule, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
-use crate::frame::{self, Renderer};
-use crate::memory;
+use crate::denoise::{self, Denoiser};
+use crate::frame::{self, Finished, Renderer};
+use crate::memory::{self, Need};
 use crate::report::file::write_json;
 use crate::scene::limits;
 use crate::settings::{Build, Mode};
@@ -54,6 +56,11 @@ pub struct RenderArgs {
     /// When samples are reused [default: the shot's]
     #[arg(long, value_enum)]
     mode: Option<ModeArg>,
+
+    /// Also write a denoised picture, as the layer `denoised`, made by Intel's Open Image Denoise; R G B stays as it is.
+    /// Previews show the denoised picture
+    #[arg(long)]
+    denoise: bool,
 
     /// Write statistics of each frame
     #[arg(long, value_name = "FILE.json")]
@@ -102,6 +109,7 @@ impl RenderArgs {
         if let Some(mode) = self.mode {
             job.settings.mode = mode.into();
         }
+        job.denoise |= self.denoise;
         let target = job.target(self.output.as_deref(), self.shot.png)?;
         paths::check(&job, Some(&target), &report(self.stats.as_deref()))?;
         Ok(Options { job, target, stats: self.stats, resume: self.resume, threads: self.shot.threads })
@@ -148,6 +156,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     warn_about(job, terminal);
     let (width, height) = (job.settings.width, job.settings.height);
     target.check()?;
+    let settings = if job.denoise { &denoise::with_guides(&job.settings) } else { &job.settings };
     let steps = plan(job, job.settings.mode == Mode::Full, |frame| {
         options.resume && target.is_finished(frame, width, height)
     })?;
@@ -156,7 +165,10 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     }
     if !steps.is_empty() {
         let kind = job.backend.unwrap_or_default();
-        let need = frame::need(&job.shot, &job.settings, kind, rayon::current_num_threads());
+        let mut need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
+        if job.denoise {
+            need = need.and(Need::of(denoise::need(settings)));
+        }
         need.check(&memory::left()).map_err(Failure::of)?;
     }
     target.prepare()?;
@@ -170,13 +182,17 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
         return Ok(());
     }
 
-    let mut renderer = Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, &job.settings)
-        .map_err(Failure::of)?;
+    // before anything is rendered that it is to denoise
+    let threads = rayon::current_num_threads();
+    let mut denoiser = job.denoise.then(|| Denoiser::new(threads)).transpose().map_err(Failure::of)?;
+    let mut renderer =
+        Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     let mut record = Record::default();
     terminal.begin(steps.len());
     terminal.result(&table::header());
-    let outcome =
-        steps.iter().try_for_each(|step| render_step(*step, &mut renderer, target, &mut record, terminal));
+    let outcome = steps.iter().try_for_each(|step| {
+        render_step(*step, &mut renderer, denoiser.as_mut(), target, &mut record, terminal)
+    });
     terminal.end();
 
     // what was finished is reported even if a later frame failed
@@ -194,6 +210,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
 fn render_step(
     step: Step,
     renderer: &mut Renderer<'_>,
+    denoiser: Option<&mut Denoiser>,
     target: &Target,
     record: &mut Record,
     terminal: &mut Terminal,
@@ -201,13 +218,31 @@ fn render_step(
     let mut finished = renderer
         .render(step.frame, step.reuse)
         .map_err(|error| Failure::Failed(format!("frame {}: {error}", step.frame)))?;
-    let file = if step.write { Some(target.write(&mut finished)?) } else { None };
+    let file = if step.write { Some(write(&mut finished, denoiser, target)?) } else { None };
     let full = record.add(&finished.stats, step.write);
     if step.write {
         terminal.result(&table::row(&finished.stats, full));
     }
     terminal.frame_done(&finished.stats, file.as_deref());
     Ok(())
+}
+
+/// Writes a frame; denoised as well, if there is a denoiser. Adds the time this takes to its statistics.
+fn write(
+    finished: &mut Finished,
+    denoiser: Option<&mut Denoiser>,
+    target: &Target,
+) -> Result<PathBuf, Failure> {
+    let Some(denoiser) = denoiser else { return target.write(finished, None) };
+    let start = Instant::now();
+    let frame = finished.stats.frame;
+    let planes = denoiser
+        .denoise(&finished.film)
+        .map_err(|error| Failure::Failed(one_line(&format!("frame {frame}: {error}"))))?;
+    let seconds = start.elapsed().as_secs_f64();
+    finished.stats.seconds.denoise += seconds;
+    finished.stats.seconds.total += seconds;
+    target.write(finished, Some(&planes))
 }
 
 fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(), Failure> {

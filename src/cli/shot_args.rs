@@ -194,6 +194,8 @@ pub struct Job {
     pub frames: Frames,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
+    /// Whether frames are denoised as well.
+    pub denoise: bool,
 }
 
 impl ShotArgs {
@@ -205,6 +207,7 @@ impl ShotArgs {
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
         Ok(Job {
             path: self.shot.clone(),
+            denoise: shot.denoise,
             shot,
             settings,
             frames,
@@ -259,7 +262,14 @@ impl Job {
     pub fn target(&self, pattern: Option<&str>, png: bool) -> Result<Target, Failure> {
         let text = pattern.map(String::from).or_else(|| self.shot.output.clone());
         let text = text.unwrap_or_else(|| default_output(&self.path));
-        Target::new(&text, &name_of(&self.path), self.frames.list(), png, self.shot.rate)
+        Target::new(
+            &text,
+            &name_of(&self.path),
+            self.frames.list(),
+            png,
+            self.shot.rate,
+            self.settings.layers,
+        )
     }
 }
 

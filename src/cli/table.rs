@@ -86,16 +86,22 @@ pub fn quickly(build: Build) -> &'static str {
     }
 }
 
+/// With a comma, if there was any.
+fn denoising(seconds: f64) -> String {
+    if seconds > 0.0 { format!(" denoising {},", duration(seconds)) } else { String::new() }
+}
+
 /// The lines below the table.
 pub fn summary(sum: &Summary<'_>) -> String {
     let totals = sum.totals;
     let mut lines = vec![
         format!(
-            "{:<9}{} in {}: rendering {}, writing {}; building the scene before{} {}",
+            "{:<9}{} in {}: rendering {},{} writing {}; building the scene before{} {}",
             "frames",
             sum.frames,
             duration(sum.wall_seconds),
             duration(totals.seconds.rendering()),
+            denoising(totals.seconds.denoise),
             duration(totals.seconds.write),
             quickly(sum.build),
             duration(sum.build_seconds),

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::failure::Failure;
+use crate::film::Plane;
 use crate::frame::Finished;
+use crate::layers::Layers;
 use crate::output::{self, FrameMeta, OutputPattern, exr, png};
 
 /// Names that are fit for the frames of a run.
@@ -18,18 +20,20 @@ pub struct Target {
     text: String,
     shot: String,
     rate: (i32, u32),
+    layers: Layers,
 }
 
 impl Target {
     /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
     /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
-    /// frames a second.
+    /// frames a second; `layers` are those that are written.
     pub fn new(
         text: &str,
         shot: &str,
         frames: Vec<i32>,
         png: bool,
         rate: (i32, u32),
+        layers: Layers,
     ) -> Result<Self, Failure> {
         let pattern = OutputPattern::parse(text, shot, "exr")
             .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
@@ -41,7 +45,7 @@ impl Target {
             )));
         }
         let previews = png.then(|| pattern.with_extension("png"));
-        Ok(Self { pattern, previews, frames, text: text.to_owned(), shot: shot.to_owned(), rate })
+        Ok(Self { pattern, previews, frames, text: text.to_owned(), shot: shot.to_owned(), rate, layers })
     }
 
     /// As it was named.
@@ -101,14 +105,21 @@ impl Target {
             && self.previews.as_ref().is_none_or(|previews| previews.at(frame).is_file())
     }
 
-    /// Writes a frame and adds the time this took to its statistics. Returns the EXR's path.
+    /// Writes a frame, with its `denoised` picture if there is one, and adds the time this took to its statistics. Returns
+    /// the EXR's path. The preview shows the denoised picture.
     ///
     /// The preview comes first: a frame counts as finished by its EXR.
-    pub fn write(&self, finished: &mut Finished) -> Result<PathBuf, Failure> {
+    pub fn write(&self, finished: &mut Finished, denoised: Option<&[Plane; 3]>) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
+        let size = [finished.film.width, finished.film.height];
         if let Some(previews) = &self.previews {
-            png::write_png(&previews.at(frame), &finished.film).map_err(Failure::of)?;
+            let path = previews.at(frame);
+            let written = match denoised {
+                Some(planes) => png::write_colors(&path, size, planes.each_ref()),
+                None => png::write_png(&path, &finished.film),
+            };
+            written.map_err(Failure::of)?;
         }
         let camera = &finished.camera;
         let aspect = finished.film.width as f32 / finished.film.height as f32;
@@ -121,7 +132,10 @@ impl Target {
             shot: self.shot.clone(),
         };
         let path = self.exr(frame);
-        exr::write_exr(&path, &finished.film, &meta).map_err(Failure::of)?;
+        // more layers may have been made than are to be written: those that a denoiser needs
+        let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(plane.name));
+        exr::write_planes(&path, size, planes.chain(denoised.into_iter().flatten()), &meta)
+            .map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();
         finished.stats.seconds.write += seconds;
         finished.stats.seconds.total += seconds;
@@ -139,7 +153,7 @@ mod tests {
     use super::*;
 
     fn target(text: &str) -> Result<Target, Failure> {
-        Target::new(text, "city", vec![1, 2], false, (24, 1))
+        Target::new(text, "city", vec![1, 2], false, (24, 1), Layers::ALL)
     }
 
     #[test]

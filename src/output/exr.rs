@@ -8,7 +8,7 @@ use openexr::{Channel, Compression, Data, Image, SampleType};
 
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
-use crate::film::{Film, PlaneKind, Values};
+use crate::film::{Film, Plane, PlaneKind, Values};
 
 /// Why there is no frame.
 #[derive(Debug)]
@@ -52,7 +52,20 @@ impl std::error::Error for ExrError {}
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
 pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
-    let channels = film.planes.iter().map(|plane| {
+    write_planes(path, [film.width, film.height], film.planes.iter(), meta)
+}
+
+/// The same with these planes, of a picture of `size` (columns and rows).
+///
+/// # Errors
+/// The same.
+pub fn write_planes<'p>(
+    path: &Path,
+    size: [u32; 2],
+    planes: impl Iterator<Item = &'p Plane>,
+    meta: &FrameMeta,
+) -> Result<(), ExrError> {
+    let channels = planes.map(|plane| {
         let stored = match plane.kind {
             PlaneKind::Half => SampleType::Half,
             PlaneKind::Float => SampleType::Float,
@@ -64,8 +77,8 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrEr
         Channel { name: plane.name, stored, data }
     });
     let image = Image {
-        width: film.width,
-        height: film.height,
+        width: size[0],
+        height: size[1],
         channels: channels.collect(),
         attributes: attributes(meta, SystemTime::now()),
         compression: Compression::Zips,
@@ -85,7 +98,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
-    use crate::film::Plane;
     use openexr::Attribute;
 
     fn meta() -> FrameMeta {

@@ -7,7 +7,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::staged::{WriteError, write_bytes};
-use crate::film::Film;
+use crate::film::{Film, Plane};
 
 /// Why there is no preview.
 #[derive(Debug)]
@@ -37,19 +37,28 @@ impl std::error::Error for PreviewError {}
 /// # Errors
 /// A plane is missing or of the wrong size, or the file cannot be written; then no file is left.
 pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
-    let pixels = film.width as usize * film.height as usize;
-    let plane = |name| match film.plane(name) {
-        Some(plane) if plane.values.len() == pixels => Ok(&plane.values),
-        _ => Err(PreviewError::NoPlane(name)),
-    };
-    let (red, green, blue) = (plane("R")?, plane("G")?, plane("B")?);
+    let planes = ["R", "G", "B"].map(|name| film.plane(name).ok_or(PreviewError::NoPlane(name)));
+    let [red, green, blue] = planes;
+    write_colors(path, [film.width, film.height], [red?, green?, blue?])
+}
+
+/// The same of these planes of a picture of `size` (columns and rows): red, green and blue.
+///
+/// # Errors
+/// The same.
+pub fn write_colors(path: &Path, size: [u32; 2], planes: [&Plane; 3]) -> Result<(), PreviewError> {
+    let pixels = size[0] as usize * size[1] as usize;
+    if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
+        return Err(PreviewError::NoPlane(plane.name));
+    }
+    let [red, green, blue] = planes.map(|plane| &plane.values);
     let mut bytes = Vec::with_capacity(pixels * 3);
     for pixel in 0..pixels {
         bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
     }
     let mut file = Vec::new();
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
-        .write_image(&bytes, film.width, film.height, ExtendedColorType::Rgb8)
+        .write_image(&bytes, size[0], size[1], ExtendedColorType::Rgb8)
         .map_err(|error| PreviewError::Encode(error.to_string()))?;
     write_bytes(path, &file).map_err(PreviewError::Write)
 }
@@ -67,7 +76,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
-    use crate::film::{Plane, PlaneKind};
+    use crate::film::PlaneKind;
 
     #[test]
     fn the_curve_meets_known_points() {

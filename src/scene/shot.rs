@@ -38,6 +38,8 @@ pub struct Shot {
     pub rate: (i32, u32),
     /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
     pub output: Option<String>,
+    /// Whether files hold a denoised picture as well.
+    pub denoise: bool,
     /// What a reader of the picture should know.
     pub warnings: Vec<Warning>,
     /// The file itself, and all that were read for it.
@@ -130,6 +132,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         frames,
         says_frames: file.render.frames.is_some(),
         rate,
+        denoise: file.output.denoise,
         output: output(text, file.output.path)?,
         warnings: findings.warnings,
         files,

@@ -75,6 +75,8 @@ pub(crate) enum BudgetValue {
 pub(crate) struct OutputTable {
     pub path: Option<At<String>>,
     pub layers: Option<Vec<At<String>>>,
+    #[serde(default)]
+    pub denoise: bool,
 }
 
 #[derive(Debug, Deserialize)]

@@ -68,6 +68,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         says_frames: true,
         rate: (24, 1),
         output: None,
+        denoise: false,
         warnings: findings.warnings,
         files,
     })

@@ -18,6 +18,10 @@ pub struct Guides<'a> {
     pub normal: &'a [[f32; 3]],
 }
 
+/// What the library may work with, about, in 2^20 bytes: larger pictures are cut into pieces that overlap. Not left to the
+/// library, so that all machines cut at the same places.
+pub const MOST_MEGABYTES: i32 = 2048;
+
 /// Takes the noise off pictures, on the processor.
 pub struct Denoiser {
     functions: Functions,
@@ -120,6 +124,7 @@ impl Denoiser {
         unsafe {
             (functions.set_filter_bool)(filter, c"hdr".as_ptr(), true);
             (functions.set_filter_bool)(filter, c"cleanAux".as_ptr(), true);
+            (functions.set_filter_int)(filter, c"maxMemoryMB".as_ptr(), MOST_MEGABYTES);
             (functions.commit_filter)(filter);
         }
         self.check()?;

@@ -60,6 +60,7 @@ functions! {
         Filter, *const c_char, *mut c_void, c_int, usize, usize, usize, usize, usize
     );
     set_filter_bool: b"oidnSetFilterBool\0", fn(Filter, *const c_char, bool);
+    set_filter_int: b"oidnSetFilterInt\0", fn(Filter, *const c_char, c_int);
     commit_filter: b"oidnCommitFilter\0", fn(Filter);
     execute_filter: b"oidnExecuteFilter\0", fn(Filter);
     release_filter: b"oidnReleaseFilter\0", fn(Filter);

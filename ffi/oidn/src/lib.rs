@@ -19,5 +19,5 @@ mod denoiser;
 mod error;
 mod functions;
 
-pub use denoiser::{Denoiser, Guides};
+pub use denoiser::{Denoiser, Guides, MOST_MEGABYTES};
 pub use error::{Error, Kind};

@@ -1,0 +1,191 @@
+//! Takes the noise off finished frames, with Intel's Open Image Denoise. What comes out is beside the picture, never in its
+//! place: a denoiser guesses, and the picture is exact.
+//!
+//! The library is loaded when the first [`Denoiser`] is made. Without it everything else works.
+
+use std::env;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::film::{Film, Plane, PlaneKind, Values};
+use crate::layers::Layers;
+use crate::memory::Part;
+use crate::settings::Settings;
+
+/// The planes of a denoised picture.
+pub const PLANES: [&str; 3] = ["denoised.R", "denoised.G", "denoised.B"];
+
+/// What the library is called: version 2 in any of its revisions.
+const LIBRARY: &str = "libOpenImageDenoise.so.2";
+
+/// Where `make setup` puts it.
+const PRIVATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/.deps/oidn");
+
+/// Names the prefix of a library that is to be used, and no other.
+const PREFIX_VARIABLE: &str = "OIDN_DIR";
+
+/// Why a frame cannot be denoised.
+#[derive(Debug)]
+pub enum DenoiseError {
+    /// There is no library, or none that can be used.
+    Missing {
+        /// What was tried, and what went wrong.
+        tried: Vec<oidn::Error>,
+        /// Whether a place was named, so that no other was tried.
+        is_named: bool,
+    },
+    /// A plane that it takes is not in the film.
+    NoPlane(&'static str),
+    /// The library failed.
+    Failed(oidn::Error),
+}
+
+impl fmt::Display for DenoiseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all =
+            |tried: &[oidn::Error]| tried.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+        match self {
+            Self::Missing { tried, is_named: true } => write!(
+                f,
+                "{PREFIX_VARIABLE} is set, but there is no Open Image Denoise 2 to use: {}. Set it to a folder that \
+                 holds lib/{LIBRARY}, or unset it and run `make setup`",
+                all(tried)
+            ),
+            Self::Missing { tried, .. } => write!(
+                f,
+                "denoising needs Intel's Open Image Denoise 2, which was not found: run `make setup`, or set \
+                 {PREFIX_VARIABLE} to a folder that holds lib/{LIBRARY} (tried: {})",
+                all(tried)
+            ),
+            Self::NoPlane(name) => write!(f, "denoising: the frame has no plane {name}"),
+            Self::Failed(error) => {
+                write!(f, "denoising: {error}. Frames without --denoise do not need it")
+            }
+        }
+    }
+}
+
+impl std::error::Error for DenoiseError {}
+
+/// Denoises frames, one after the other. Keeps its memory.
+#[derive(Debug)]
+pub struct Denoiser {
+    library: oidn::Denoiser,
+    color: Vec<[f32; 3]>,
+    albedo: Vec<[f32; 3]>,
+    normal: Vec<[f32; 3]>,
+    output: Vec<[f32; 3]>,
+}
+
+impl Denoiser {
+    /// Loads the library, which will work on so many threads of its own: what `OIDN_DIR` names, or else that of the system
+    /// or that of `make setup`.
+    ///
+    /// # Errors
+    /// None of them can be used: what was tried, and what to do.
+    pub fn new(threads: usize) -> Result<Self, DenoiseError> {
+        let named = env::var_os(PREFIX_VARIABLE).filter(|prefix| !prefix.is_empty());
+        let in_prefix = |prefix: &Path| prefix.join("lib").join(LIBRARY);
+        let places: Vec<PathBuf> = match &named {
+            Some(prefix) => vec![in_prefix(Path::new(prefix))],
+            None => vec![PathBuf::from(LIBRARY), in_prefix(Path::new(PRIVATE))],
+        };
+        let mut tried = Vec::new();
+        for place in &places {
+            match oidn::Denoiser::load(place, threads) {
+                Ok(library) => {
+                    let [color, albedo, normal, output] = Default::default();
+                    return Ok(Self { library, color, albedo, normal, output });
+                }
+                Err(error) => tried.push(error),
+            }
+        }
+        Err(DenoiseError::Missing { tried, is_named: named.is_some() })
+    }
+
+    /// Of the library that is loaded.
+    pub fn version(&self) -> String {
+        let [major, minor, patch] = self.library.version();
+        format!("{major}.{minor}.{patch}")
+    }
+
+    /// The picture of `film`, which must have the layers that are its [guides](Layers::GUIDES), without noise.
+    ///
+    /// # Errors
+    /// A plane is not there, or the library fails: it may run out of memory.
+    pub fn denoise(&mut self, film: &Film) -> Result<[Plane; 3], DenoiseError> {
+        let Self { library, color, albedo, normal, output } = self;
+        interleave(film, ["R", "G", "B"], color)?;
+        interleave(film, ["denoise_albedo.R", "denoise_albedo.G", "denoise_albedo.B"], albedo)?;
+        interleave(film, ["denoise_normal.X", "denoise_normal.Y", "denoise_normal.Z"], normal)?;
+        output.clear();
+        output.resize(color.len(), [0.0; 3]);
+        let size = [film.width as usize, film.height as usize];
+        library
+            .denoise(size, color, oidn::Guides { albedo, normal }, output)
+            .map_err(DenoiseError::Failed)?;
+        let mut channel = vec![0.0; output.len()];
+        let planes = [0, 1, 2].map(|part| {
+            for (value, color) in channel.iter_mut().zip(&*output) {
+                *value = color[part].max(0.0); // no NaN, either
+            }
+            Plane::new(PLANES[part], PlaneKind::Half, &channel)
+        });
+        Ok(planes)
+    }
+}
+
+/// Three planes as pixels.
+fn interleave(film: &Film, names: [&'static str; 3], pixels: &mut Vec<[f32; 3]>) -> Result<(), DenoiseError> {
+    let count = film.width as usize * film.height as usize;
+    pixels.clear();
+    pixels.resize(count, [0.0; 3]);
+    for (part, name) in names.into_iter().enumerate() {
+        let plane = film.plane(name).ok_or(DenoiseError::NoPlane(name))?;
+        let mut put = |values: &mut dyn Iterator<Item = f32>| {
+            pixels.iter_mut().zip(values).for_each(|(pixel, value)| pixel[part] = value);
+        };
+        match &plane.values {
+            Values::Half(values) => put(&mut values.iter().map(|value| value.to_f32())),
+            Values::Float(values) => put(&mut values.iter().copied()),
+        }
+    }
+    Ok(())
+}
+
+/// `settings` with what denoising needs of a frame.
+pub fn with_guides(settings: &Settings) -> Settings {
+    Settings { layers: settings.layers.with(Layers::GUIDES), ..settings.clone() }
+}
+
+/// What denoising takes: our pixels; what the library works with, up to its limit, and the library itself (measured with
+/// 2.5.1).
+pub fn need(settings: &Settings) -> Part {
+    const OURS: u64 = 4 * 12 + 3 * 2;
+    const WORKING: u64 = 720;
+    const LIBRARY: u64 = 30 << 20;
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let working = (pixels * WORKING).min((oidn::MOST_MEGABYTES as u64) << 20);
+    Part::new("denoising", pixels * OURS + working + LIBRARY, "a smaller --size, or no --denoise")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_become_pixels() {
+        let plane = |name, kind, first: f32| Plane::new(name, kind, &[first, first + 1.0]);
+        let planes = vec![
+            plane("R", PlaneKind::Half, 0.0),
+            plane("G", PlaneKind::Float, 10.0),
+            plane("B", PlaneKind::Half, 20.0),
+        ];
+        let film = Film { width: 2, height: 1, planes };
+        let mut pixels = vec![[7.0; 3]; 9];
+        interleave(&film, ["R", "G", "B"], &mut pixels).expect("all are there");
+        assert_eq!(pixels, [[0.0, 10.0, 20.0], [1.0, 11.0, 21.0]]);
+        let error = interleave(&film, ["R", "G", "denoise_albedo.R"], &mut pixels).expect_err("one is not");
+        assert!(error.to_string().contains("no plane denoise_albedo.R"), "{error}");
+    }
+}
