@@ -14,6 +14,8 @@ fn library() -> PathBuf {
     prefix.join("lib/libOpenImageDenoise.so.2")
 }
 
+type Pixels = Vec<[f32; 3]>;
+
 /// A number from 0 to 1 for each seed.
 fn random(seed: usize) -> f32 {
     let mut bits = (seed as u32).wrapping_mul(0x9E37_79B9) ^ 0x85EB_CA6B;
@@ -24,7 +26,7 @@ fn random(seed: usize) -> f32 {
 }
 
 /// The left half red and the right half green, eight times as bright as white, under noise as strong as itself.
-fn noisy() -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 3]>) {
+fn noisy() -> (Pixels, Pixels, Pixels) {
     let pixels = SIZE[0] * SIZE[1];
     let albedo: Vec<[f32; 3]> = (0..pixels)
         .map(|pixel| if pixel % SIZE[0] < SIZE[0] / 2 { [0.8, 0.1, 0.1] } else { [0.1, 0.8, 0.1] })
