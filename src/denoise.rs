@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::film::{Film, Plane, PlaneKind, Values};
 use crate::layers::Layers;
 use crate::memory::Part;
-use crate::settings::Settings;
+use crate::settings::{DenoiseQuality, Settings};
 
 /// The planes of a denoised picture.
 pub const PLANES: [&str; 3] = ["denoised.R", "denoised.G", "denoised.B"];
@@ -83,7 +83,7 @@ impl Denoiser {
     ///
     /// # Errors
     /// None of them can be used: what was tried, and what to do.
-    pub fn new(threads: usize) -> Result<Self, DenoiseError> {
+    pub fn new(threads: usize, quality: DenoiseQuality) -> Result<Self, DenoiseError> {
         let named = env::var_os(PREFIX_VARIABLE).filter(|prefix| !prefix.is_empty());
         let in_prefix = |prefix: &Path| prefix.join("lib").join(LIBRARY);
         let places: Vec<PathBuf> = match &named {
@@ -92,7 +92,7 @@ impl Denoiser {
         };
         let mut tried = Vec::new();
         for place in &places {
-            match oidn::Denoiser::load(place, threads) {
+            match oidn::Denoiser::load(place, threads, of_library(quality)) {
                 Ok(library) => {
                     let [color, albedo, normal, output] = Default::default();
                     return Ok(Self { library, color, albedo, normal, output });
@@ -132,6 +132,14 @@ impl Denoiser {
             Plane::new(PLANES[part], PlaneKind::Half, &channel)
         });
         Ok(planes)
+    }
+}
+
+fn of_library(quality: DenoiseQuality) -> oidn::Quality {
+    match quality {
+        DenoiseQuality::High => oidn::Quality::High,
+        DenoiseQuality::Balanced => oidn::Quality::Balanced,
+        DenoiseQuality::Fast => oidn::Quality::Fast,
     }
 }
 

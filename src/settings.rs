@@ -75,6 +75,19 @@ impl Budget {
     }
 }
 
+/// What denoising a picture is worth: time, or quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DenoiseQuality {
+    /// For final frames.
+    #[default]
+    High,
+    /// Half the time.
+    Balanced,
+    /// A quarter of the time: for previews.
+    Fast,
+}
+
 /// What the structures that rays are traced through are worth, where the tracer has a choice. Pictures are the
 /// same but for rounding at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

@@ -12,7 +12,7 @@ use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::output::png::srgb_byte;
 use afterimage::scene;
-use afterimage::settings::{Mode, Settings};
+use afterimage::settings::{DenoiseQuality, Mode, Settings};
 use program::{Place, Ran, assert_same, whole};
 
 #[test]
@@ -72,6 +72,10 @@ fn the_shot_file_asks_for_it_and_threads_change_no_bit() {
         assert_same(&path(1), &path(2));
         assert_same(&path(1), &path(7));
     }
+    let quick = "-o quick/a.####.exr --frames 1 --size 200x120 --denoise-quality fast";
+    Ran::of(place.command("s.toml", quick).output().unwrap()).done();
+    let [best, quick] = ["1", "quick"].map(|folder| whole(&place.path(&format!("{folder}/a.0001.exr"))));
+    assert!(best.channel(PLANES[0]).unwrap().data != quick.channel(PLANES[0]).unwrap().data);
 }
 
 /// The mean squared difference of colours from `truth`, cut to what a screen shows.
@@ -103,7 +107,7 @@ fn a_denoised_picture_is_nearer_to_the_truth() {
         Film::clone(&renderer.render(1, false).unwrap().film)
     };
     let (noisy, truth) = (render(1), render(128));
-    let denoised = Denoiser::new(2).unwrap().denoise(&noisy).unwrap();
+    let denoised = Denoiser::new(2, DenoiseQuality::High).unwrap().denoise(&noisy).unwrap();
     let before = error(["R", "G", "B"].map(|name| noisy.plane(name).unwrap()), &truth);
     let after = error(&denoised, &truth);
     assert!(after < before / 2.0, "{before} {after}");

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use afterimage::animation::TransformTrack;
+use afterimage::layers::Layers;
 use afterimage::pose::Pose;
 use afterimage::scene::environment::Sky;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, Environment, LightKind, Shot};
-use afterimage::settings::{Filter, Mode};
+use afterimage::settings::{DenoiseQuality, Filter, Mode};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
@@ -64,6 +65,7 @@ fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
          filter = \"mitchell\"\ndepth = 0\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n[output]\npath = \"o.#.exr\"\n\
+         denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"sky\", \"direct\"]\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
          color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
@@ -74,6 +76,8 @@ fn every_key_is_read() {
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces), (9, 1));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
+    assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
+    assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::SKY));
     assert_eq!(shot.scene.background.ground, Vec3::ONE);
     let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };
     assert_eq!((spot.name.as_str(), sun.name.as_str()), ("light 1", "sun"));
@@ -363,6 +367,10 @@ fn mistakes_are_told_with_place_and_remedy() {
         (
             format!("{REST}[output]\nlayers = [\"Z\", \"depth\"]\n"),
             "s.toml:8:16: `layers`: there is no layer `depth`; there are diffuse",
+        ),
+        (
+            format!("{REST}[output]\ndenoise_quality = \"best\"\n"),
+            "s.toml:8:19: `denoise_quality`: unknown value `best`",
         ),
         (format!("{light}type = \"point\"\n"), "s.toml:7:1: this light needs the key `position`"),
         (

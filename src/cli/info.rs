@@ -13,6 +13,7 @@ use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene};
+use crate::settings::DenoiseQuality;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -28,7 +29,7 @@ pub struct InfoArgs {
 
 /// Which library `render --denoise` would use.
 fn denoiser() -> String {
-    Denoiser::new(1).map_or_else(
+    Denoiser::new(1, DenoiseQuality::default()).map_or_else(
         |_| String::from("none: `make setup` fetches Open Image Denoise"),
         |denoiser| format!("Open Image Denoise {}", denoiser.version()),
     )

@@ -18,7 +18,7 @@ use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::report::file::write_json;
 use crate::scene::limits;
-use crate::settings::{Build, Mode};
+use crate::settings::{Build, DenoiseQuality, Mode};
 use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
 
 /// Below the options in `--help`.
@@ -62,6 +62,10 @@ pub struct RenderArgs {
     #[arg(long)]
     denoise: bool,
 
+    /// Quality of the denoised picture; implies --denoise [default: the shot's]
+    #[arg(long, value_enum, value_name = "QUALITY")]
+    denoise_quality: Option<QualityArg>,
+
     /// Write statistics of each frame
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -80,6 +84,27 @@ enum ModeArg {
     Reproject,
     /// Trace every frame in full
     Full,
+}
+
+/// Qualities by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityArg {
+    /// For final frames
+    High,
+    /// Half the time
+    Balanced,
+    /// A quarter of the time: for previews
+    Fast,
+}
+
+impl From<QualityArg> for DenoiseQuality {
+    fn from(quality: QualityArg) -> Self {
+        match quality {
+            QualityArg::High => Self::High,
+            QualityArg::Balanced => Self::Balanced,
+            QualityArg::Fast => Self::Fast,
+        }
+    }
 }
 
 /// As it holds.
@@ -109,7 +134,10 @@ impl RenderArgs {
         if let Some(mode) = self.mode {
             job.settings.mode = mode.into();
         }
-        job.denoise |= self.denoise;
+        if self.denoise {
+            job.denoise = Some(job.shot.denoise_quality);
+        }
+        job.denoise = self.denoise_quality.map(DenoiseQuality::from).or(job.denoise);
         let target = job.target(self.output.as_deref(), self.shot.png)?;
         paths::check(&job, Some(&target), &report(self.stats.as_deref()))?;
         Ok(Options { job, target, stats: self.stats, resume: self.resume, threads: self.shot.threads })
@@ -156,7 +184,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     warn_about(job, terminal);
     let (width, height) = (job.settings.width, job.settings.height);
     target.check()?;
-    let settings = if job.denoise { &denoise::with_guides(&job.settings) } else { &job.settings };
+    let settings = if job.denoise.is_some() { &denoise::with_guides(&job.settings) } else { &job.settings };
     let steps = plan(job, job.settings.mode == Mode::Full, |frame| {
         options.resume && target.is_finished(frame, width, height)
     })?;
@@ -166,7 +194,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     if !steps.is_empty() {
         let kind = job.backend.unwrap_or_default();
         let mut need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
-        if job.denoise {
+        if job.denoise.is_some() {
             need = need.and(Need::of(denoise::need(settings)));
         }
         need.check(&memory::left()).map_err(Failure::of)?;
@@ -184,7 +212,8 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
 
     // before anything is rendered that it is to denoise
     let threads = rayon::current_num_threads();
-    let mut denoiser = job.denoise.then(|| Denoiser::new(threads)).transpose().map_err(Failure::of)?;
+    let denoiser = job.denoise.map(|quality| Denoiser::new(threads, quality));
+    let mut denoiser = denoiser.transpose().map_err(Failure::of)?;
     let mut renderer =
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     let mut record = Record::default();

@@ -12,7 +12,7 @@ use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
-use crate::settings::{Budget, Build, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
+use crate::settings::{Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -194,8 +194,8 @@ pub struct Job {
     pub frames: Frames,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
-    /// Whether frames are denoised as well.
-    pub denoise: bool,
+    /// With what quality frames are denoised as well, if they are.
+    pub denoise: Option<DenoiseQuality>,
 }
 
 impl ShotArgs {
@@ -207,7 +207,7 @@ impl ShotArgs {
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
         Ok(Job {
             path: self.shot.clone(),
-            denoise: shot.denoise,
+            denoise: shot.denoise.then_some(shot.denoise_quality),
             shot,
             settings,
             frames,

@@ -19,7 +19,7 @@ use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
 use crate::layers::Layers;
-use crate::settings::{Budget, DEFAULT_PATHS, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
+use crate::settings::{Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -40,6 +40,8 @@ pub struct Shot {
     pub output: Option<String>,
     /// Whether files hold a denoised picture as well.
     pub denoise: bool,
+    /// With what quality, if so.
+    pub denoise_quality: DenoiseQuality,
     /// What a reader of the picture should know.
     pub warnings: Vec<Warning>,
     /// The file itself, and all that were read for it.
@@ -133,6 +135,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         says_frames: file.render.frames.is_some(),
         rate,
         denoise: file.output.denoise,
+        denoise_quality: file.output.denoise_quality,
         output: output(text, file.output.path)?,
         warnings: findings.warnings,
         files,

@@ -8,7 +8,7 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::toml_text::{At, List};
 use crate::animation::Interpolation;
-use crate::settings::{Filter, Mode, Reuse};
+use crate::settings::{DenoiseQuality, Filter, Mode, Reuse};
 
 /// Linear RGB, or coordinates.
 pub(crate) type Three = At<List<f64, 3>>;
@@ -77,6 +77,8 @@ pub(crate) struct OutputTable {
     pub layers: Option<Vec<At<String>>>,
     #[serde(default)]
     pub denoise: bool,
+    #[serde(default)]
+    pub denoise_quality: DenoiseQuality,
 }
 
 #[derive(Debug, Deserialize)]

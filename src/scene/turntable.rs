@@ -11,7 +11,7 @@ use super::render_space::{Extent, RenderSpace};
 use super::shot::Shot;
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
 use crate::animation::{Interpolation, Track, TransformTrack};
-use crate::settings::Settings;
+use crate::settings::{DenoiseQuality, Settings};
 
 /// Frames of one turn.
 const FRAMES: i32 = 120;
@@ -69,6 +69,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         rate: (24, 1),
         output: None,
         denoise: false,
+        denoise_quality: DenoiseQuality::default(),
         warnings: findings.warnings,
         files,
     })

@@ -8,6 +8,26 @@ use std::ptr;
 use crate::error::{Error, Kind};
 use crate::functions::{DEVICE_TYPE_CPU, Device, FORMAT_FLOAT3, Filter, Functions};
 
+/// `OIDNQuality`: how large a network is asked, and how exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs, reason = "the library's own names")]
+pub enum Quality {
+    #[default]
+    High,
+    Balanced,
+    Fast,
+}
+
+impl Quality {
+    fn number(self) -> c_int {
+        match self {
+            Self::Fast => 4,
+            Self::Balanced => 5,
+            Self::High => 6,
+        }
+    }
+}
+
 /// What tells a denoiser of the surfaces that a picture shows: a value for each pixel, filtered as the picture is and free
 /// of noise.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +47,7 @@ pub struct Denoiser {
     functions: Functions,
     device: Device,
     filter: Filter,
+    quality: Quality,
 }
 
 impl fmt::Debug for Denoiser {
@@ -41,12 +62,12 @@ impl Denoiser {
     ///
     /// # Errors
     /// The library cannot be loaded or is not of version 2, or it does not support this processor.
-    pub fn load(path: &Path, threads: usize) -> Result<Self, Error> {
+    pub fn load(path: &Path, threads: usize, quality: Quality) -> Result<Self, Error> {
         let functions = Functions::load(path)?;
         // SAFETY: the type of a device; what comes is null or a device that belongs to us.
         let device = unsafe { (functions.new_device)(DEVICE_TYPE_CPU) };
         // from here on `drop` releases what there is
-        let mut denoiser = Self { functions, device, filter: ptr::null_mut() };
+        let mut denoiser = Self { functions, device, filter: ptr::null_mut(), quality };
         if device.is_null() {
             return Err(denoiser.error().unwrap_or_else(|| failed("it gives no device for this processor")));
         }
@@ -124,6 +145,7 @@ impl Denoiser {
         unsafe {
             (functions.set_filter_bool)(filter, c"hdr".as_ptr(), true);
             (functions.set_filter_bool)(filter, c"cleanAux".as_ptr(), true);
+            (functions.set_filter_int)(filter, c"quality".as_ptr(), self.quality.number());
             (functions.set_filter_int)(filter, c"maxMemoryMB".as_ptr(), MOST_MEGABYTES);
             (functions.commit_filter)(filter);
         }

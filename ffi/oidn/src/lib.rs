@@ -6,9 +6,9 @@
 //! version 2.0 has them and later ones of that series keep them.
 //!
 //! ```no_run
-//! use oidn::{Denoiser, Guides};
+//! use oidn::{Denoiser, Guides, Quality};
 //!
-//! let mut denoiser = Denoiser::load("libOpenImageDenoise.so.2".as_ref(), 4)?;
+//! let mut denoiser = Denoiser::load("libOpenImageDenoise.so.2".as_ref(), 4, Quality::High)?;
 //! let (color, albedo, normal) = ([[0.5; 3]; 64], [[1.0; 3]; 64], [[0.0, 0.0, 1.0]; 64]);
 //! let mut output = [[0.0; 3]; 64];
 //! denoiser.denoise([8, 8], &color, Guides { albedo: &albedo, normal: &normal }, &mut output)?;
@@ -19,5 +19,5 @@ mod denoiser;
 mod error;
 mod functions;
 
-pub use denoiser::{Denoiser, Guides, MOST_MEGABYTES};
+pub use denoiser::{Denoiser, Guides, MOST_MEGABYTES, Quality};
 pub use error::{Error, Kind};

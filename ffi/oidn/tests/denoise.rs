@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use oidn::{Denoiser, Error, Guides};
+use oidn::{Denoiser, Error, Guides, Quality};
 
 const SIZE: [usize; 2] = [80, 48];
 
@@ -36,10 +36,10 @@ fn noisy() -> (Pixels, Pixels, Pixels) {
     (color.collect(), albedo.clone(), vec![[0.0, 0.0, 1.0]; pixels])
 }
 
-fn denoised(threads: usize) -> Vec<[f32; 3]> {
+fn denoised(threads: usize, quality: Quality) -> Pixels {
     let (color, albedo, normal) = noisy();
     let mut output = vec![[-1.0; 3]; color.len()];
-    let mut denoiser = Denoiser::load(&library(), threads).unwrap();
+    let mut denoiser = Denoiser::load(&library(), threads, quality).unwrap();
     denoiser.denoise(SIZE, &color, Guides { albedo: &albedo, normal: &normal }, &mut output).unwrap();
     output
 }
@@ -56,25 +56,31 @@ fn spread(picture: &[[f32; 3]]) -> [f32; 2] {
 #[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
 fn noise_goes_and_light_and_edges_stay() {
     let before = spread(&noisy().0);
-    let picture = denoised(2);
-    let after = spread(&picture);
-    assert!((after[0] / before[0] - 1.0).abs() < 0.05, "{before:?} {after:?}");
-    assert!(after[1] < before[1] / 10.0, "{before:?} {after:?}");
-    let row = &picture[24 * SIZE[0]..][..SIZE[0]];
-    assert!(row[38][0] > 4.0 * row[38][1] && row[41][1] > 4.0 * row[41][0], "{:?} {:?}", row[38], row[41]);
+    for quality in [Quality::High, Quality::Balanced, Quality::Fast] {
+        let picture = denoised(2, quality);
+        let after = spread(&picture);
+        assert!((after[0] / before[0] - 1.0).abs() < 0.05, "{quality:?}: {before:?} {after:?}");
+        assert!(after[1] < before[1] / 10.0, "{quality:?}: {before:?} {after:?}");
+        let row = &picture[24 * SIZE[0]..][..SIZE[0]];
+        assert!(row[38][0] > 4.0 * row[38][1], "{quality:?}: {:?}", row[38]);
+        assert!(row[41][1] > 4.0 * row[41][0], "{quality:?}: {:?}", row[41]);
+    }
+    assert!(denoised(2, Quality::High) != denoised(2, Quality::Fast), "the library is told");
 }
 
 #[test]
 #[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
 fn the_number_of_threads_changes_no_bit() {
-    let one = denoised(1);
-    assert!(one == denoised(2) && one == denoised(5));
+    for quality in [Quality::High, Quality::Fast] {
+        let one = denoised(1, quality);
+        assert!(one == denoised(2, quality) && one == denoised(5, quality), "{quality:?}");
+    }
 }
 
 #[test]
 #[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
 fn lists_of_another_size_are_refused() {
-    let mut denoiser = Denoiser::load(&library(), 1).unwrap();
+    let mut denoiser = Denoiser::load(&library(), 1, Quality::Fast).unwrap();
     assert_eq!(denoiser.version()[0], 2);
     let (color, albedo, normal) = noisy();
     let guides = Guides { albedo: &albedo[1..], normal: &normal };
@@ -89,7 +95,7 @@ fn lists_of_another_size_are_refused() {
 
 #[test]
 fn a_library_that_is_not_there_is_named() {
-    let error = Denoiser::load(Path::new("/nowhere/libOpenImageDenoise.so.2"), 1).unwrap_err();
+    let error = Denoiser::load(Path::new("/nowhere/libOpenImageDenoise.so.2"), 1, Quality::High).unwrap_err();
     assert!(matches!(error, Error::Load { .. }), "{error:?}");
     assert!(error.to_string().contains("/nowhere/libOpenImageDenoise.so.2"), "{error}");
 }
@@ -98,6 +104,6 @@ fn a_library_that_is_not_there_is_named() {
 #[test]
 #[cfg(target_os = "linux")]
 fn another_library_is_refused() {
-    let error = Denoiser::load(Path::new("libm.so.6"), 1).unwrap_err().to_string();
+    let error = Denoiser::load(Path::new("libm.so.6"), 1, Quality::High).unwrap_err().to_string();
     assert!(error.contains("libm.so.6") && error.contains("oidnNewDevice"), "{error}");
 }
