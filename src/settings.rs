@@ -82,9 +82,9 @@ pub enum DenoiseQuality {
     /// For final frames.
     #[default]
     High,
-    /// Half the time.
+    /// Less than half the time.
     Balanced,
-    /// A quarter of the time: for previews.
+    /// A fifth of the time: for previews.
     Fast,
 }
 

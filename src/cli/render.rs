@@ -91,9 +91,9 @@ enum ModeArg {
 enum QualityArg {
     /// For final frames
     High,
-    /// Half the time
+    /// Less than half the time
     Balanced,
-    /// A quarter of the time: for previews
+    /// A fifth of the time: for previews
     Fast,
 }
 
