@@ -2,6 +2,7 @@
 
 pub mod area;
 pub mod emitters;
+pub mod ggx;
 pub mod light;
 mod light_sample;
 pub mod optics;
