@@ -16,6 +16,9 @@ pub const MOST_PATHS: u32 = 1024;
 /// Paths of a sample where there is light to gather and nothing is said.
 pub const DEFAULT_PATHS: u32 = 16;
 
+/// Most rays by which a rough surface may reflect: those of a tile are held at once.
+pub const MOST_REFLECTIONS: u32 = 64;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -126,6 +129,8 @@ pub struct Settings {
     pub filter: Filter,
     /// Bounces that a ray from the eye may take at mirrors and glass.
     pub depth: u32,
+    /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not.
+    pub reflections: u32,
     /// Paths by which each sample gathers light from all around; 0: none.
     pub paths: u32,
     /// Paths of them that a sample gets at once; the others as far as the budget goes.
@@ -157,6 +162,7 @@ impl Default for Settings {
             samples: 2,
             filter: Filter::default(),
             depth: 4,
+            reflections: 4,
             paths: 0,
             paths_per_frame: DEFAULT_PATHS,
             budget: Budget::None,

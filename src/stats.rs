@@ -315,6 +315,7 @@ mod tests {
             samples: 2,
             filter: Filter::Mitchell,
             depth: 4,
+            reflections: 4,
             paths: 0,
             paths_per_frame: 16,
             budget: Budget::None,

@@ -51,7 +51,7 @@ fn defaults_are_as_documented() {
     assert_eq!((settings.width, settings.height, settings.samples), (1280, 720, 2));
     assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
     assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
-    assert_eq!((settings.paths, settings.bounces), (0, 2));
+    assert_eq!((settings.paths, settings.bounces, settings.reflections), (0, 2, 4));
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
     assert_eq!((shot.output, shot.warnings.len()), (None, 0));
     assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
@@ -64,7 +64,7 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n[output]\npath = \"o.#.exr\"\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"sky\", \"direct\"]\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
@@ -74,7 +74,7 @@ fn every_key_is_read() {
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("T", (24000, 1001), vec![1, 3]));
     assert_eq!((shot.settings.width, shot.settings.filter), (64, Filter::Mitchell));
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
-    assert_eq!((shot.settings.paths, shot.settings.bounces), (9, 1));
+    assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
     assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::SKY));
@@ -207,11 +207,21 @@ fn materials_are_overridden_field_by_field() {
         "{REST}[[material]]\nname = \"clear\"\nd = 1\nke = [1, 2, 3]\n[[material]]\nname = \"wood\"\n\
          kd = [1, 0, 0]\nks = [1, 1, 1]\nillum = 3\n"
     ));
+    assert!(shot.scene.materials.iter().all(|material| material.metal_rough.is_none()));
     let named = |name: &str| shot.scene.materials.iter().find(|material| material.name == name).unwrap();
     assert_eq!((named("clear").optics, named("clear").emission), (Optics::Opaque, Vec3::new(1.0, 2.0, 3.0)));
     assert_eq!(named("wood").diffuse, Vec3::X);
     assert!(matches!(named("wood").optics, Optics::Mirror { fresnel: false, .. }));
     assert_eq!(shot.scene.models[0].mesh.shadow_casting, 2);
+}
+
+#[test]
+fn materials_become_metal_rough() {
+    let shot = load(&format!("{REST}[[material]]\nname = \"wood\"\nkd = [1, 0.5, 0]\npr = 0.25\npm = 1\n"));
+    let wood = shot.scene.materials.iter().find(|material| material.name == "wood").unwrap();
+    let metal_rough = wood.metal_rough.unwrap();
+    assert_eq!((metal_rough.roughness, metal_rough.metallic), (0.25, 1.0));
+    assert_eq!((metal_rough.base, wood.diffuse), (Vec3::new(1.0, 0.5, 0.0), Vec3::ZERO));
 }
 
 #[test]
@@ -325,6 +335,18 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:2:9: `paths` is -1: it must be a whole number from 0 to 1024",
         ),
         ("[indirect]\npaths = 1025\n".into(), "s.toml:2:9: `paths` is 1025"),
+        (
+            "[render]\nreflections = 65\n".into(),
+            "s.toml:2:15: `reflections` is 65: it must be a whole number from 0 to 64",
+        ),
+        (
+            format!("{REST}[[material]]\nname = \"wood\"\npr = 1.5\n"),
+            "s.toml:9:6: `pr` is 1.5: it must be from 0 (smooth) to 1 (rough)",
+        ),
+        (
+            format!("{REST}[[material]]\nname = \"wood\"\npm = nan\n"),
+            "s.toml:9:6: `pm` is NaN: it must be from 0 (no metal) to 1 (metal)",
+        ),
         ("[indirect]\nbounces = 65\n".into(), "s.toml:2:11: `bounces` is 65"),
         (
             "[indirect]\nbudget = \"half\"\n".into(),

@@ -61,6 +61,7 @@ impl Code {
                 ambient: Vec3::ZERO,
                 specular: Vec3::ZERO,
                 optics: Optics::Opaque,
+                metal_rough: None,
                 diffuse_map: None,
                 ..material.clone()
             }

@@ -64,7 +64,7 @@ pub fn kitchen() -> Result<Subject, Box<dyn Error>> {
 /// Without highlights, mirrors and glass: they depend on the view and are never reused.
 fn matt(mut scene: Scene) -> Scene {
     for material in &mut scene.materials {
-        (material.specular, material.optics) = (Vec3::ZERO, Optics::Opaque);
+        (material.specular, material.optics, material.metal_rough) = (Vec3::ZERO, Optics::Opaque, None);
     }
     scene
 }

@@ -158,7 +158,11 @@ fn model(scene: &Scene) -> String {
 
 fn surfaces(text: &mut String, scene: &Scene) {
     let mirrors = scene.materials.iter().filter(|material| material.has_secondary_rays()).count();
-    line(text, "materials", format!("{}, {mirrors} of them mirrors or glass", scene.materials.len()));
+    line(
+        text,
+        "materials",
+        format!("{}, {mirrors} of them mirrors, glass or metal-rough", scene.materials.len()),
+    );
     line(text, "textures", scene.textures.len().to_string());
     for texture in &scene.textures {
         line(text, "", format!("{}: {}x{}", texture.path.display(), texture.width, texture.height));

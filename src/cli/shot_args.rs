@@ -12,7 +12,10 @@ use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
-use crate::settings::{Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Reuse, Settings};
+use crate::settings::{
+    Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse,
+    Settings,
+};
 use crate::trace::BackendKind;
 
 /// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
@@ -44,6 +47,10 @@ pub struct ShotArgs {
     /// Maximum number of mirror reflections and refractions along a camera path [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
+
+    /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not [default: the shot's]
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_REFLECTIONS)))]
+    pub reflections: Option<u32>,
 
     /// Paths by which each sample gathers light from the sky and from other surfaces; 0: none [default: the shot's]
     #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
@@ -229,6 +236,7 @@ impl ShotArgs {
             samples,
             filter: filter.unwrap_or(settings.filter),
             depth: self.depth.unwrap_or(settings.depth),
+            reflections: self.reflections.unwrap_or(settings.reflections),
             paths: self.paths.unwrap_or(settings.paths),
             paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
             budget: self.budget.unwrap_or(settings.budget),
@@ -350,6 +358,7 @@ mod tests {
             samples: 3,
             filter: Filter::Mitchell,
             depth: 5,
+            reflections: 4,
             paths: 3,
             paths_per_frame: 2,
             budget: Budget::Rays(5),
@@ -371,7 +380,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --paths 16 --paths-per-frame 4 --budget full --reuse target --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --reuse target --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -379,6 +388,7 @@ mod tests {
             samples: 2,
             filter: Filter::Box,
             depth: 1,
+            reflections: 9,
             paths: 16,
             paths_per_frame: 4,
             budget: Budget::Full,

@@ -1,4 +1,4 @@
-//! Rays beyond the first surface: what mirrors and glass show. They depend on the eye and are traced anew, unless
+//! Rays beyond the first surface: what mirrors, glass and rough surfaces show. They depend on the eye and are traced anew, unless
 //! they are known to bring what the film shows ([`path_bounds`](super::path_bounds)); breadth first: all rays of a tile that have
 //! bounced equally often go together.
 
@@ -7,23 +7,26 @@ use glam::Vec3;
 use super::bits::set_bits;
 use super::frame_view::FrameView;
 use super::light_paths::{PathScratch, trace_paths};
-use super::lighting::{Places, add_light, lights_passed, shows_highlight};
+use super::lighting::{Places, add_light, lights_passed, radiance_of_area, shows_highlight};
 use super::parts;
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
-use super::radiance::Radiance;
+use super::radiance::{Layer, Radiance};
 use super::ray_tally::RayTally;
+use super::rough_sky::RoughSky;
 use super::shadow::{ShadowQueue, facing};
 use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
-use crate::samples::Tag;
+use crate::samples::{AREA_POINTS, Tag};
+use crate::shade::area::Glow;
+use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::sampling::{orthonormal, seed_of};
+use crate::shade::sampling::{PathRandom, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
@@ -32,7 +35,7 @@ use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
 /// an 8-bit picture at full brightness.
 pub const LEAST_WEIGHT: f32 = 1.0 / 512.0;
 
-/// How a ray came about, or the layer of the picture that it adds to.
+/// How a ray came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Bounced off.
@@ -47,15 +50,62 @@ struct Bounce {
     cell: u32,
     /// Of the ray itself.
     kind: Kind,
-    /// Of the first ray that left the sample.
-    layer: Kind,
+    /// That of the first ray that left the sample.
+    layer: Layer,
     /// The kinds of all rays from the sample to this one, a bit each, the first one highest.
     path: u64,
     weight: Vec3,
+    /// How many rays left the sample in its stead.
+    shared: u32,
+    /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
+    /// surface shows by a highlight, too. It stays as it is behind glass, which such a light shines through.
+    density: Option<f32>,
+    /// Whether the sky was asked from that surface, too.
+    asked_sky: bool,
     origin: Vec3,
     direction: Vec3,
     /// Whether denoisers are told of the normals of what it meets.
     guides: bool,
+}
+
+impl Bounce {
+    /// A ray that leaves the sample of `cell`, where to is not yet said.
+    fn from_sample(cell: u32, kind: Kind) -> Self {
+        let layer = match kind {
+            Kind::Reflection => Layer::Reflection,
+            Kind::Refraction => Layer::Refraction,
+        };
+        let (path, weight) = (kind as u64, Vec3::ONE);
+        let [origin, direction] = [Vec3::ZERO; 2];
+        let (shared, density, asked_sky, guides) = (1, None, false, false);
+        Self { cell, kind, layer, path, weight, shared, density, asked_sky, origin, direction, guides }
+    }
+
+    /// A ray that goes on from where this one ends, where to is not yet said.
+    fn onwards(&self, kind: Kind) -> Self {
+        let density = self.density.filter(|_| kind == Kind::Refraction);
+        Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
+    }
+
+    /// The weight of the sky where it finds that, by the balance heuristic.
+    fn weight_of_sky(&self, frame: &FrameView) -> f32 {
+        match self.density {
+            Some(density) if self.asked_sky => density / (density + frame.sky.pdf(self.direction)),
+            _ => 1.0,
+        }
+    }
+
+    /// The weight of a light that it passes through.
+    fn weight_of_light(&self, glow: &Glow) -> f32 {
+        let Some(density) = self.density else { return 1.0 };
+        let by_rays = density * self.shared as f32;
+        by_rays / (by_rays + glow.density * AREA_POINTS as f32)
+    }
+
+    /// Whether what it brings can be told from nothing.
+    fn is_worth(&self, weight: Vec3) -> bool {
+        (weight * self.shared as f32).max_element() >= LEAST_WEIGHT
+    }
 }
 
 /// What a ray met.
@@ -74,6 +124,9 @@ pub struct Bounces {
     met: Vec<Met>,
     /// The same, side by side.
     eights: Vec<MetLanes>,
+    /// Layers of some of these.
+    coats: Vec<SeenCoats>,
+    rough_sky: RoughSky,
     queue: ShadowQueue,
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
@@ -85,18 +138,36 @@ pub struct Bounces {
 impl Bounces {
     /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
     pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
-        let next = &mut self.next;
-        grow(next, surface, branches, |kind, weight, origin, direction| Bounce {
-            cell,
-            kind,
-            layer: kind,
-            path: kind as u64,
-            weight,
-            origin,
-            direction,
-            guides,
-        });
+        grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
     }
+
+    /// Starts the rays by which the sample of `cell` reflects off the layer that the eye has `seen`; `seed` is of its place.
+    pub fn start_rough(
+        &mut self,
+        frame: &FrameView,
+        cell: u32,
+        guides: bool,
+        surface: &Surface,
+        (seen, seed): (&SeenCoat, u32),
+    ) {
+        let first = Bounce::from_sample(cell, Kind::Reflection);
+        let rays = rays_of_sample(frame, seen);
+        let first = Bounce { shared: rays, weight: Vec3::ONE / rays.max(1) as f32, guides, ..first };
+        reflect(frame, &first, surface, seen, (rays, seed), (&mut self.next, &mut self.rough_sky));
+    }
+}
+
+/// Rays by which a sample reflects: one off what is smooth; else by how much the surface reflects, so that a
+/// weak reflection costs less than a strong one and is no noisier.
+pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
+    if frame.depth == 0 || seen.albedo.max_element() < LEAST_WEIGHT {
+        return 0;
+    }
+    if seen.is_smooth() {
+        return 1;
+    }
+    let share = seen.albedo.max_element().clamp(0.0, 1.0);
+    (frame.reflections as f32 * share).ceil() as u32
 }
 
 /// Follows the rays that were [started](Bounces::start), up to the frame's depth, and adds what they bring
@@ -104,15 +175,17 @@ impl Bounces {
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     bounces.paths.clear();
     let shows_guides = frame.layers.has(Layers::GUIDES);
-    for _ in 0..frame.depth {
+    for bounce in 0..frame.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
+        bounces.rough_sky.cast(frame, radiance, &mut bounces.paths, &mut scratch.tally);
         if bounces.now.is_empty() {
             break;
         }
         meet(frame, bounces, radiance, scratch);
-        light(frame, bounces, &mut scratch.tally);
+        let is_last = bounce + 1 == frame.depth;
+        light(frame, is_last, bounces, &mut scratch.tally);
         gather(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
             add(radiance, &met.bounce, met.light);
@@ -120,10 +193,13 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
             }
-            go_on(frame, met, &mut bounces.next);
+            if !is_last {
+                go_on(frame, met, (&mut bounces.next, &mut bounces.rough_sky));
+            }
         }
     }
     bounces.next.clear();
+    bounces.rough_sky.clear();
 }
 
 /// Puts rays side by side that came the same way: what a surface reflects and what it lets through part there, and
@@ -150,8 +226,12 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             let is_hit = *model != NO_HIT;
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
             let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
-            let of_lights: Vec3 = of_lights.map(|glow| glow.radiance).sum();
-            let of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
+            let of_lights: Vec3 = of_lights.map(|glow| glow.radiance * bounce.weight_of_light(&glow)).sum();
+            let of_sky = if is_hit {
+                Vec3::ZERO
+            } else {
+                frame.sky.radiance(bounce.direction) * bounce.weight_of_sky(frame)
+            };
             if !is_hit || of_lights != Vec3::ZERO {
                 add(radiance, bounce, of_lights + of_sky);
             }
@@ -205,6 +285,8 @@ struct MetLanes {
     materials: [u16; LANES],
     /// What they show, as far as it is summed.
     light: Vec3x8,
+    /// Number of their layers, if any has one.
+    coats: Option<usize>,
     /// Lanes in use.
     used: u8,
 }
@@ -225,17 +307,31 @@ impl MetLanes {
             view: each(|met| -met.bounce.direction),
             materials: std::array::from_fn(|lane| at(lane).surface.material),
             light: Vec3x8::ZERO,
+            coats: None,
             used: u8::MAX >> (LANES - met.len()),
         }
     }
 }
 
 /// Lights what was met, highlights included.
-fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
-    for eight in &mut bounces.eights {
+    bounces.coats.clear();
+    for (eight, met) in bounces.eights.iter_mut().zip(bounces.met.chunks(LANES)) {
         eight.light = frame.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
+        let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
+        let normals = [normal, geometric_normal];
+        let rays = |lane: usize, seen: &SeenCoat| match met.get(lane) {
+            Some(met) if !is_last => rays_onwards(frame, &met.bounce, seen),
+            _ => 0,
+        };
+        let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
+        if let Some(coats) = coats {
+            eight.light = coats.show(eight.light);
+            eight.coats = Some(bounces.coats.len());
+            bounces.coats.push(coats);
+        }
     }
     for light in &frame.pose.lights {
         ask_light(frame, light, bounces, tally);
@@ -250,18 +346,18 @@ fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
 /// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, gathering, paths, .. } = bounces;
-    let count = frame.first_paths.div_ceil(SHARE_OF_PATHS);
+    let count = |met: &Met| frame.first_paths.div_ceil(SHARE_OF_PATHS).div_ceil(met.bounce.shared as usize);
     let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
-        for (number, met) in (first..).zip(&*some).filter(|(_, met)| count > 0 && is_diffuse(met)) {
+        for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
             let Surface { point, normal, geometric_normal, .. } = met.surface;
             let seed = seed_of(point, met.surface.material.into());
             let [tangent, _] = orthonormal(normal);
             let cell = met.bounce.cell;
             let start =
                 PathStart { owner: number, cell, index: 0, seed, point, normal, tangent, geometric_normal };
-            gathering.starts.extend((0..count as u32).map(|index| PathStart { index, ..start }));
+            gathering.starts.extend((0..count(met) as u32).map(|index| PathStart { index, ..start }));
         }
         trace_paths(frame, gathering, tally);
         let brought = gathering.starts.iter().zip(&gathering.brought);
@@ -269,13 +365,19 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
             let met = &mut some[(start.owner - first) as usize];
             let materials = [met.surface.material; LANES];
             let albedo = frame.palette.albedo(&materials, Vec3x8::splat(met.surface.reflectance)).lane(0);
-            met.light += albedo * brought.radiance / count as f32;
+            let Surface { normal, geometric_normal, material, reflectance, .. } = met.surface;
+            let normals = [normal, geometric_normal];
+            let seen =
+                frame.palette.coats.seen(material, reflectance, normals, met.bounce.direction, SeenBy::Eye);
+            let albedo = seen.map_or(albedo, |seen| albedo * seen.through);
+            met.light += albedo * brought.radiance / count(met) as f32;
             paths.note_until(brought.until);
         }
     }
 }
 
-/// Of a sample's paths, one in so many is traced where a mirror or glass shows a surface.
+/// Of a sample's paths, one in so many is traced where a mirror or glass shows a surface; where several rays show one in its
+/// stead, they share them.
 const SHARE_OF_PATHS: usize = 4;
 
 /// Surfaces that gather light at once.
@@ -335,57 +437,110 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     let eights = bounces.eights.iter_mut().zip(bounces.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.materials);
+        let coats = eight.coats.map(|number| &bounces.coats[number]);
         let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let stands_for = shows_highlight(frame, light, &gloss);
+        let radiance = radiance_of_area(light);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point: eight.point, pattern: eight.point };
         let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
         eight.light = add_light(eight.light, light, places, reached, |light_sample| {
-            let diffuse = phong::diffuse(albedo, eight.normal, light_sample);
+            let mut light = phong::diffuse(albedo, eight.normal, light_sample);
+            if let Some(coats) = coats {
+                light = light * coats.through + coats.highlight(light_sample, radiance);
+            }
             if !may_shine {
-                return diffuse;
+                return light;
             }
             let highlight = phong::specular(&gloss, eight.normal, eight.view, light_sample);
-            diffuse + stands_for.select3(highlight, Vec3x8::ZERO)
+            light + stands_for.select3(highlight, Vec3x8::ZERO)
         });
     }
 }
 
-/// Starts the rays that leave what was met.
-fn go_on(frame: &FrameView, met: &Met, next: &mut Vec<Bounce>) {
-    let optics = frame.scene.materials[usize::from(met.surface.material)].optics;
-    let branches = branch(optics, &met.surface, met.bounce.direction);
-    let guides = met.bounce.guides && !parts::shows_itself(frame, met.surface.material);
-    grow(next, &met.surface, branches, |kind, weight, origin, direction| Bounce {
-        kind,
-        path: met.bounce.path << 1 | kind as u64,
-        weight: weight * met.bounce.weight,
-        origin,
-        direction,
-        guides,
-        ..met.bounce
-    });
+/// Rays by which what a ray met reflects: one at most, because breadth is the sample's business.
+fn rays_onwards(frame: &FrameView, bounce: &Bounce, seen: &SeenCoat) -> u32 {
+    let is_followed = seen.is_smooth() || frame.reflections > 0;
+    u32::from(is_followed && bounce.is_worth(seen.albedo * bounce.weight))
 }
 
-/// Adds to `next` those of `branches` that are worth following.
-fn grow(
-    next: &mut Vec<Bounce>,
-    surface: &Surface,
-    branches: Branches,
-    bounce: impl Fn(Kind, Vec3, Vec3, Vec3) -> Bounce,
-) {
+/// Starts the rays that leave what was met.
+fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
+    let Met { surface, bounce, .. } = met;
+    let optics = frame.scene.materials[usize::from(surface.material)].optics;
+    let branches = branch(optics, surface, bounce.direction);
+    let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
+    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) });
+    let normals = [surface.normal, surface.geometric_normal];
+    let seen = frame.palette.coats.seen(
+        surface.material,
+        surface.reflectance,
+        normals,
+        bounce.direction,
+        SeenBy::Eye,
+    );
+    if let Some(seen) = seen {
+        let rays = rays_onwards(frame, bounce, &seen);
+        let seed = seed_of(surface.point, surface.material.into());
+        let onwards = Bounce { guides, ..bounce.onwards(Kind::Reflection) };
+        reflect(frame, &onwards, surface, &seen, (rays, seed), (next, rough_sky));
+    }
+}
+
+/// Adds to `next` those of `branches` that are worth following; `bounce` is what they have in common with the ray that met
+/// `surface`.
+fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: impl Fn(Kind) -> Bounce) {
     let kinds = [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)];
     for (kind, ray) in kinds {
         let Some(ray) = ray else { continue };
-        let grown = bounce(kind, ray.weight, surface.leave(ray.direction), ray.direction);
-        if grown.weight.max_element() >= LEAST_WEIGHT {
-            next.push(grown);
+        let bounce = bounce(kind);
+        let weight = ray.weight * bounce.weight;
+        if bounce.is_worth(weight) {
+            next.push(Bounce {
+                weight,
+                origin: surface.leave(ray.direction),
+                direction: ray.direction,
+                ..bounce
+            });
         }
     }
 }
+
+/// Adds to `next` the rays by which the layer of `surface` reflects, as many as there are `rays`, and to the rays that wait
+/// as many to the sky. `bounce` is what they have in common.
+fn reflect(
+    frame: &FrameView,
+    bounce: &Bounce,
+    surface: &Surface,
+    seen: &SeenCoat,
+    (rays, seed): (u32, u32),
+    (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky),
+) {
+    for index in 0..rays {
+        // seeds of paths are of the same place
+        let random = PathRandom { seed: seed.wrapping_add(OTHER_SEED), index };
+        let [along, above, across, up] = random.four(0);
+        let reflected = seen.reflect([along, above]);
+        let leaves = |direction| surface.geometric_normal.dot(direction) > 0.0;
+        if let Some(reflected) = reflected.filter(|reflected| leaves(reflected.direction)) {
+            next.push(Bounce {
+                weight: bounce.weight * reflected.weight,
+                density: reflected.density,
+                asked_sky: frame.sky.is_uneven(),
+                origin: surface.leave(reflected.direction),
+                direction: reflected.direction,
+                ..*bounce
+            });
+        }
+        rough_sky.ask(frame, (surface, seen), (bounce.cell, bounce.layer, bounce.weight), [across, up]);
+    }
+}
+
+/// So far are the seeds of reflections from those of paths.
+const OTHER_SEED: u32 = 0x632b_e5ab;
 
 fn count(bounce: &Bounce, tally: &mut RayTally) {
     let counted = &mut tally.cells.secondary[bounce.cell as usize];
@@ -397,13 +552,7 @@ fn count(bounce: &Bounce, tally: &mut RayTally) {
 }
 
 fn add(radiance: &mut Radiance, bounce: &Bounce, light: Vec3) {
-    let layer = match bounce.layer {
-        Kind::Reflection => &mut radiance.reflection,
-        Kind::Refraction => &mut radiance.refraction,
-    };
-    for (column, light) in layer.iter_mut().zip((bounce.weight * light).to_array()) {
-        column[bounce.cell as usize] += light;
-    }
+    radiance.add_secondary(bounce.layer, bounce.cell as usize, bounce.weight * light);
 }
 
 #[cfg(test)]
@@ -413,16 +562,7 @@ mod tests {
     #[test]
     fn rays_that_came_the_same_way_go_together_and_cells_keep_their_order() {
         // two rays on the way from each cell: off its glass, and through it and off what is behind
-        let ray = |cell: u32, path: u64| Bounce {
-            cell,
-            kind: Kind::Reflection,
-            layer: Kind::Reflection,
-            path,
-            weight: Vec3::ONE,
-            origin: Vec3::ZERO,
-            direction: Vec3::X,
-            guides: false,
-        };
+        let ray = |cell: u32, path: u64| Bounce { path, ..Bounce::from_sample(cell, Kind::Reflection) };
         let mut rays: Vec<Bounce> = (0..20).flat_map(|cell| [ray(cell, 0b01), ray(cell, 0b10)]).collect();
         group(&mut rays);
         let sorted: Vec<(u64, u32)> = rays.iter().map(|ray| (ray.path, ray.cell)).collect();

@@ -4,7 +4,7 @@
 use super::bits::{set_bits, surface_bits};
 use super::bounce::{self, Bounces};
 use super::frame_view::FrameView;
-use super::lighting::{Places, add_light, shows_highlight};
+use super::lighting::{Places, add_light, radiance_of_area, shows_highlight};
 use super::parts;
 use super::placed::{Placed, PlacedTile};
 use super::radiance::{Light, Radiance, cut};
@@ -12,9 +12,11 @@ use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile, full_color};
+use crate::shade::coat::{SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
+use crate::shade::sampling::seed_of;
 use crate::shade::{Surface, phong};
 
 /// Writes what each cell of `tile` shows into `radiance`. The tags must be up to date.
@@ -41,13 +43,22 @@ pub fn enhance(
             parts::split(frame, tile, first, placed, radiance);
         }
         if surfaces != 0 {
-            let gloss = frame.palette.gloss(&tile.materials(first));
+            let materials = tile.materials(first);
+            let gloss = frame.palette.gloss(&materials);
+            let has_coats = frame.palette.coats.any(&materials);
             let goes_on = if frame.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
-            if gloss.is_any || goes_on != 0 {
+            if gloss.is_any || has_coats || goes_on != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = (placed.point - Vec3x8::splat(frame.view.camera.eye)).normalize();
-                if gloss.is_any {
-                    let light = highlights(frame, tile, first, &gloss, &placed, incoming);
+                let normals = [placed.normal, placed.geometric_normal];
+                let reflectance = tile.reflectances(first);
+                let rays = |_: usize, seen: &_| bounce::rays_of_sample(frame, seen);
+                let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
+                if let Some(coats) = &coats {
+                    show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
+                }
+                if gloss.is_any || coats.is_some() {
+                    let light = highlights(frame, tile, first, (&gloss, coats.as_ref()), &placed, incoming);
                     radiance.open_specular();
                     let [r, g, b] = &mut radiance.specular;
                     cut(light).store([r, g, b], first);
@@ -63,6 +74,20 @@ pub fn enhance(
     if radiance.has_secondary {
         radiance.cut_secondary();
     }
+}
+
+/// Dims what eight samples show to what their layers let through, where there `is_surface`.
+fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mut Radiance) {
+    let show = |[r, g, b]: &mut Light, dims: &dyn Fn(Vec3x8) -> Vec3x8| {
+        let light = Vec3x8::load([&*r, &*g, &*b].map(|column| column.as_slice()), first);
+        is_surface.select3(cut(dims(light)), light).store([r, g, b], first);
+    };
+    let Radiance { diffuse, parts, .. } = radiance;
+    show(diffuse, &|light| coats.show(light));
+    // those that no layer shows mean nothing
+    show(&mut parts.emission, &|light| coats.show(light));
+    show(&mut parts.direct, &|light| light * coats.through);
+    show(&mut parts.indirect, &|light| light * coats.through);
 }
 
 fn show_background(frame: &FrameView, tile: &Tile, first: usize, [r, g, b]: &mut Light) {
@@ -92,8 +117,16 @@ fn start_rays(
             from_behind: tile.record[cell].is_from_behind(),
         };
         let optics = frame.scene.materials[usize::from(surface.material)].optics;
+        let incoming = incoming.lane(lane);
         let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
-        bounces.start(cell as u32, &surface, guides, branch(optics, &surface, incoming.lane(lane)));
+        bounces.start(cell as u32, &surface, guides, branch(optics, &surface, incoming));
+        let normals = [surface.normal, surface.geometric_normal];
+        if let Some(seen) =
+            frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)
+        {
+            let seed = seed_of(tile.point(cell), tile.model[cell]);
+            bounces.start_rough(frame, cell as u32, guides, &surface, (&seen, seed));
+        }
     }
 }
 
@@ -102,7 +135,7 @@ fn highlights(
     frame: &FrameView,
     tile: &Tile,
     first: usize,
-    gloss: &Gloss,
+    (gloss, coats): (&Gloss, Option<&SeenCoats>),
     placed: &Placed,
     incoming: Vec3x8,
 ) -> Vec3x8 {
@@ -111,14 +144,24 @@ fn highlights(
     let mut sum = Vec3x8::ZERO;
     for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
         let to_centre = way(light, placed.point).0;
-        if !phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach()) {
+        let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
+        if !shines && coats.is_none() {
             continue;
         }
         let places = Places { point: placed.point, pattern: tile.points(first) };
-        let shown_by = is_surface & shows_highlight(frame, light, gloss);
+        let (shows, radiance) = (shows_highlight(frame, light, gloss), radiance_of_area(light));
+        let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
         let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
-        let shade =
-            |light_sample: &LightSample| phong::specular(gloss, placed.normal, -incoming, light_sample);
+        let shade = |light_sample: &LightSample| {
+            let highlight = phong::specular(gloss, placed.normal, -incoming, light_sample);
+            match coats {
+                Some(coats) => {
+                    let of_coats = coats.highlight(light_sample, radiance);
+                    shows.select3(highlight, Vec3x8::ZERO) + of_coats
+                }
+                None => highlight,
+            }
+        };
         sum = add_light(sum, light, places, reached, shade);
     }
     sum

@@ -49,6 +49,8 @@ pub struct FrameView<'a> {
     pub tracer: &'a dyn Tracer,
     /// Bounces that a ray from the eye may take.
     pub depth: u32,
+    /// Rays by which a sample of a rough surface reflects, at most.
+    pub reflections: u32,
     /// Paths by which each sample gathers light; 0: it gathers none.
     pub paths: usize,
     /// Those of them that a sample gets at once.

@@ -9,10 +9,13 @@
 //! Each path is told the first frame in which it may bring something else ([`Motion`](crate::changes::Motion)): when what
 //! moves touches one of its segments, or when a light changes that it has asked.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
 use super::frame_view::FrameView;
-use super::next_event::{Asking, Chances, LightRays};
+use super::lobes::Lobes;
+use super::next_event::{Asking, AskingCoat, Chances, LightRays};
 use super::path_ends::{Brought, PathStart};
 use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
@@ -22,8 +25,8 @@ use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
 use crate::shade::area::{density_of, radiance};
+use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
-use crate::shade::optics::branch;
 use crate::shade::sampling::{PathRandom, cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
 use crate::shade::{Surface, phong};
@@ -38,7 +41,7 @@ struct PathRay {
     weight: Vec3,
     origin: Vec3,
     direction: Vec3,
-    /// For shading, where it started.
+    /// For shading, where it started; its own direction where a rough layer reflected it.
     normal: Vec3,
     /// Of the ways from there to the sky.
     chances: Chances,
@@ -143,7 +146,8 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         }
         let mut brings = Brought { radiance: Vec3::ZERO, until };
         let PathStart { point, normal, geometric_normal, .. } = *start;
-        let asking = Asking { path, point, normal, geometric_normal, weight: Vec3::ONE, chances };
+        let weight = Vec3::ONE;
+        let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat: None };
         for number in 0..frame.sky.samples() {
             // further ones have numbers of their own, after those of all emitters and vertices
             let place = match number {
@@ -300,14 +304,16 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         for (lane, vertex) in some.iter_mut().enumerate() {
             let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
             let found_otherwise = emission * (1.0 - vertex.emission_weight);
-            vertex.light = (light.lane(lane) - found_otherwise).max(Vec3::ZERO);
+            let light = light.lane(lane);
+            let light = vertex.seen_coat(frame).map_or(light, |coat| coat.show(light));
+            vertex.light = (light - found_otherwise).max(Vec3::ZERO);
         }
     }
     for vertex in &*vertices {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.ways[0].0);
-        let asking =
-            Asking { path, point, normal, geometric_normal, weight, chances: vertex.chances(frame, bounce) };
+        let (chances, coat) = (vertex.chances(frame, bounce), vertex.coat(frame, bounce));
+        let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat };
         let [along, above, triangle] = vertex.place;
         match vertex.asks {
             Asks::Sky => light_rays.ask_sky(frame, &asking, [along, above]),
@@ -336,7 +342,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
             brought.until = brought.until.min(change);
         }
         let light = &frame.pose.lights[number as usize];
-        ask_light(frame, bounce, light, group, starts, (vertices, brought), (queue, reflected), tally);
+        ask_light(frame, (bounce, light), group, starts, (vertices, brought), (queue, reflected), tally);
         rest = after;
     }
 }
@@ -344,8 +350,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
 /// Adds to those vertices that are named in `group`, all of which ask `light`, what it sends them.
 fn ask_light(
     frame: &FrameView,
-    bounce: u32,
-    light: &LightPose,
+    (bounce, light): (u32, &LightPose),
     group: &[u32],
     starts: &[PathStart],
     (vertices, brought): (&mut [Vertex], &mut [Brought]),
@@ -375,7 +380,15 @@ fn ask_light(
                 }
                 None => 1.0,
             };
-            reflected.push(light.lane(lane) * weight);
+            let mut light = light.lane(lane) * weight;
+            let vertex_of_lane = &vertices[*vertex as usize];
+            if let Some(coat) = &vertex_of_lane.seen_coat(frame) {
+                let irradiance = light_sample.irradiance.lane(lane) * choices;
+                let arrives = (light_sample.direction.lane(lane), irradiance);
+                light =
+                    light * coat.through + vertex_of_lane.highlight(frame, bounce, coat, arrives, radiance);
+            }
+            reflected.push(light);
             if asked >> lane & 1 != 0 {
                 let path = vertices[*vertex as usize].ray.path as usize;
                 let counted = &mut tally.cells.shadow[starts[path].cell as usize];
@@ -422,61 +435,56 @@ impl Vertex {
             asks_sky: chance(asks_sky(frame, bounce)),
             asks_emitter: chance(!frame.emitters.is_empty()),
             asks_light: chance(!frame.pose.lights.is_empty()),
-            goes_on: if paths_go_on(frame, bounce) { self.lobes.chance(0) } else { 0.0 },
+            goes_on: self.goes_on(frame, bounce, 0),
         }
     }
-}
 
-/// The ways on from a surface: diffusely, off a mirror, and through glass.
-#[derive(Debug, Clone, Copy)]
-struct Lobes {
-    /// What each carries, and its direction where it has but one.
-    ways: [(Vec3, Option<Vec3>); 3],
-}
+    /// Its layer, if it has one. It is looked at again whenever it is asked for: few vertices have one, and all are copied.
+    #[inline]
+    fn seen_coat(&self, frame: &FrameView) -> Option<SeenCoat> {
+        let Surface { material, reflectance, normal, geometric_normal, .. } = self.surface;
+        let normals = [normal, geometric_normal];
+        frame.palette.coats.seen(material, reflectance, normals, self.ray.direction, SeenBy::Path)
+    }
 
-impl Lobes {
-    /// Of a surface that was met along `incoming`.
-    fn of(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
-        let albedo =
-            frame.palette.albedo(&[surface.material; LANES], Vec3x8::splat(surface.reflectance)).lane(0);
-        let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
-        if frame.depth > 0 {
-            let optics = frame.scene.materials[usize::from(surface.material)].optics;
-            let branches = branch(optics, surface, incoming);
-            for (way, branch) in ways[1..].iter_mut().zip([branches.reflection, branches.refraction]) {
-                if let Some(branch) = branch {
-                    *way = (branch.weight, Some(branch.direction));
-                }
+    /// The probability with which the path goes on by one of the ways.
+    fn goes_on(&self, frame: &FrameView, bounce: u32, way: usize) -> f32 {
+        if paths_go_on(frame, bounce) { self.lobes.chance(way) } else { 0.0 }
+    }
+
+    /// The highlight on its `coat` of a light that it has asked, which sends an irradiance from a direction. Of a light that has
+    /// a size the path may see this `radiance`, too.
+    fn highlight(
+        &self,
+        frame: &FrameView,
+        bounce: u32,
+        coat: &SeenCoat,
+        (direction, irradiance): (Vec3, Vec3),
+        radiance: Option<Vec3>,
+    ) -> Vec3 {
+        let (highlight, density) = coat.highlight(direction, irradiance);
+        let by_path = self.goes_on(frame, bounce, Lobes::COAT) * density;
+        let weight = match radiance {
+            Some(radiance) if by_path > 0.0 => {
+                let by_asking = density_of(radiance, irradiance);
+                by_asking / (by_asking + by_path)
             }
-        }
-        Self { ways }
+            _ => 1.0,
+        };
+        highlight * weight
     }
 
-    /// How much a way carries, beside the others.
-    fn share(&self, way: usize) -> f32 {
-        self.ways[way].0.max_element().max(0.0)
+    /// Its layer as it asks for light, if it has one.
+    fn coat(&self, frame: &FrameView, bounce: u32) -> Option<AskingCoat> {
+        let seen = self.seen_coat(frame).filter(|_| frame.depth > 0)?;
+        Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, bounce, Lobes::COAT) })
     }
 
-    fn sum(&self) -> f32 {
-        (0..self.ways.len()).map(|way| self.share(way)).sum()
-    }
-
-    /// The probability with which a path takes a way.
-    fn chance(&self, way: usize) -> f32 {
-        let sum = self.sum();
-        if sum > 0.0 && sum.is_finite() { self.share(way) / sum } else { 0.0 }
-    }
-
-    /// The way that a number from 0 to below 1 chooses.
-    fn choose(&self, choice: f32) -> Option<usize> {
-        let mut at = choice * self.sum();
-        let chosen = (0..self.ways.len()).find(|way| {
-            let is_here = at < self.share(*way);
-            at -= self.share(*way);
-            is_here
-        });
-        // rounding may lead past the last way that carries anything
-        chosen.or_else(|| (0..self.ways.len()).rfind(|way| self.chance(*way) > 0.0))
+    /// Of the ways from it to light in a direction in which its layer has reflected, for a ray that has that direction for its
+    /// normal: as likely as the layer chose it.
+    fn chances_of_coat(&self, frame: &FrameView, bounce: u32, density: f32) -> Chances {
+        let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
+        Chances { goes_on, ..self.chances(frame, bounce) }
     }
 }
 
@@ -490,15 +498,26 @@ fn go_on(
     let Vertex { ray, surface, lobes, .. } = vertex;
     let chosen = lobes.choose(choice)?;
     let (weight, direction) = lobes.ways[chosen];
-    let (direction, chances) = match direction {
-        Some(direction) => (direction, Chances::PATH_ALONE),
+    let (weight, direction, normal, chances) = match direction {
+        Some(direction) => (weight, direction, surface.normal, Chances::PATH_ALONE),
+        None if chosen == Lobes::COAT => {
+            let reflected = vertex.seen_coat(frame)?.reflect([along, above])?;
+            if surface.geometric_normal.dot(reflected.direction) <= 0.0 {
+                return None;
+            }
+            let chances = match reflected.density {
+                Some(density) => vertex.chances_of_coat(frame, bounce, density),
+                None => Chances::PATH_ALONE,
+            };
+            (reflected.weight, reflected.direction, reflected.direction, chances)
+        }
         None => {
             let [tangent, bitangent] = orthonormal(surface.normal);
             let direction = cosine_direction([along, above], [tangent, bitangent, surface.normal]);
             if surface.geometric_normal.dot(direction) <= 0.0 {
                 return None;
             }
-            (direction, vertex.chances(frame, bounce))
+            (weight, direction, surface.normal, vertex.chances(frame, bounce))
         }
     };
     Some(PathRay {
@@ -506,7 +525,7 @@ fn go_on(
         weight: ray.weight * weight / lobes.chance(chosen),
         origin: surface.leave(direction),
         direction,
-        normal: surface.normal,
+        normal,
         chances,
     })
 }

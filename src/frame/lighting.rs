@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::frame_view::FrameView;
 use crate::lanes::{Mask, Vec3x8};
 use crate::pose::LightPose;
-use crate::shade::area::{Glow, glow};
+use crate::shade::area::{Glow, glow, radiance};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 use crate::shade::phong::Gloss;
 
@@ -20,6 +20,11 @@ pub fn lights_passed(
     let areas = lights.iter().filter(|light| light.shape.is_area());
     // with nothing in the way, a light infinitely far away is seen, too
     areas.filter_map(move |light| glow(light, origin, direction)).filter(move |glow| glow.distance <= far)
+}
+
+/// What rays see of a light that has a size.
+pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
+    light.shape.is_area().then(|| radiance(light))
 }
 
 /// Which of eight surfaces show `light` by a highlight. Where rays go on, an area light is seen itself.

@@ -30,6 +30,7 @@ pub mod grid;
 pub mod light;
 mod light_paths;
 mod lighting;
+mod lobes;
 mod mitchell;
 mod moved_bounds;
 mod need;
@@ -45,6 +46,7 @@ mod radiance;
 mod ray_tally;
 mod remake;
 mod reproject;
+mod rough_sky;
 mod serve;
 #[cfg(test)]
 mod serve_tests;
@@ -215,6 +217,7 @@ impl<'s> Renderer<'s> {
             dynamic_bounds: &dynamic_bounds,
             tracer: &timed,
             depth: self.settings.depth,
+            reflections: self.settings.reflections,
             paths: self.layout.paths,
             first_paths: self.layout.paths.min(self.settings.first_paths() as usize),
             budget: self.settings.budget,

@@ -14,6 +14,7 @@ use super::path_ends::{Brought, PathStart};
 use super::ray_tally::RayTally;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
+use crate::shade::coat::SeenCoat;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -125,6 +126,28 @@ pub struct Asking {
     pub weight: Vec3,
     /// Of the ways to light.
     pub chances: Chances,
+    /// What reflects beside it.
+    pub coat: Option<AskingCoat>,
+}
+
+/// The rough layer of a surface that asks.
+#[derive(Debug, Clone, Copy)]
+pub struct AskingCoat {
+    /// As the path sees it.
+    pub seen: SeenCoat,
+    /// Of what it reflects, in what the path brings.
+    pub weight: Vec3,
+    /// The probability with which the path goes on off it.
+    pub goes_on: f32,
+}
+
+impl AskingCoat {
+    /// What it reflects of light that comes from `direction` with this density, beside which `measure` turns a density in solid
+    /// angle into one of that kind.
+    fn reflects(&self, direction: Vec3, by_asking: f32, measure: f32) -> Vec3 {
+        let (reflected, density) = self.seen.towards(direction);
+        self.weight * reflected * (measure / (by_asking + self.goes_on * density * measure))
+    }
 }
 
 /// A ray, and what it brings if nothing is in its way.
@@ -149,14 +172,19 @@ pub struct LightRays {
 impl LightRays {
     /// Adds a ray to the sky, in a direction that two `random` numbers choose, if it leaves the surface.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
-        let Asking { path, point, normal, geometric_normal, weight, chances } = *asking;
+        let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
         let (direction, density) = frame.sky.sample(random);
         let by_cosine = cosine_density(normal, direction);
-        if by_cosine <= 0.0 || geometric_normal.dot(direction) <= 0.0 || density <= 0.0 {
+        let leads = by_cosine > 0.0 || coat.is_some();
+        if !leads || geometric_normal.dot(direction) <= 0.0 || density <= 0.0 {
             return;
         }
         let densities = chances.asks_sky * density + chances.goes_on * by_cosine;
-        let light = weight * frame.sky.radiance(direction) * (by_cosine / densities);
+        let radiance = frame.sky.radiance(direction);
+        let mut light = weight * radiance * (by_cosine / densities);
+        if let Some(coat) = coat {
+            light += radiance * coat.reflects(direction, chances.asks_sky * density, 1.0);
+        }
         let origin = off_surface(point, geometric_normal);
         self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, light });
     }
@@ -170,15 +198,17 @@ impl LightRays {
         random: [f32; 3],
         brought: &mut Brought,
     ) {
-        let Asking { path, point, normal, geometric_normal, weight, chances } = *asking;
+        let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
         let Some(place) = frame.emitters.choose(frame.scene, frame.pose, random) else { return };
         let way = place.point - point;
         let squared = way.length_squared();
         let direction = way / squared.sqrt();
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
         // what is not a number leads nowhere
-        let leads =
-            by_cosine > 0.0 && geometric_normal.dot(direction) > 0.0 && cos != 0.0 && squared.is_normal();
+        let leads = (by_cosine > 0.0 || coat.is_some())
+            && geometric_normal.dot(direction) > 0.0
+            && cos != 0.0
+            && squared.is_normal();
         if !leads {
             if !frame.scene.models[place.model as usize].track.is_constant() {
                 brought.until = brought.until.min(frame.first_touch(point, way, 1.0));
@@ -187,7 +217,11 @@ impl LightRays {
         }
         let by_cosine_of_area = by_cosine * cos.abs() / squared;
         let densities = chances.asks_emitter * place.density + chances.goes_on * by_cosine_of_area;
-        let light = weight * place.radiance * (by_cosine_of_area / densities);
+        let mut light = weight * place.radiance * (by_cosine_of_area / densities);
+        if let Some(coat) = coat {
+            let (by_asking, measure) = (chances.asks_emitter * place.density, cos.abs() / squared);
+            light += place.radiance * coat.reflects(direction, by_asking, measure);
+        }
         let origin = off_surface(point, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;

@@ -88,7 +88,10 @@ fn most_is_one(color: Vec3x8) -> Vec3x8 {
 
 /// Whether a surface of this material is what denoisers are told of, and not what is seen by way of it.
 pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
-    frame.depth == 0 || frame.palette.is_diffuse(material) || !frame.palette.goes_on(material)
+    frame.depth == 0
+        || frame.palette.is_diffuse(material)
+        || frame.palette.coats.is_rough(material)
+        || !frame.palette.goes_on(material)
 }
 
 /// Adds what the sample in `cell` shows of `surface` by way of mirrors and glass, which let `weight` of its light through.

@@ -1,5 +1,7 @@
 //! What the cells of a tile show.
 
+use glam::Vec3;
+
 use crate::lanes::{F32x8, Vec3x8};
 use crate::samples::{CELLS, Column};
 
@@ -8,6 +10,15 @@ const MOST_LIGHT: f32 = 1e30;
 
 /// Three columns of a colour. Linear RGB.
 pub type Light = [Column<f32>; 3];
+
+/// A layer of the picture that rays beyond the first surface add to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layer {
+    /// What they bring that bounced off the sample.
+    Reflection,
+    /// What they bring that went through it.
+    Refraction,
+}
 
 /// What the cells of a tile show, by layer of the picture; their sum is the picture.
 #[derive(Debug)]
@@ -93,6 +104,18 @@ impl Radiance {
         if !self.has_secondary {
             self.has_secondary = true;
             (self.reflection, self.refraction) = ([[0.0; CELLS]; 3], [[0.0; CELLS]; 3]);
+        }
+    }
+
+    /// Adds `light` to a cell.
+    #[inline]
+    pub fn add_secondary(&mut self, layer: Layer, cell: usize, light: Vec3) {
+        let layer = match layer {
+            Layer::Reflection => &mut self.reflection,
+            Layer::Refraction => &mut self.refraction,
+        };
+        for (column, light) in layer.iter_mut().zip(light.to_array()) {
+            column[cell] += light;
         }
     }
 

@@ -62,6 +62,7 @@ pub(crate) mod tests {
             samples: 1,
             filter: Filter::Box,
             depth: 4,
+            reflections: 4,
             paths: 0,
             paths_per_frame: 16,
             budget: Budget::None,

@@ -20,8 +20,26 @@ pub struct Material {
     pub shininess: f32,
     /// How light bounces off beside diffuse and highlight.
     pub optics: Optics,
+    /// How a metal-rough surface reflects, in place of `specular` and `shininess`.
+    pub metal_rough: Option<MetalRough>,
     /// map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
+}
+
+/// How a metal-rough surface reflects: diffusely beneath a layer that reflects like glass, or like a metal, or in part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MetalRough {
+    /// Kd: the base colour; Ks of a metal whose Kd is black. Multiplied with the texture where there is one. Metals reflect in
+    /// it, other surfaces scatter it.
+    pub base: Vec3,
+    /// Pr, from 0 to 1.
+    pub roughness: f32,
+    /// Pm, from 0 to 1.
+    pub metallic: f32,
+    /// What the part that is no metal reflects at right angles: by Ni.
+    pub head_on: f32,
+    /// The share `d` of the light that does not pass straight through.
+    pub solid: f32,
 }
 
 /// What a surface does with the ray from the eye.
@@ -62,16 +80,18 @@ impl Material {
             emission: Vec3::ZERO,
             shininess: 1.0,
             optics: Optics::Opaque,
+            metal_rough: None,
             diffuse_map: None,
         }
     }
 
     /// What its texture is multiplied with for the reflectance that a sample keeps: by channel the larger of the
-    /// diffuse and the ambient one, so that both can be had of it where either is 0. Without a texture the
-    /// diffuse one.
+    /// diffuse and the ambient one, so that both can be had of it where either is 0; and not less than the base colour of a
+    /// metal. Without a texture the diffuse one.
     pub fn painted(&self) -> Vec3 {
+        let base = self.metal_rough.map_or(Vec3::ZERO, |metal_rough| metal_rough.base);
         match self.diffuse_map {
-            Some(_) => self.diffuse.max(self.ambient),
+            Some(_) => self.diffuse.max(self.ambient).max(base),
             None => self.diffuse,
         }
     }
@@ -87,6 +107,6 @@ impl Material {
 
     /// Whether what is seen at the surface depends on rays beyond it.
     pub fn has_secondary_rays(&self) -> bool {
-        self.optics != Optics::Opaque
+        self.optics != Optics::Opaque || self.metal_rough.is_some()
     }
 }

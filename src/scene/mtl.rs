@@ -8,11 +8,17 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::lines::{Lines, readable, split_keyword, words};
-use super::material::{LARGEST_COLOR, Optics};
+use super::material::{LARGEST_COLOR, MetalRough, Optics};
 use super::{Material, SceneError};
 
 /// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
+
+/// Pr where a material has Pm alone, as programs with a metal-rough material have it by default.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
+
+/// What a surface that is no metal reflects at right angles, as a fraction, where Ni does not say: an index of 1.5.
+const DEFAULT_HEAD_ON: f32 = 0.04;
 
 /// What a file states of one material. Absent values are not the defaults: which those are depends on
 /// other values.
@@ -31,6 +37,8 @@ pub(crate) struct MtlMaterial {
     pub d: Option<f32>,
     pub tr: Option<f32>,
     pub illum: Option<u32>,
+    pub pr: Option<f32>,
+    pub pm: Option<f32>,
     pub map_kd: Option<MapKd>,
 }
 
@@ -60,6 +68,8 @@ pub(crate) struct MtlFile {
     pub materials: Vec<MtlMaterial>,
     /// Values that make no sense: the line, and what was done about it.
     pub oddities: Vec<(usize, String)>,
+    /// The first picture of roughness or of metal: its line and the statement. They are not used.
+    pub unused_map: Option<(usize, &'static str)>,
 }
 
 /// Reads the MTL file at `path`.
@@ -76,7 +86,7 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
 /// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
 /// statement is passed over.
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
-    let MtlFile { mut materials, mut oddities } = MtlFile::default();
+    let MtlFile { mut materials, mut oddities, mut unused_map } = MtlFile::default();
     for (number, line) in Lines::new(text) {
         let (keyword, rest) = split_keyword(&line);
         if keyword.eq_ignore_ascii_case(b"newmtl") {
@@ -84,13 +94,18 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
+            match keyword.as_str() {
+                "map_pr" => unused_map = unused_map.or(Some((number, "map_Pr"))),
+                "map_pm" => unused_map = unused_map.or(Some((number, "map_Pm"))),
+                _ => {}
+            }
             let mut replaced = None;
             let taken = statement(material, &keyword, rest, number, &mut replaced);
             let passed_over = taken.err().map(|fault| format!("{fault}; the statement is passed over"));
             oddities.extend(passed_over.or(replaced).map(|message| (number, message)));
         }
     }
-    MtlFile { materials, oddities }
+    MtlFile { materials, oddities, unused_map }
 }
 
 /// Takes one statement. Where a number was replaced, `replaced` says so.
@@ -112,6 +127,8 @@ fn statement(
         "d" => material.d = Some(number("d", rest, replaced)?),
         "tr" => material.tr = Some(number("Tr", rest, replaced)?),
         "illum" => material.illum = Some(illumination(rest)?),
+        "pr" => material.pr = Some(share("Pr", rest, replaced)?),
+        "pm" => material.pm = Some(share("Pm", rest, replaced)?),
         "map_kd" => material.map_kd = texture(&String::from_utf8_lossy(rest), line),
         _ => {}
     }
@@ -140,6 +157,15 @@ fn color(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<Option
 fn number(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
     let word = words(rest).find(|word| *word != b"-halo").ok_or_else(|| format!("`{key}` takes a number"))?;
     value(key, word, replaced)
+}
+
+/// A number from 0 to 1.
+fn share(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
+    let value = number(key, rest, replaced)?;
+    if value > 1.0 {
+        *replaced = Some(format!("`{key}` is {value}: it must be from 0 to 1; 1 is taken"));
+    }
+    Ok(value.min(1.0))
 }
 
 fn value(key: &str, word: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
@@ -266,6 +292,8 @@ impl MtlMaterial {
         self.d = other.d.or(self.d);
         self.tr = other.tr.or(self.tr);
         self.illum = other.illum.or(self.illum);
+        self.pr = other.pr.or(self.pr);
+        self.pm = other.pm.or(self.pm);
         self.map_kd = other.map_kd.clone().or(self.map_kd.take());
     }
 
@@ -273,8 +301,14 @@ impl MtlMaterial {
     pub fn settle(&self) -> Material {
         let illum = self.illum.unwrap_or(2);
         let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
+        let is_metal_rough = self.is_metal_rough(illum, solid);
+        // of glass and mirrors metal-rough materials know coverage alone
+        let illum = if is_metal_rough { 2 } else { illum };
         let (optics, share) = self.optics(illum, solid);
         let kd = self.kd.unwrap_or_else(|| self.default_diffuse(&optics));
+        if is_metal_rough {
+            return self.settle_metal_rough(kd, optics, share);
+        }
         let highlight = if illum < 2 { Vec3::ZERO } else { self.ks.unwrap_or(Vec3::ZERO) };
         Material {
             name: self.name.clone(),
@@ -284,6 +318,36 @@ impl MtlMaterial {
             emission: self.ke.unwrap_or(Vec3::ZERO),
             shininess: self.ns.unwrap_or(1.0).clamp(1.0, HIGHEST_SHININESS),
             optics,
+            metal_rough: None,
+            diffuse_map: None,
+        }
+    }
+
+    /// Whether it states roughness or metal. Glass stays glass: exporters state both of everything.
+    fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
+        let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
+        (self.pr.is_some() || self.pm.is_some()) && !is_glass
+    }
+
+    fn settle_metal_rough(&self, kd: Vec3, optics: Optics, solid: f32) -> Material {
+        let (roughness, metallic) = (self.pr.unwrap_or(DEFAULT_ROUGHNESS), self.pm.unwrap_or(0.0));
+        // Fresnel's equations at right angles. Files write a Ni of 1, or 0, for "not known"
+        let head_on = |index: f32| ((index - 1.0) / (index + 1.0)).powi(2);
+        let head_on = self.ni.filter(|ni| *ni > 1.0).map_or(DEFAULT_HEAD_ON, head_on);
+        // some files leave Kd black, because metals scatter no light, and give their colour as that of highlights
+        let base = match self.ks {
+            Some(ks) if metallic > 0.0 && kd == Vec3::ZERO => ks,
+            _ => kd,
+        };
+        Material {
+            name: self.name.clone(),
+            diffuse: kd * (1.0 - metallic) * solid,
+            ambient: self.ka.unwrap_or(kd) * solid,
+            specular: Vec3::ZERO,
+            emission: self.ke.unwrap_or(Vec3::ZERO),
+            shininess: 1.0,
+            optics,
+            metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
             diffuse_map: None,
         }
     }
@@ -373,6 +437,56 @@ mod tests {
     }
 
     #[test]
+    fn roughness_or_metal_make_a_metal_rough_material() {
+        let surface = |statements: &str| settled(statements).metal_rough;
+        assert_eq!(surface("Kd 1 0 0\nKs 1 1 1\nNs 9"), None);
+        let plain = MetalRough {
+            base: Vec3::new(0.5, 0.25, 0.0),
+            roughness: 0.3,
+            metallic: 0.0,
+            head_on: 0.04,
+            solid: 1.0,
+        };
+        assert_eq!(surface("Kd .5 .25 0\nPr .3"), Some(plain));
+        assert_eq!(surface("Kd .5 .25 0\nPm 0"), Some(MetalRough { roughness: 0.5, ..plain }));
+        for unknown in ["Ni 1", "Ni 0"] {
+            assert_eq!(surface(&format!("Kd .5 .25 0\nPr .3\n{unknown}")), Some(plain), "{unknown}");
+        }
+        let water = surface("Kd .5 .25 0\nPr .3\nNi 1.33").unwrap().head_on;
+        assert!((water - 0.0201).abs() < 1e-4, "{water}");
+        // metals reflect in their colour, and scatter nothing; models of illumination do not count
+        let metal = settled("Kd .5 .25 0\nKs .5 .5 .5\nPr .3\nPm .75\nillum 3");
+        assert_eq!(metal.metal_rough, Some(MetalRough { metallic: 0.75, ..plain }));
+        assert_eq!((metal.diffuse, metal.specular), (Vec3::new(0.125, 0.0625, 0.0), Vec3::ZERO));
+        assert_eq!((metal.ambient, metal.optics), (plain.base, Optics::Opaque));
+        assert!(metal.has_secondary_rays() && metal.casts_shadow());
+        let black = settled("Kd 0 0 0\nKs .7 .6 .5\nPr .3\nPm 1");
+        assert_eq!(
+            black.metal_rough.unwrap().base,
+            Vec3::new(0.7, 0.6, 0.5),
+            "its colour is that of highlights"
+        );
+        assert_eq!(
+            (black.diffuse, settled("Kd 0\nKs 1\nPr .3").metal_rough.unwrap().base),
+            (Vec3::ZERO, Vec3::ZERO)
+        );
+        // alpha is coverage
+        let veil = settled("Kd .5 .25 0\nPr .3\nNi 1.5\nd .25\nillum 9");
+        assert_eq!(veil.optics, glass(0.75, 1.0, Vec3::ZERO));
+        assert_eq!((veil.diffuse, veil.metal_rough.unwrap().solid), (plain.base * 0.25, 0.25));
+        // and glass is glass
+        let pane = settled("Ks 1\nPr .3\nPm 0\nNi 1.5\nillum 7");
+        assert_eq!((pane.optics, pane.metal_rough), (glass(1.0, 1.5, Vec3::ONE), None));
+    }
+
+    #[test]
+    fn pictures_of_roughness_are_told_once() {
+        let file = parse(b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\n");
+        assert_eq!((file.unused_map, file.oddities.len()), (Some((3, "map_Pm")), 0));
+        assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused_map, None);
+    }
+
+    #[test]
     fn filters_tint_what_comes_through() {
         let Optics::Glass { transmission, .. } = settled("Tf 1 .5 0\nd .5\nillum 7").optics else {
             unreachable!("glass by its model")
@@ -429,6 +543,9 @@ mod tests {
             ("Ni -1", "`Ni` is `-1`: it must be a finite number, not negative; 1 is taken"),
             ("Kd 0.5 -0.1 1", "`Kd` is `-0.1`: it must be a finite number, not negative; 0 is taken"),
             ("d -1", "`d` is `-1`: it must be a finite number, not negative; 0 is taken"),
+            ("Pr -0.5", "`Pr` is `-0.5`: it must be a finite number, not negative; 0 is taken"),
+            ("Pr 1.5", "`Pr` is 1.5: it must be from 0 to 1; 1 is taken"),
+            ("Pm 100", "`Pm` is 100: it must be from 0 to 1; 1 is taken"),
             ("Ke 1 7e4 0", "`Ke` is 70000, but at most 65504 can be kept; that is taken"),
         ] {
             let file = parse(format!("newmtl m\n\n{statement}").as_bytes());
@@ -453,6 +570,9 @@ mod tests {
             "illum 1.5",
             "illum",
             "Ni",
+            "Pr nan",
+            "Pm rough",
+            "Pr",
         ] {
             let file = parse(format!("newmtl m\n\n{bad}").as_bytes());
             let key = bad.split(' ').next().unwrap();

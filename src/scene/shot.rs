@@ -19,7 +19,9 @@ use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
 use crate::layers::Layers;
-use crate::settings::{Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_PATHS, MOST_SAMPLES, Settings};
+use crate::settings::{
+    Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
+};
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -165,6 +167,12 @@ fn render(
         samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
         depth: whole("depth", &table.depth, default.depth, 0..65)?,
+        reflections: whole(
+            "reflections",
+            &table.reflections,
+            default.reflections,
+            0..i64::from(MOST_REFLECTIONS) + 1,
+        )?,
         paths: whole("paths", &indirect.paths, default.paths, 0..i64::from(MOST_PATHS) + 1)?,
         paths_per_frame: whole(
             "paths_per_frame",
@@ -285,6 +293,8 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         ni: number("ni", &table.ni, "from 0 to 100", 100.0)?,
         d: number("d", &table.d, "from 0 (clear) to 1 (solid)", 1.0)?,
         illum,
+        pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
+        pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
         map_kd: table.map_kd.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map))),
         ..MtlMaterial::default()
     };

@@ -46,6 +46,7 @@ pub(crate) struct RenderTable {
     #[serde(default)]
     pub filter: Filter,
     pub depth: Option<At<i64>>,
+    pub reflections: Option<At<i64>>,
     pub base_every: Option<At<i64>>,
     #[serde(default)]
     pub mode: Mode,
@@ -219,6 +220,8 @@ pub(crate) struct MaterialTable {
     pub ni: Option<At<f64>>,
     pub d: Option<At<f64>>,
     pub illum: Option<At<i64>>,
+    pub pr: Option<At<f64>>,
+    pub pm: Option<At<f64>>,
     pub map_kd: Option<At<String>>,
 }
 

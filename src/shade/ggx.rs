@@ -137,6 +137,20 @@ pub fn reflected_lanes(
     is_above.select3(color * shape, Vec3x8::ZERO)
 }
 
+/// [`density`] for eight surfaces, in world space.
+#[inline(always)]
+pub fn density_lanes(alpha: F32x8, normal: Vec3x8, to_eye: Vec3x8, to_light: Vec3x8) -> F32x8 {
+    let (of_eye, of_light) = (normal.dot(to_eye), normal.dot(to_light));
+    let half = (to_eye + to_light).normalize();
+    let (up, aside) = (normal.dot(half), normal.cross(half));
+    let square = alpha * alpha;
+    let spread = square * up * up + aside.dot(aside);
+    let stretched = (square + (F32x8::ONE - square) * of_eye * of_eye).sqrt();
+    let below = spread * spread * F32x8::splat(2.0) * (of_eye + stretched);
+    let is_above = of_eye.gt(F32x8::ZERO) & of_light.gt(F32x8::ZERO);
+    is_above.select(square * F32x8::splat(FRAC_1_PI) / below, F32x8::ZERO)
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -301,6 +315,9 @@ mod tests {
                 let all = [head_on].map(Vec3x8::splat)[0];
                 let got =
                     reflected_lanes(F32x8::splat(alpha), all, turned(Vec3::Z), turned(eye), turned(light));
+                let dense = density_lanes(F32x8::splat(alpha), turned(Vec3::Z), turned(eye), turned(light));
+                let wanted_density = density(alpha, eye, light);
+                assert!((dense.lane(1) - wanted_density).abs() <= 1e-3 * wanted_density, "{alpha} {a} {b}");
                 let slack = 1e-3 * wanted.max_element();
                 assert!(
                     (got.lane(5) - wanted).abs().max_element() <= slack,

@@ -1,6 +1,7 @@
 //! Pure functions from surfaces and lights to colours. No ray is traced here.
 
 pub mod area;
+pub mod coat;
 pub mod emitters;
 pub mod ggx;
 pub mod light;

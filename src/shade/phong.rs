@@ -7,6 +7,7 @@ use glam::Vec3;
 use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::{Material, Scene};
 
+use super::coat::Coats;
 use super::light::LightSample;
 
 /// What lighting needs to know of a material.
@@ -35,6 +36,8 @@ pub struct Palette {
     paints: Vec<Paint>,
     /// Whether the reflectance that samples keep is the diffuse one for all materials.
     all_diffuse: bool,
+    /// The layers of those that are metal-rough.
+    pub coats: Coats,
 }
 
 /// How eight surfaces reflect a light's highlight.
@@ -53,12 +56,13 @@ pub struct Gloss {
 impl Palette {
     /// All materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
-        Self::new(scene.materials.iter().map(|material| paint(material, scene.ambient)).collect())
+        let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
+        Self { coats: Coats::of(&scene.materials), ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
         let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
-        Self { paints, all_diffuse }
+        Self { paints, all_diffuse, coats: Coats::default() }
     }
 
     /// Diffuse reflectance, of the reflectance that is kept.

@@ -61,9 +61,11 @@ impl Tracer for Timed<'_> {
         coherence: Coherence,
         blocked: &mut [u16],
     ) {
-        let kind = match purpose {
-            Purpose::Sight => &self.verification,
-            Purpose::Shadow => &self.shadow,
+        let kind = match (purpose, coherence) {
+            // to the sky, off rough surfaces
+            (Purpose::Sight, Coherence::Incoherent) => &self.bounced,
+            (Purpose::Sight, _) => &self.verification,
+            (Purpose::Shadow, _) => &self.shadow,
         };
         clocked(kind, || self.tracer.blocked(rays, by, purpose, coherence, blocked));
     }
