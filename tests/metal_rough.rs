@@ -5,6 +5,7 @@ mod toy;
 use std::f32::consts::{PI, TAU};
 
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::scene::environment::Sky;
 use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
@@ -424,4 +425,19 @@ fn what_is_kept_does_not_depend_on_the_eye() {
         assert_eq!(differing(&finished), 0);
         assert!(finished.stats.rays.gathering * 5 < base, "frame {frame}");
     }
+}
+
+/// What lies beneath a layer is dimmed in all layers of the picture that tell of it.
+#[test]
+fn the_parts_of_diffuse_light_add_up() {
+    let layers = Layers::parse("diffuse,direct,indirect,emission,sky").expect("they are there");
+    let finished = first(&rough_world(), &Settings { paths: 3, layers, ..settings(3) });
+    let whole = mean_of(&finished, ["diffuse.R", "diffuse.G", "diffuse.B"]);
+    let parts = ["direct", "indirect", "emission", "sky"];
+    let part = |part: &str| {
+        mean_of(&finished, ["R", "G", "B"].map(|of| format!("{part}.{of}")).each_ref().map(String::as_str))
+    };
+    let sum: Vec3 = parts.into_iter().map(part).sum();
+    assert!(part("emission").x > 1e-4 && part("indirect").x > 1e-3, "or it is too dark to tell: {sum}");
+    assert!((sum / whole - Vec3::ONE).abs().max_element() < 2e-3, "{sum}, {whole}");
 }
