@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     let reference = [before?, after?];
     drop(renderer);
 
-    let line = "| frames                        | seconds | over full | relative MSE | over full | temporal | over full | B/sample |";
+    let line = "| frames                         | seconds | over full | relative MSE | over full | temporal | over full | B/sample |";
     println!("{line}\n{}", line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect::<String>());
     let mut rows: Vec<Row> = Vec::new();
     for contestant in contestants(&settings) {
@@ -98,7 +98,15 @@ fn contestants(settings: &Settings) -> Vec<Contestant> {
         },
         Contestant {
             name: "inferred, 4x4, 4 to 64 paths",
-            settings: Settings { samples: 4, paths: 64, paths_per_frame: 4, ..filled },
+            settings: Settings { samples: 4, paths: 64, paths_per_frame: 4, ..filled.clone() },
+        },
+        Contestant {
+            name: "inferred, 6x6, 1 to 16 paths",
+            settings: Settings { samples: 6, paths: 16, paths_per_frame: 1, ..filled.clone() },
+        },
+        Contestant {
+            name: "inferred, 8x8, 1 to 8 paths",
+            settings: Settings { samples: 8, paths: 8, paths_per_frame: 1, ..filled },
         },
     ]
 }
@@ -186,7 +194,7 @@ impl Row {
     fn text(&self, full: &Self) -> String {
         let Self { name, seconds, relative_mse, temporal, bytes_per_sample } = self;
         format!(
-            "| {name:<29} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
+            "| {name:<30} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
              {bytes_per_sample:8.0} |",
             seconds / full.seconds,
             relative_mse / full.relative_mse,
