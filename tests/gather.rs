@@ -79,7 +79,7 @@ fn a_floor_under_a_sky_is_as_bright_as_the_sky_says() {
         for (i, j) in (0..STEPS).flat_map(|i| (0..STEPS / 4).map(move |j| (i, j))) {
             let (turn, up) = ((i as f32 + 0.5) / STEPS as f32, (j as f32 + 0.5) / (STEPS / 4) as f32);
             let ((sin, cos), across) = ((TAU * turn).sin_cos(), (1.0 - up * up).sqrt());
-            from_grid += environment.grid_radiance(Vec3::new(across * sin, up, across * cos)) * up;
+            from_grid += environment.grid_light(Vec3::new(across * sin, up, across * cos)).radiance * up;
         }
         let expected = 0.5 * (sun + from_grid * TAU / (STEPS * STEPS / 4) as f32) / PI;
         scene.environment = Some(environment);

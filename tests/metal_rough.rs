@@ -157,7 +157,7 @@ fn a_metal_floor_reflects_the_sky_as_its_integral_says() {
             let (turn, up) = ((i as f32 + 0.5) / STEPS as f32, (j as f32 + 0.5) / (STEPS / 4) as f32);
             let ((sin, cos), across) = ((TAU * turn).sin_cos(), (1.0 - up * up).sqrt());
             let direction = Vec3::new(across * sin, up, across * cos);
-            from_grid += environment.grid_radiance(direction) * light(direction);
+            from_grid += environment.grid_light(direction).radiance * light(direction);
         }
         let expected = sun + from_grid * TAU / (STEPS * STEPS / 4) as f32;
         scene.environment = Some(environment);

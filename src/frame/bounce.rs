@@ -87,11 +87,14 @@ impl Bounce {
         Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
     }
 
-    /// The weight of the sky where it finds that, by the balance heuristic.
-    fn weight_of_sky(&self, frame: &FrameView) -> f32 {
-        match self.density {
-            Some(density) if self.asked_sky => density / (density + frame.sky.pdf(self.direction)),
-            _ => 1.0,
+    /// What it brings of the sky where it finds that, weighed by the balance heuristic.
+    fn light_of_sky(&self, frame: &FrameView) -> Vec3 {
+        match self.density.filter(|_| self.asked_sky) {
+            Some(density) => {
+                let light = frame.sky.light(self.direction);
+                light.radiance * (density / (density + light.pdf))
+            }
+            None => frame.sky.radiance(self.direction),
         }
     }
 
@@ -227,11 +230,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
             let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
             let of_lights: Vec3 = of_lights.map(|glow| glow.radiance * bounce.weight_of_light(&glow)).sum();
-            let of_sky = if is_hit {
-                Vec3::ZERO
-            } else {
-                frame.sky.radiance(bounce.direction) * bounce.weight_of_sky(frame)
-            };
+            let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
             if !is_hit || of_lights != Vec3::ZERO {
                 add(radiance, bounce, of_lights + of_sky);
             }

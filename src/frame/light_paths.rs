@@ -215,8 +215,7 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
                 brought.radiance += ray.weight * of_lights;
             }
             if !is_hit {
-                let weight = ray.chances.of_path_to_sky(frame, ray.normal, ray.direction);
-                brought.radiance += ray.weight * frame.sky.radiance(ray.direction) * weight;
+                brought.radiance += ray.weight * ray.chances.of_sky(frame, ray.normal, ray.direction);
             }
         }
     }

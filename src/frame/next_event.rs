@@ -12,6 +12,7 @@ use super::frame_view::FrameView;
 use super::lighting::lights_passed;
 use super::path_ends::{Brought, PathStart};
 use super::ray_tally::RayTally;
+use crate::scene::LightFrom;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
 use crate::shade::coat::SeenCoat;
@@ -46,13 +47,14 @@ impl Chances {
         }
     }
 
-    /// The weight of the sky in `direction` where a path finds it that left a surface with this `normal`.
-    pub fn of_path_to_sky(self, frame: &FrameView, normal: Vec3, direction: Vec3) -> f32 {
+    /// What a path brings of the sky that leaves a surface with this `normal` in this `direction`.
+    pub fn of_sky(self, frame: &FrameView, normal: Vec3, direction: Vec3) -> Vec3 {
         if self.asks_sky == 0.0 {
-            return 1.0;
+            return frame.sky.radiance(direction);
         }
+        let light = frame.sky.light(direction);
         let by_path = self.goes_on * cosine_density(normal, direction);
-        by_path / (by_path + self.asks_sky * frame.sky.pdf(direction))
+        light.radiance * (by_path / (by_path + self.asks_sky * light.pdf))
     }
 
     /// Whether all light of the shot's lights is summed where the path left.
@@ -173,17 +175,20 @@ impl LightRays {
     /// Adds a ray to the sky, in a direction that two `random` numbers choose, if it leaves the surface.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let (direction, density) = frame.sky.sample(random);
+        let direction = frame.sky.sample(random);
         let by_cosine = cosine_density(normal, direction);
         let leads = by_cosine > 0.0 || coat.is_some();
-        if !leads || geometric_normal.dot(direction) <= 0.0 || density <= 0.0 {
+        if !leads || geometric_normal.dot(direction) <= 0.0 {
             return;
         }
-        let densities = chances.asks_sky * density + chances.goes_on * by_cosine;
-        let radiance = frame.sky.radiance(direction);
+        let LightFrom { radiance, pdf } = frame.sky.light(direction);
+        if pdf <= 0.0 {
+            return;
+        }
+        let densities = chances.asks_sky * pdf + chances.goes_on * by_cosine;
         let mut light = weight * radiance * (by_cosine / densities);
         if let Some(coat) = coat {
-            light += radiance * coat.reflects(direction, chances.asks_sky * density, 1.0);
+            light += radiance * coat.reflects(direction, chances.asks_sky * pdf, 1.0);
         }
         let origin = off_surface(point, geometric_normal);
         self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, light });

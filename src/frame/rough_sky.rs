@@ -13,6 +13,7 @@ use super::frame_view::FrameView;
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::radiance::{Layer, Radiance};
 use super::ray_tally::RayTally;
+use crate::scene::LightFrom;
 use crate::shade::Surface;
 use crate::shade::coat::SeenCoat;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
@@ -57,12 +58,16 @@ impl RoughSky {
         if seen.is_smooth() || !frame.sky.is_uneven() {
             return;
         }
-        let (direction, by_sky) = frame.sky.sample(random);
-        if surface.geometric_normal.dot(direction) <= 0.0 || by_sky <= 0.0 {
+        let direction = frame.sky.sample(random);
+        if surface.geometric_normal.dot(direction) <= 0.0 {
+            return;
+        }
+        let LightFrom { radiance, pdf } = frame.sky.light(direction);
+        if pdf <= 0.0 {
             return;
         }
         let (reflected, by_roughness) = seen.towards(direction);
-        let light = weight * reflected * frame.sky.radiance(direction) / (by_sky + by_roughness);
+        let light = weight * reflected * radiance / (pdf + by_roughness);
         if light.max_element() >= LEAST_LIGHT {
             self.waiting.push(SkyRay { cell, layer, origin: surface.leave(direction), direction, light });
         }

@@ -38,7 +38,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 pub use camera::CameraTrack;
-pub use environment::Environment;
+pub use environment::{Environment, LightFrom};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
 pub use light::{Light, LightKind};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::{Background, Environment, Scene};
+use crate::scene::{Background, Environment, LightFrom, Scene};
 
 /// The sky of a scene: its environment, or else its background.
 #[derive(Debug, Clone)]
@@ -55,15 +55,19 @@ impl SkyLight {
         self.environment.as_ref().filter(|_| self.shines()).map_or(0, |environment| environment.samples)
     }
 
-    /// A direction (world space, unit length) in proportion to the light from there, and its density in solid angle.
+    /// A direction (world space, unit length) in proportion to the light from there.
     #[inline]
-    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
-        self.sampled.as_ref().map_or((Vec3::Y, 0.0), |sky| sky.sample(random))
+    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
+        self.sampled.as_ref().map_or(Vec3::Y, |sky| sky.sample(random))
     }
 
-    /// The density with which [`sample`](Self::sample) gives `direction`.
+    /// What comes from `direction`, and the density with which [`sample`](Self::sample) gives that.
     #[inline]
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        self.sampled.as_ref().map_or(0.0, |sky| sky.pdf(direction))
+    pub fn light(&self, direction: Vec3) -> LightFrom {
+        let light = self.sampled.as_ref().map_or(LightFrom::NONE, |sky| sky.light(direction));
+        match &self.environment {
+            Some(_) => light,
+            None => LightFrom { radiance: self.background.radiance(direction), ..light },
+        }
     }
 }

@@ -10,6 +10,7 @@ use std::fmt;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::LightFrom;
 use super::picture_error::PictureError;
 
 /// Of all samples, about this share is spread evenly over what is not black. So a step of a cumulative distribution
@@ -30,22 +31,32 @@ pub(super) struct Grid {
     height: usize,
     /// Three values each, row by row from the top.
     texels: Vec<f32>,
-    /// Probability of each row and all above it; the last is exactly 1.
-    rows: Vec<f32>,
-    /// Row by row: probability within it of each column and all to the left; the last of a row is exactly 1.
-    columns: Vec<f32>,
+    /// Of the rows.
+    rows: Steps,
+    /// Of the columns within each row.
+    columns: Vec<Steps>,
     /// Cosines of the angles to +Y of the edges of rows, from 1 to -1: one more than there are rows.
     edges: Vec<f64>,
     /// Integral over the sphere of the mean of red, green and blue.
     power: f64,
 }
 
-/// One step of a cumulative distribution.
+/// A cumulative distribution in steps.
+#[derive(Clone, PartialEq)]
+struct Steps {
+    /// Probability of each step and all before it; the last is exactly 1.
+    ends: Vec<f32>,
+    /// The first step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends there (Chen and
+    /// Asau, "On Generating Random Variates from an Empirical Distribution", 1974). A power of two of them, and one: a
+    /// random number times that power is not rounded.
+    guide: Vec<u32>,
+}
+
+/// What was found in it.
 struct Step {
     index: usize,
     /// Where in the step: 0 to 1.
     within: f32,
-    probability: f32,
 }
 
 impl Grid {
@@ -57,15 +68,13 @@ impl Grid {
         check(width, height, &texels)?;
         let (width, height) = (width as usize, height as usize);
         let edges: Vec<f64> = (0..=height).map(|edge| (PI * edge as f64 / height as f64).cos()).collect();
-        let mut columns = vec![0.0; width * height];
-        let sums: Vec<f64> = columns
-            .par_chunks_mut(width)
-            .enumerate()
-            .map_init(Vec::new, |weights, (row, columns)| {
+        let (columns, sums): (Vec<Steps>, Vec<f64>) = (0..height)
+            .into_par_iter()
+            .map_init(Vec::new, |weights, row| {
                 interpolated_means(&texels, width, row, height, weights);
-                accumulate(weights, EVEN_SHARE, columns)
+                Steps::of(weights, EVEN_SHARE)
             })
-            .collect();
+            .unzip();
         let areas = edges.windows(2).map(|edges| (edges[0] - edges[1]) * TAU / width as f64);
         let mut weights: Vec<f64> = sums.iter().zip(areas.clone()).map(|(sum, area)| sum * area).collect();
         let power = weights.iter().sum();
@@ -74,8 +83,7 @@ impl Grid {
             // a black grid is sampled evenly over the sphere
             (weights, even_share) = (areas.collect(), 0.0);
         }
-        let mut rows = vec![0.0; height];
-        accumulate(&weights, even_share, &mut rows);
+        let (rows, _) = Steps::of(&weights, even_share);
         Ok(Self { width, height, texels, rows, columns, edges, power })
     }
 
@@ -89,9 +97,8 @@ impl Grid {
         self.power
     }
 
-    /// Radiance from `direction`.
-    pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let [x, y] = self.place(direction);
+    /// Radiance from a place, in texels from the left and from the top.
+    fn radiance_at(&self, [x, y]: [f32; 2]) -> Vec3 {
         let (x, y) = (x - 0.5, y - 0.5);
         let (left, top) = (x.floor(), y.floor());
         let column = |column: f32| (column as i64).rem_euclid(self.width as i64) as usize;
@@ -104,26 +111,33 @@ impl Grid {
         upper.lerp(lower, down).min(Vec3::MAX)
     }
 
-    /// A direction (unit length), and its probability density in solid angle, which is positive. `random`: two
-    /// numbers from 0 to 1; the first picks the column, the second the row.
-    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
-        let row = find(&self.rows, random[1]);
-        let column = find(self.columns_of(row.index), random[0]);
+    /// A direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the second the row.
+    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
+        let row = self.rows.find(random[1]);
+        let column = self.columns[row.index].find(random[0]);
         // in doubles: near a pole the cosine is too close to 1 for floats
         let [top, bottom] = [self.edges[row.index], self.edges[row.index + 1]];
         let y = top + (bottom - top) * f64::from(row.within);
         let radius = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
         let u = (column.index as f64 + f64::from(column.within)) / self.width as f64;
-        let (sin, cos) = (TAU * (u - 0.5)).sin_cos();
-        let direction = Vec3::new((radius * sin) as f32, y as f32, (-radius * cos) as f32);
-        (direction, self.density(row.index, row.probability, column.probability))
+        let (sin, cos) = ((TAU * (u - 0.5)) as f32).sin_cos();
+        let radius = radius as f32;
+        Vec3::new(radius * sin, y as f32, -radius * cos)
     }
 
-    /// Probability density with which [`Self::sample`] gives `direction`, in solid angle.
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let [x, y] = self.place(direction);
+    /// Radiance from `direction`, and the probability density with which [`Self::sample`] gives it, in solid angle.
+    pub fn light(&self, direction: Vec3) -> LightFrom {
+        let place = self.place(direction);
+        LightFrom { radiance: self.radiance_at(place), pdf: self.pdf_at(place) }
+    }
+
+    /// Density of the direction to a place, in texels from the left and from the top.
+    fn pdf_at(&self, [x, y]: [f32; 2]) -> f32 {
         let (column, row) = ((x as usize) % self.width, (y as usize).min(self.height - 1));
-        self.density(row, step(&self.rows, row), step(self.columns_of(row), column))
+        let of_cell =
+            f64::from(self.rows.probability(row)) * f64::from(self.columns[row].probability(column));
+        let solid_angle = (self.edges[row] - self.edges[row + 1]) * TAU / self.width as f64;
+        (of_cell / solid_angle) as f32
     }
 
     /// Where `direction` (any length) falls, in texels from the left and from the top.
@@ -137,16 +151,6 @@ impl Grid {
 
     fn texel(&self, column: usize, row: usize) -> Vec3 {
         Vec3::from_slice(&self.texels[3 * (row * self.width + column)..])
-    }
-
-    fn columns_of(&self, row: usize) -> &[f32] {
-        &self.columns[row * self.width..][..self.width]
-    }
-
-    /// Density in a cell of `row`, given the probability of the row, and of the cell within it.
-    fn density(&self, row: usize, of_row: f32, of_column: f32) -> f32 {
-        let cell = (self.edges[row] - self.edges[row + 1]) * TAU / self.width as f64;
-        (f64::from(of_row) * f64::from(of_column) / cell) as f32
     }
 }
 
@@ -190,36 +194,57 @@ fn interpolated_means(texels: &[f32], width: usize, row: usize, height: usize, m
     }));
 }
 
-/// Makes `steps` the cumulative distribution that is proportional to `weights`, but for `even_share` that all which
-/// are not 0 have alike; an even one if all are 0. Returns the sum of the weights.
-fn accumulate(weights: &[f64], even_share: f64, steps: &mut [f32]) -> f64 {
-    let sum: f64 = weights.iter().sum();
-    let even = if sum == 0.0 { 1.0 } else { even_share * sum / weights.len() as f64 };
-    let raised = |weight: f64| if weight > 0.0 || sum == 0.0 { weight + even } else { 0.0 };
-    // summed in the same order as below: the last quotient is that of equal numbers
-    let total = weights.iter().fold(0.0, |total, weight| total + raised(*weight));
-    let mut below = 0.0;
-    for (step, weight) in steps.iter_mut().zip(weights) {
-        below += raised(*weight);
-        *step = (below / total) as f32;
+impl Steps {
+    /// The distribution that is proportional to `weights`, but for `even_share` that all which are not 0 have alike; an even one
+    /// if all are 0. With the sum of the weights.
+    fn of(weights: &[f64], even_share: f64) -> (Self, f64) {
+        let sum: f64 = weights.iter().sum();
+        let even = if sum == 0.0 { 1.0 } else { even_share * sum / weights.len() as f64 };
+        let raised = |weight: f64| if weight > 0.0 || sum == 0.0 { weight + even } else { 0.0 };
+        // summed in the same order as below: the last quotient is that of equal numbers
+        let total = weights.iter().fold(0.0, |total, weight| total + raised(*weight));
+        let below = weights.iter().scan(0.0, |below, weight| {
+            *below += raised(*weight);
+            Some((*below / total) as f32)
+        });
+        (Self::ending(below.collect()), sum)
     }
-    sum
-}
 
-/// The step of a cumulative distribution that `random` falls into: one of positive probability, whatever `random` is.
-fn find(steps: &[f32], random: f32) -> Step {
-    // 0 for NaN
-    let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
-    // exists: the last step ends at 1
-    let index = steps.partition_point(|end| *end <= random);
-    let begin = if index == 0 { 0.0 } else { steps[index - 1] };
-    let probability = steps[index] - begin;
-    Step { index, within: (random - begin) / probability, probability }
-}
+    fn ending(ends: Vec<f32>) -> Self {
+        // for two steps one, which costs an eighth of what the steps and texels take
+        let parts = (ends.len().next_power_of_two() / 2).max(1);
+        let mut first = 0;
+        let guide = (0..=parts).map(|part| {
+            let above = part as f32 / parts as f32;
+            while first + 1 < ends.len() && ends[first] <= above {
+                first += 1;
+            }
+            first as u32
+        });
+        let guide = guide.collect();
+        Self { ends, guide }
+    }
 
-/// Probability of step `index`.
-fn step(steps: &[f32], index: usize) -> f32 {
-    if index == 0 { steps[0] } else { steps[index] - steps[index - 1] }
+    /// The step that `random` falls into: one of positive probability, whatever `random` is.
+    fn find(&self, random: f32) -> Step {
+        // 0 for NaN
+        let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
+        let part = (random * (self.guide.len() - 1) as f32) as usize;
+        let [first, last] = [self.guide[part], self.guide[part + 1]].map(|step| step as usize);
+        // exists: the last step ends at 1
+        let index = first + self.ends[first..=last].partition_point(|end| *end <= random);
+        Step { index, within: (random - self.begin(index)) / self.probability(index) }
+    }
+
+    /// Probability of all before step `index`.
+    fn begin(&self, index: usize) -> f32 {
+        if index == 0 { 0.0 } else { self.ends[index - 1] }
+    }
+
+    /// Of step `index`.
+    fn probability(&self, index: usize) -> f32 {
+        self.ends[index] - self.begin(index)
+    }
 }
 
 #[cfg(test)]
@@ -250,27 +275,24 @@ mod tests {
         let mut dim = vec![1e-30; 32_768];
         dim[7] = 1e30;
         dim[9] = 0.0;
-        let mut steps = vec![0.0; dim.len()];
-        accumulate(&dim, EVEN_SHARE, &mut steps);
-        assert_eq!(steps.last(), Some(&1.0));
+        let (steps, _) = Steps::of(&dim, EVEN_SHARE);
+        assert_eq!(steps.ends.last(), Some(&1.0));
         for index in (0..dim.len()).filter(|index| *index != 9) {
-            assert!(step(&steps, index) > 0.0, "{index}");
+            assert!(steps.probability(index) > 0.0, "{index}");
         }
-        assert_eq!(step(&steps, 9), 0.0);
-        assert!(step(&steps, 7) > 0.97);
+        assert_eq!(steps.probability(9), 0.0);
+        assert!(steps.probability(7) > 0.97);
 
         for (weights, ends) in
             [(vec![0.0, 3.0, 0.0], [0.0, 1.0, 1.0]), (vec![0.0; 3], [1.0 / 3.0, 2.0 / 3.0, 1.0])]
         {
-            let mut steps = vec![0.0; 3];
-            accumulate(&weights, EVEN_SHARE, &mut steps);
-            assert_eq!(steps, ends);
+            assert_eq!(Steps::of(&weights, EVEN_SHARE).0.ends, ends);
         }
     }
 
     #[test]
     fn any_random_number_finds_a_step_that_is_there() {
-        let steps = [0.0, 0.25, 0.25, 1.0, 1.0];
+        let steps = Steps::ending(vec![0.0, 0.25, 0.25, 1.0, 1.0]);
         for (random, index) in [
             (0.0, 1),
             (0.249, 1),
@@ -282,11 +304,27 @@ mod tests {
             (f32::NAN, 1),
             (f32::INFINITY, 3),
         ] {
-            let found = find(&steps, random);
+            let found = steps.find(random);
             assert_eq!(found.index, index, "{random}");
-            assert!(found.probability > 0.0 && (0.0..=1.0).contains(&found.within), "{random}");
+            assert!(steps.probability(index) > 0.0 && (0.0..=1.0).contains(&found.within), "{random}");
         }
-        assert_eq!(find(&steps, 0.125).within, 0.5);
+        assert_eq!(steps.find(0.125).within, 0.5);
+    }
+
+    #[test]
+    fn a_guided_search_finds_what_a_search_through_all_finds() {
+        for count in [1, 2, 3, 7, 64, 100] {
+            for power in [1, 9] {
+                let weights: Vec<f64> = (0..count).map(|at| f64::from((at * 37) % 11).powi(power)).collect();
+                let (steps, _) = Steps::of(&weights, EVEN_SHARE);
+                for random in
+                    (0..4096).map(|at| at as f32 / 4096.0).chain(steps.ends.iter().map(|end| end * BELOW_ONE))
+                {
+                    let of_all = steps.ends.partition_point(|end| *end <= random);
+                    assert_eq!(steps.find(random).index, of_all, "{count} {power} {random}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -305,7 +343,7 @@ mod tests {
                         let theta = PI * (row as f64 + y / n as f64) / 4.0;
                         let (sin, cos) = theta.sin_cos();
                         let direction = glam::DVec3::new(sin * phi.sin(), cos, -sin * phi.cos()).as_vec3();
-                        f64::from(grid.radiance(direction).element_sum()) / 3.0
+                        f64::from(grid.light(direction).radiance.element_sum()) / 3.0
                     })
                     .sum();
                 let numeric = sum / f64::from(n * n);

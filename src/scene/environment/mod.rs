@@ -29,10 +29,24 @@ const LEAST_SHARE: f64 = 0.1;
 /// Rows of the grid that is made of a [`Background`].
 const BACKGROUND_ROWS: u32 = 1024;
 
+/// Light from a direction, and how likely that direction is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightFrom {
+    /// Linear RGB, scene-referred.
+    pub radiance: Vec3,
+    /// Probability density in solid angle. Where it is 0, the radiance is, too.
+    pub pdf: f32,
+}
+
+impl LightFrom {
+    /// None, from where no light is looked for.
+    pub const NONE: Self = Self { radiance: Vec3::ZERO, pdf: 0.0 };
+}
+
 /// Radiance from all directions, linear RGB, scene-referred. It does not change with time, and a clone shares the grid.
 ///
-/// [`Self::sample`], [`Self::pdf`] and [`Self::radiance`] treat grid and sun as one; the same of the grid alone and of
-/// [`Self::sun`] is there for those who sample them one by one.
+/// [`Self::sample`] and [`Self::light`] treat grid and sun as one; the same of the grid alone and of [`Self::sun`] is there for
+/// those who sample them one by one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {
     /// Whether the eye sees it directly. Otherwise the eye sees the [`Background`] where it sees nothing else.
@@ -114,33 +128,33 @@ impl Environment {
 
     /// Radiance from `direction` (world space, unit length): what a ray sees that leaves the scene.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let of_sun = self.sun.map_or(Vec3::ZERO, |sun| sun.radiance(direction));
-        (self.grid_radiance(direction) + of_sun).min(Vec3::MAX)
+        self.light(direction).radiance
     }
 
-    /// A direction from which light comes (world space, unit length), and its probability density in solid angle,
-    /// which is positive. `random`: two numbers from 0 to 1; stratified ones give stratified directions. For all
-    /// directions but those at the borders of texels and of the sun's disk, where roundings decide, the density is
-    /// that of [`Self::pdf`].
-    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
+    /// What comes from `direction` (world space, unit length), and how likely [`Self::sample`] gives it. The integral of the
+    /// density over the sphere is 1, also of a black environment.
+    pub fn light(&self, direction: Vec3) -> LightFrom {
+        let of_grid = self.grid_light(direction);
+        let Some(sun) = self.sun else { return of_grid };
+        let (of_sun, share) = (sun.light(direction), self.sun_share);
+        LightFrom {
+            radiance: (of_grid.radiance + of_sun.radiance).min(Vec3::MAX),
+            pdf: share * of_sun.pdf + (1.0 - share) * of_grid.pdf,
+        }
+    }
+
+    /// A direction from which light comes (world space, unit length). `random`: two numbers from 0 to 1; stratified ones give
+    /// stratified directions. At the rim of what is not black roundings may lead to where no light comes from.
+    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         let [choice, other] = random;
         let Some(sun) = self.sun else { return self.sample_grid(random) };
         let share = self.sun_share;
         // what is left of the number that chose is as random as it was
         if choice < share {
-            let (direction, pdf) = sun.sample([choice / share, other]);
-            return (direction, share * pdf + (1.0 - share) * self.grid_pdf(direction));
+            sun.sample([choice / share, other])
+        } else {
+            self.sample_grid([(choice - share) / (1.0 - share), other])
         }
-        let (direction, pdf) = self.sample_grid([(choice - share) / (1.0 - share), other]);
-        (direction, share * sun.pdf(direction) + (1.0 - share) * pdf)
-    }
-
-    /// Probability density with which [`Self::sample`] gives `direction` (world space, unit length), in solid angle.
-    /// Positive wherever the radiance is; its integral over the sphere is 1, also of a black environment.
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let share = self.sun_share;
-        let of_sun = self.sun.map_or(0.0, |sun| share * sun.pdf(direction));
-        of_sun + (1.0 - share) * self.grid_pdf(direction)
     }
 
     /// The disk of the sun (world space), if there is one.
@@ -148,20 +162,15 @@ impl Environment {
         self.sun.as_ref()
     }
 
-    /// [`Self::radiance`] without the sun.
-    pub fn grid_radiance(&self, direction: Vec3) -> Vec3 {
-        scaled(self.grid.radiance(self.to_grid(direction)), self.power)
+    /// [`Self::light`] without the sun.
+    pub fn grid_light(&self, direction: Vec3) -> LightFrom {
+        let light = self.grid.light(self.to_grid(direction));
+        LightFrom { radiance: scaled(light.radiance, self.power), ..light }
     }
 
     /// [`Self::sample`] without the sun.
-    pub fn sample_grid(&self, random: [f32; 2]) -> (Vec3, f32) {
-        let (direction, pdf) = self.grid.sample(random);
-        (self.turn.apply(direction), pdf)
-    }
-
-    /// [`Self::pdf`] of [`Self::sample_grid`].
-    pub fn grid_pdf(&self, direction: Vec3) -> f32 {
-        self.grid.pdf(self.to_grid(direction))
+    pub fn sample_grid(&self, random: [f32; 2]) -> Vec3 {
+        self.turn.apply(self.grid.sample(random))
     }
 
     /// Columns and rows of the grid.

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::Vec3;
 
+use super::LightFrom;
+
 /// A round source of light, infinitely far away, of the same radiance all over. World space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sun {
@@ -30,26 +32,24 @@ impl Sun {
         (TAU * self.one_minus_cos()) as f32
     }
 
-    /// Radiance from `direction` (unit length).
-    pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        if self.shows(direction) { self.radiance } else { Vec3::ZERO }
-    }
-
-    /// A direction (unit length), evenly spread over the disk, and its probability density in solid angle. `random`:
-    /// two numbers from 0 to 1.
-    pub fn sample(&self, random: [f32; 2]) -> (Vec3, f32) {
+    /// A direction (unit length), evenly spread over the disk. `random`: two numbers from 0 to 1.
+    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         // as `1 - cos`, and `1 - cos² = (1 - cos)(2 - (1 - cos))`: the cosine itself is too close to 1 for floats
         let off = self.one_minus_cos() * f64::from(random[0]);
         let radius = (off * (2.0 - off)).sqrt() as f32;
         let (sin, cos) = (TAU * f64::from(random[1])).sin_cos();
         let (across, up) = self.to_sun.any_orthonormal_pair();
         let aside = (across * cos as f32 + up * sin as f32) * radius;
-        ((self.to_sun * (1.0 - off) as f32 + aside).normalize(), 1.0 / self.solid_angle())
+        (self.to_sun * (1.0 - off) as f32 + aside).normalize()
     }
 
-    /// Probability density with which [`Self::sample`] gives `direction` (unit length), in solid angle.
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        if self.shows(direction) { 1.0 / self.solid_angle() } else { 0.0 }
+    /// What comes from `direction` (unit length), and how likely [`Self::sample`] gives it.
+    pub fn light(&self, direction: Vec3) -> LightFrom {
+        if self.shows(direction) {
+            LightFrom { radiance: self.radiance, pdf: 1.0 / self.solid_angle() }
+        } else {
+            LightFrom::NONE
+        }
     }
 
     fn one_minus_cos(&self) -> f64 {
@@ -77,10 +77,10 @@ mod tests {
         let [mut inner, mut outside, n] = [0, 0, 128];
         for at in 0..n * n {
             let random = [at % n, at / n].map(|i| (i as f32 + 0.5) / n as f32);
-            let (direction, pdf) = sun.sample(random);
+            let direction = sun.sample(random);
             assert!((direction.length() - 1.0).abs() < 1e-6);
-            assert_eq!(pdf, 1.0 / sun.solid_angle());
-            outside += i32::from(sun.radiance(direction) != sun.radiance || sun.pdf(direction) != pdf);
+            let inside = LightFrom { radiance: sun.radiance, pdf: 1.0 / sun.solid_angle() };
+            outside += i32::from(sun.light(direction) != inside);
             // half of the solid angle
             let half = sun.one_minus_cos();
             inner += i32::from(f64::from(direction.distance_squared(sun.to_sun)) < half);
@@ -93,9 +93,10 @@ mod tests {
     fn it_is_half_a_degree_wide_and_gives_the_irradiance_asked_for() {
         let sun = sun();
         let (across, _) = sun.to_sun.any_orthonormal_pair();
-        let at = |degrees: f32| sun.radiance((sun.to_sun + across * degrees.to_radians().tan()).normalize());
+        let at =
+            |degrees: f32| sun.light((sun.to_sun + across * degrees.to_radians().tan()).normalize()).radiance;
         assert_eq!((at(0.26), at(0.27)), (sun.radiance, Vec3::ZERO));
-        assert_eq!((sun.radiance(-sun.to_sun), sun.pdf(-sun.to_sun)), (Vec3::ZERO, 0.0));
+        assert_eq!(sun.light(-sun.to_sun), LightFrom::NONE);
         let irradiance = sun.radiance * sun.solid_angle();
         assert!((irradiance - Vec3::new(3.0, 2.0, 1.0)).abs().max_element() < 1e-5, "{irradiance}");
     }
