@@ -120,6 +120,8 @@ pub struct LightPose {
     pub shape: LightShape,
     /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along its axis). Linear RGB.
     pub strength: Vec3,
+    /// How many shadow rays each sample sends to it: to the points that stand for it, a grid of as many rows as columns.
+    pub points: usize,
 }
 
 /// The part of a light that visibility depends on.
@@ -189,14 +191,6 @@ pub enum LightShape {
 }
 
 impl LightShape {
-    /// Points of an area light along each edge.
-    pub const GRID: usize = LightKind::GRID;
-
-    /// How many shadow rays each sample sends to it: to the points that stand for it.
-    pub fn points(&self) -> usize {
-        LightKind::points_of(self.is_area())
-    }
-
     /// Whether it is more than a point.
     pub fn is_area(&self) -> bool {
         match self {
@@ -271,7 +265,7 @@ impl LightPose {
                 }
             }
         };
-        Self { shape, strength }
+        Self { shape, strength, points: light.points() }
     }
 }
 

@@ -192,6 +192,19 @@ fn a_panel_over_a_still_world_casts_no_ray_twice() {
 }
 
 #[test]
+fn panels_of_few_rays_over_a_flyer() {
+    for samples in [1, 4] {
+        let mut scene = with_flyer(world());
+        let panel = panel(goes(DVec3::new(1.0, 5.0, 2.0), DVec3::new(1.5, 5.0, 2.0)));
+        let still = Light { kind: self::panel(rests(DVec3::new(-1.0, 5.0, 2.0))).kind, ..panel.clone() };
+        scene.lights = [panel, still].map(|light| Light { samples, ..light }).to_vec();
+        let (frames, _) = audited(&scene);
+        let (base, inferred) = (frames[0].stats.rays, frames[3].stats.rays);
+        assert!(inferred.shadow < base.shadow, "the light at rest is remembered: {inferred:?}");
+    }
+}
+
+#[test]
 fn a_panel_over_a_flyer_is_asked_again_where_the_flyer_passes() {
     let mut scene = with_flyer(world());
     scene.models.retain(|model| ["floor", "matt", "flyer"].contains(&model.name.as_str()));

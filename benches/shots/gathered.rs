@@ -134,7 +134,7 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
             let direction = through(direction(0.2), direction(0.8));
             let (color, power) = (Track::constant(Vec3::ONE), Track::constant(1.0));
             let kind = LightKind::Directional { direction };
-            scene.lights.push(Light { name: "sun".into(), kind, color, power });
+            scene.lights.push(Light { name: "sun".into(), kind, color, power, samples: 1 });
         }
     }
     let (mut full, mut inferred) = (Vec::new(), Vec::new());

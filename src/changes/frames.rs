@@ -119,6 +119,7 @@ mod tests {
             color: Track::through(vec![(8.0, Vec3::ONE), (10.0, Vec3::X)], Interpolation::Linear)
                 .expect("good"),
             power: Track::through(keys, Interpolation::Linear).expect("keys are good"),
+            samples: 1,
         };
         assert_eq!(of_light(&light).collect::<Vec<_>>(), [4, 9, 10]);
     }

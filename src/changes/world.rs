@@ -133,6 +133,7 @@ pub fn lamp(position: Track<DVec3>, power: Track<f64>) -> Light {
         kind: LightKind::Point { position },
         color: Track::constant(Vec3::ONE),
         power,
+        samples: 1,
     }
 }
 

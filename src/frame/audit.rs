@@ -149,7 +149,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     }
     check_gathered(frame, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
-        let points = 0..pose.shape.points();
+        let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
     }
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;

@@ -21,7 +21,7 @@ use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
-use crate::samples::{AREA_POINTS, Tag};
+use crate::samples::Tag;
 use crate::shade::area::Glow;
 use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
@@ -102,7 +102,7 @@ impl Bounce {
     fn weight_of_light(&self, glow: &Glow) -> f32 {
         let Some(density) = self.density else { return 1.0 };
         let by_rays = density * self.shared as f32;
-        by_rays / (by_rays + glow.density * AREA_POINTS as f32)
+        by_rays / (by_rays + glow.density * glow.points as f32)
     }
 
     /// Whether what it brings can be told from nothing.
@@ -395,7 +395,7 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
         let pattern = StratifiedPattern::at(light, eight.point);
-        if !light.shape.is_area() {
+        if light.points == 1 {
             let light_sample = light_sample(light, 0, &pattern, eight.point);
             let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
             queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first as u32);
@@ -412,7 +412,7 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     }
     tally.counts.shadow += queue.count();
     let check = ShadowCheck::StillThenMovable;
-    if light.shape.is_area() {
+    if light.points > 1 {
         queue.answer_sixteen(
             check,
             SceneSubset::All,

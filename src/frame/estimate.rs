@@ -61,7 +61,7 @@ pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let spent = cost::REPROJECT + cost::VERIFY * share(sum.verified);
     let lights = frame.pose.lights.iter().zip(&frame.plan.lights);
     let kept = lights.filter(|(_, change)| **change != LightChange::Moved);
-    let shadow_rays: usize = kept.map(|(light, _)| light.shape.points()).sum();
+    let shadow_rays: usize = kept.map(|(light, _)| light.points).sum();
     let path_rays = frame.paths as f32 * frame.bounces as f32;
     let surface = 1.0 + cost::SHADOW * shadow_rays as f32 + cost::GATHER * path_rays;
     let gained = share(sum.seen[AT_REST]) * surface

@@ -11,7 +11,7 @@ use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
 use super::tile_bounds::TileBounds;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples};
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::{Coherence, SceneSubset};
@@ -66,7 +66,7 @@ pub fn light(
             SceneSubset::Still
         };
         let query = LightQuery { light, among, checks };
-        let ask = if pose.shape.is_area() { ask_area_light } else { ask_light };
+        let ask = if pose.points == 1 { ask_light } else { ask_area_light };
         ask(frame, &query, tile, lighting, placed, tally);
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
@@ -111,7 +111,7 @@ struct LightQuery {
     checks: [Checks; 2],
 }
 
-/// Brings the tags of a light that is no area up to date.
+/// Brings the tags of a light up to date to which each sample sends one ray.
 fn ask_light(
     frame: &FrameView,
     query: &LightQuery,
@@ -136,14 +136,15 @@ fn ask_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
+        let pattern = StratifiedPattern::at(pose, tile.points(first));
+        let light_sample = light_sample(pose, 0, &pattern, placed.point);
         if asked[0] != 0 {
-            let (to_light, far) = way(pose, placed.point);
-            asked[0] &= frame.moved_bounds.may_meet(placed.point, to_light, F32x8::splat(far));
+            let far = F32x8::splat(light_sample.far);
+            asked[0] &= frame.moved_bounds.may_meet(placed.point, light_sample.to_light, far);
             if asked == [0; CHECKS.len()] {
                 continue;
             }
         }
-        let light_sample = light_sample(pose, 0, &StratifiedPattern::NONE, placed.point);
         let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
         let tags = &mut tile.tags.single_mut(slot)[first..first + LANES];
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
@@ -184,7 +185,7 @@ fn ask_light(
     }
 }
 
-/// Brings the tags of an area light up to date, in the same way. Where all points of the light are asked for, each
+/// Brings the tags of a light up to date to which each sample sends several rays, in the same way. Where all points of the light are asked for, each
 /// sample's rays make one packet: they start in one point and cost no more than those of neighbours to one point of
 /// the light. Where it is only asked what moved, a few points of each sample are in doubt, and neighbours' rays to one
 /// point share a packet.

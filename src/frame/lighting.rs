@@ -54,7 +54,7 @@ pub fn add_light(
     shade: impl Fn(&LightSample) -> Vec3x8,
 ) -> Vec3x8 {
     let pattern = StratifiedPattern::at(light, places.pattern);
-    (0..light.shape.points()).fold(sum, |sum, point| {
+    (0..light.points).fold(sum, |sum, point| {
         let reached = reached(point);
         if !reached.any() {
             return sum;

@@ -169,6 +169,7 @@ mod tests {
         let lamp = |x| LightPose {
             shape: LightShape::Point { position: Vec3::new(x, 0.0, 0.0) },
             strength: Vec3::ONE,
+            points: 1,
         };
         Pose {
             frame: 1,

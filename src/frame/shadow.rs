@@ -7,15 +7,15 @@ use super::bits::set_bits;
 use super::frame_view::FrameView;
 use super::plan::ShadowCheck;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
-use crate::pose::LightShape;
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
+use crate::scene::Light;
 use crate::shade::light::LightSample;
 use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 
 // a bit of a sample's word for each point of a light
-const _: () = assert!(LightShape::GRID * LightShape::GRID == AREA_POINTS);
+const _: () = assert!(Light::MOST_SAMPLES as usize == AREA_POINTS);
 
 /// The orders in which shadow rays are tested.
 pub const CHECKS: [ShadowCheck; 3] =

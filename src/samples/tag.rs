@@ -2,7 +2,7 @@
 
 use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
-use crate::scene::Scene;
+use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
@@ -136,13 +136,13 @@ pub struct TagLayout {
 }
 
 impl TagLayout {
-    /// For lights that are area lights or not.
-    pub fn of(are_areas: impl Iterator<Item = bool>) -> Self {
+    /// For lights to which samples send so many shadow rays.
+    pub fn of(points: impl Iterator<Item = usize>) -> Self {
         let mut layout = Self::default();
-        for is_area in are_areas {
-            let (slot, count) = match is_area {
-                true => (TagSlot::Area(layout.area), &mut layout.area),
-                false => (TagSlot::Single(layout.single), &mut layout.single),
+        for points in points {
+            let (slot, count) = match points {
+                1 => (TagSlot::Single(layout.single), &mut layout.single),
+                _ => (TagSlot::Area(layout.area), &mut layout.area),
             };
             *count += 1;
             layout.slots.push(slot);
@@ -152,9 +152,9 @@ impl TagLayout {
 
     /// What samples of `scene` keep with these settings.
     pub fn for_scene(scene: &Scene, settings: &Settings) -> Self {
-        let are_areas = scene.lights.iter().map(|light| light.kind.is_area());
+        let points = scene.lights.iter().map(Light::points);
         let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
-        Self::of(are_areas).with_paths(paths)
+        Self::of(points).with_paths(paths)
     }
 
     /// The same for samples that gather light by so many paths.
@@ -162,7 +162,7 @@ impl TagLayout {
         Self { paths, ..self }
     }
 
-    /// How many columns of each sort there are: of lights with one tag a sample, and of area lights.
+    /// How many columns of each sort there are: of lights with one shadow ray a sample, and with more.
     pub fn columns(&self) -> (usize, usize) {
         (self.single, self.area)
     }
@@ -360,7 +360,7 @@ mod tests {
 
     #[test]
     fn lights_of_both_sorts_have_columns_of_their_own() {
-        let layout = TagLayout::of([false, true, false, true].into_iter());
+        let layout = TagLayout::of([1, 16, 1, 4].into_iter());
         assert_eq!(layout.bytes(), 2 + 2 * 4);
         let mut tags = Tags::unknown(&layout);
         for (light, slot) in layout.slots.iter().enumerate() {

@@ -16,6 +16,19 @@ pub struct Light {
     /// Irradiance for a directional light and a sun; intensity, which falls with the square of the distance,
     /// for the others; a rectangle's and a disc's falls with the cosine to its axis, too.
     pub power: Track<f64>,
+    /// Shadow rays that each sample sends to it, in a grid as wide as high: 1, 4 or [`MOST_SAMPLES`](Self::MOST_SAMPLES). Of use
+    /// for areas alone.
+    pub samples: u32,
+}
+
+impl Light {
+    /// The most shadow rays that a sample sends to a light, and as many as it does unless the shot says otherwise.
+    pub const MOST_SAMPLES: u32 = 16;
+
+    /// How many shadow rays each sample sends to it.
+    pub fn points(&self) -> usize {
+        if self.kind.is_area() { self.samples as usize } else { 1 }
+    }
 }
 
 /// The shape of a light.
@@ -77,19 +90,6 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// Points of an area light along each edge.
-    pub const GRID: usize = 4;
-
-    /// How many shadow rays each sample sends to it: to the points that stand for it.
-    pub fn points(&self) -> usize {
-        Self::points_of(self.is_area())
-    }
-
-    /// The same of any light that is an area, or is none.
-    pub(crate) fn points_of(is_area: bool) -> usize {
-        if is_area { Self::GRID * Self::GRID } else { 1 }
-    }
-
     /// Whether it is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
         match self {

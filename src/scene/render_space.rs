@@ -216,6 +216,7 @@ mod tests {
             kind: LightKind::Point { position: Track::constant(DVec3::new(0.0, 3e-7, 0.0)) },
             color: Track::constant(Vec3::ONE),
             power: Track::constant(2e-14),
+            samples: 1,
         };
         let light = space.light(light);
         let LightKind::Point { position } = light.kind else { panic!("still a point light") };

@@ -62,7 +62,7 @@ impl Shot {
             return None;
         }
         let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
-        let points = |light: &Light| light.kind.points() as u64;
+        let points = |light: &Light| light.points() as u64;
         let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
         Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
     }

@@ -170,6 +170,7 @@ pub(crate) struct LightTable {
     pub size: Option<At<List<f64, 2>>>,
     pub radius: Option<At<f64>>,
     pub angle: Option<At<f64>>,
+    pub samples: Option<At<u32>>,
     pub color: Option<Three>,
     pub power: Option<At<f64>>,
     #[serde(default)]

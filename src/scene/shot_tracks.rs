@@ -209,11 +209,17 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             );
         }
     }
+    let samples = or(&light.samples, "samples", Light::MOST_SAMPLES, |key, value| {
+        let samples = *value.get_ref();
+        let fits = [1, 4, Light::MOST_SAMPLES].contains(&samples);
+        fits.then_some(samples).ok_or_else(|| text.bad(key, value, "must be 1, 4 or 16"))
+    })?;
     Ok(Light {
         name: light.name.clone().unwrap_or_else(|| format!("light {number}")),
         kind,
         color: through_or(color, &keys, how, |key| or(&key.color, "color", color, |k, v| text.color(k, v)))?,
         power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
+        samples,
     })
 }
 
@@ -231,12 +237,12 @@ fn length(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneEr
 /// A key that the light's type has no use for is a mistake about the type.
 fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
     let (kind, allowed): (_, &[&str]) = match light.kind {
-        LightType::Directional => ("directional", &["direction", "angle"]),
+        LightType::Directional => ("directional", &["direction", "angle", "samples"]),
         LightType::Point => ("point", &["position"]),
         LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
-        LightType::Rectangle => ("rectangle", &["position", "target", "size"]),
-        LightType::Disk => ("disk", &["position", "target", "radius"]),
-        LightType::Sphere => ("sphere", &["position", "radius"]),
+        LightType::Rectangle => ("rectangle", &["position", "target", "size", "samples"]),
+        LightType::Disk => ("disk", &["position", "target", "radius", "samples"]),
+        LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
     };
     let span = |value: &Option<Three>| value.as_ref().map(At::span);
     let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
@@ -249,6 +255,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("size", light.size.as_ref().map(At::span)),
         ("radius", number(&light.radius)),
         ("angle", number(&light.angle)),
+        ("samples", light.samples.as_ref().map(At::span)),
     ];
     for key in light.key.iter().map(At::get_ref) {
         let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];

@@ -81,6 +81,7 @@ fn light(name: &str, direction: DVec3, color: Vec3, power: f64) -> Light {
         kind: LightKind::Directional { direction: Track::constant(direction) },
         color: Track::constant(color),
         power: Track::constant(power),
+        samples: Light::MOST_SAMPLES,
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Glow {
     pub radiance: Vec3,
     /// The density, in solid angle, with which a place on the light that is chosen evenly lies in the ray's direction.
     pub density: f32,
+    /// Rays that a surface sends to it whose lights are all summed.
+    pub points: usize,
 }
 
 /// Radiance of an area light, linear RGB; zero for what is no area.
@@ -63,7 +65,7 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
         }
         LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => return None,
     };
-    Some(Glow { distance, radiance: radiance(light), density })
+    Some(Glow { distance, radiance: radiance(light), density, points: light.points })
 }
 
 /// The density with which [`light_from_anywhere`](super::light::light_from_anywhere) has chosen the direction in which
@@ -87,7 +89,7 @@ fn versine(squared_sine: f32) -> f32 {
 /// From places in the light, as shares of its edges from -1/2 to 1/2. Of what is no area: nothing.
 #[inline(always)]
 pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) -> LightSample {
-    let share = light.strength / light.shape.points() as f32;
+    let share = light.strength / light.points as f32;
     match light.shape {
         LightShape::Rectangle { center, across, up, axis } => {
             let [along, above] = aside;
@@ -210,7 +212,7 @@ mod tests {
             LightShape::Sphere { center, radius: 0.9 },
             LightShape::Sun { to_light: -axis, across, up, versine: 0.02 },
         ];
-        shapes.map(|shape| LightPose { shape, strength: Vec3::new(1.0, 2.0, 4.0) })
+        shapes.map(|shape| LightPose { shape, strength: Vec3::new(1.0, 2.0, 4.0), points: 16 })
     }
 
     fn anywhere(light: &LightPose, index: u32) -> LightSample {
@@ -261,7 +263,7 @@ mod tests {
     #[test]
     fn far_away_a_sphere_is_a_point() {
         let shape = LightShape::Sphere { center: Vec3::new(0.0, 50.0, 0.0), radius: 0.5 };
-        let light = LightPose { shape, strength: Vec3::splat(2500.0) };
+        let light = LightPose { shape, strength: Vec3::splat(2500.0), points: 16 };
         assert!((anywhere(&light, 0).irradiance.lane(0).x - 1.0).abs() < 1e-4);
         let inside = LightShape::Sphere { center: Vec3::ZERO, radius: 0.5 };
         assert_eq!(anywhere(&LightPose { shape: inside, ..light }, 0).irradiance.lane(0), Vec3::ZERO);

@@ -1,4 +1,4 @@
-//! How much light comes from where. An area light is sixteen points, jittered in a grid: each sample has a
+//! How much light comes from where. An area light is up to sixteen points, jittered in a grid: each sample has a
 //! pattern of its own, so that shadows have a grain rather than steps.
 
 use glam::Vec3;
@@ -7,7 +7,7 @@ use wide::u32x8;
 use super::area::from_places;
 pub use super::light_sample::LightSample;
 use super::light_sample::from_place;
-use crate::lanes::{F32x8, LANES, Vec3x8, signed};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8, signed};
 use crate::pose::{LightPose, LightShape};
 
 /// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
@@ -32,32 +32,33 @@ impl StratifiedPattern {
 
     /// Places in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
-    fn aside(&self, point: usize) -> [F32x8; 2] {
-        places(self.0, u32x8::splat(point as u32))
+    fn aside(&self, light: &LightPose, point: usize) -> [F32x8; 2] {
+        places(light, self.0, u32x8::splat(point as u32))
     }
 
     /// The same for one of the samples in eight fields, from number `first` on.
     #[inline(always)]
-    fn asides(&self, sample: usize, first: usize) -> [F32x8; 2] {
+    fn asides(&self, light: &LightPose, sample: usize, first: usize) -> [F32x8; 2] {
         let points = u32x8::splat(first as u32) + u32x8::new(std::array::from_fn(|lane| lane as u32));
-        places(u32x8::splat(self.0.as_array_ref()[sample]), points)
+        places(light, u32x8::splat(self.0.as_array_ref()[sample]), points)
     }
 }
 
-/// Jittered places in fields of the grid.
+/// Jittered places in fields of the light's grid.
 #[inline(always)]
-fn places(seeds: u32x8, points: u32x8) -> [F32x8; 2] {
-    const GRID: u32 = LightShape::GRID as u32;
-    const _: () = assert!(GRID.is_power_of_two());
-    const STEP: f32 = 1.0 / GRID as f32;
+fn places(light: &LightPose, seeds: u32x8, points: u32x8) -> [F32x8; 2] {
+    // 1, 2 or 4 fields along each edge: of numbers of so many bits
+    let bits_of_field = light.points.ilog2() / 2;
+    let grid = 1 << bits_of_field;
+    let step = 1.0 / grid as f32;
     let bits = scrambled(seeds + points * u32x8::splat(0x9e37_79b9));
     let place = |field: u32x8, within: u32x8| {
         let [field, within] = [field, within].map(|whole| F32x8::from_whole(signed(whole)));
-        within * F32x8::splat(STEP / 65536.0) + (field * F32x8::splat(STEP) - F32x8::splat(0.5))
+        within * F32x8::splat(step / 65536.0) + (field * F32x8::splat(step) - F32x8::splat(0.5))
     };
     [
-        place(points & u32x8::splat(GRID - 1), bits >> 16_u32),
-        place(points >> GRID.ilog2(), bits & u32x8::splat(0xffff)),
+        place(points & u32x8::splat(grid - 1), bits >> 16_u32),
+        place(points >> bits_of_field, bits & u32x8::splat(0xffff)),
     ]
 }
 
@@ -113,11 +114,12 @@ pub fn light_sample(
         LightShape::Rectangle { .. }
         | LightShape::Disk { .. }
         | LightShape::Sphere { .. }
-        | LightShape::Sun { .. } => from_places(light, pattern.aside(point), points),
+        | LightShape::Sun { .. } => from_places(light, pattern.aside(light, point), points),
     }
 }
 
-/// What all points of an area light send to one of eight samples: [`light_sample`], with points for lanes.
+/// What all points of an area light send to one of eight samples: [`light_sample`], with points for lanes. Where it has fewer,
+/// nothing comes from the lanes behind them.
 #[inline(always)]
 pub fn light_samples(
     light: &LightPose,
@@ -125,7 +127,14 @@ pub fn light_samples(
     sample: usize,
     point: Vec3,
 ) -> [LightSample; 2] {
-    [0, LANES].map(|first| from_places(light, pattern.asides(sample, first), Vec3x8::splat(point)))
+    [0, LANES].map(|first| {
+        let mut light_sample = from_places(light, pattern.asides(light, sample, first), Vec3x8::splat(point));
+        if light.points < first + LANES {
+            let is_there = Mask::of(|lane| first + lane < light.points);
+            light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
+        }
+        light_sample
+    })
 }
 
 /// All of the light that one place of `light` would send to eight points if all of it came from there; in an area that is
@@ -137,7 +146,7 @@ pub fn light_from_anywhere(light: &LightPose, [along, above]: [F32x8; 2], points
     }
     let half = F32x8::splat(0.5);
     let mut light_sample = from_places(light, [along - half, above - half], points);
-    light_sample.irradiance = light_sample.irradiance * F32x8::splat(light.shape.points() as f32);
+    light_sample.irradiance = light_sample.irradiance * F32x8::splat(light.points as f32);
     light_sample
 }
 
@@ -162,7 +171,7 @@ mod tests {
     #[test]
     fn a_point_light_falls_with_the_square() {
         let shape = LightShape::Point { position: Vec3::new(0.0, 2.0, 0.0) };
-        let light = LightPose { shape, strength: Vec3::splat(8.0) };
+        let light = LightPose { shape, strength: Vec3::splat(8.0), points: 1 };
         let light_sample =
             light_sample(&light, 0, &StratifiedPattern::at(&light, Vec3x8::ZERO), Vec3x8::ZERO);
         assert_eq!(light_sample.irradiance.lane(0), Vec3::splat(2.0));
@@ -173,7 +182,7 @@ mod tests {
     #[test]
     fn a_spot_is_full_inside_and_dark_outside() {
         let shape = LightShape::Spot { position: Vec3::Y, axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
-        let light = LightPose { shape, strength: Vec3::ONE };
+        let light = LightPose { shape, strength: Vec3::ONE, points: 1 };
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
             light_sample(&light, 0, &StratifiedPattern::at(&light, points), points).irradiance.lane(0)
@@ -186,7 +195,8 @@ mod tests {
 
     fn panel(center: Vec3, size: f32) -> LightPose {
         let (across, up, axis) = (Vec3::X * size, Vec3::Z * size, Vec3::NEG_Y);
-        LightPose { shape: LightShape::Rectangle { center, across, up, axis }, strength: Vec3::splat(8.0) }
+        let shape = LightShape::Rectangle { center, across, up, axis };
+        LightPose { shape, strength: Vec3::splat(8.0), points: 16 }
     }
 
     #[test]
@@ -195,7 +205,7 @@ mod tests {
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
             let pattern = StratifiedPattern::at(&light, points);
-            let each = (0..light.shape.points()).map(|number| light_sample(&light, number, &pattern, points));
+            let each = (0..light.points).map(|number| light_sample(&light, number, &pattern, points));
             each.map(|light_sample| light_sample.irradiance.lane(0).x).sum::<f32>()
         };
         assert!((at(Vec3::ZERO) - 2.0).abs() < 1e-3);
@@ -206,27 +216,33 @@ mod tests {
 
     #[test]
     fn the_points_fill_the_rectangle_and_are_the_samples_own() {
-        let light = panel(Vec3::new(0.0, 2.0, 0.0), 4.0);
-        let mut places = Vec3x8::ZERO;
-        (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
-        let pattern = StratifiedPattern::at(&light, places);
-        for number in 0..16 {
-            let light_sample = light_sample(&light, number, &pattern, places);
-            let source = places + light_sample.to_light;
-            // fields are 1 wide
-            let low = Vec3::new((number % 4) as f32 - 2.0, 2.0, (number / 4) as f32 - 2.0);
-            let within = |lane: usize| source.lane(lane) - low;
-            for lane in 0..LANES {
-                let at = within(lane);
-                assert!((-1e-5..=1.0).contains(&at.x) && (-1e-5..=1.0).contains(&at.z), "{number} {at}");
-                assert_eq!(at.y, 0.0);
+        for grid in [1, 2, 4] {
+            let light = LightPose { points: grid * grid, ..panel(Vec3::new(0.0, 2.0, 0.0), 4.0) };
+            let mut places = Vec3x8::ZERO;
+            (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
+            let pattern = StratifiedPattern::at(&light, places);
+            let field = 4.0 / grid as f32;
+            for number in 0..light.points {
+                let light_sample = light_sample(&light, number, &pattern, places);
+                let source = places + light_sample.to_light;
+                let [column, row] = [number % grid, number / grid].map(|at| at as f32 * field - 2.0);
+                let within = |lane: usize| source.lane(lane) - Vec3::new(column, 2.0, row);
+                for lane in 0..LANES {
+                    let at = within(lane);
+                    let is_inside = |along: f32| (-1e-5..=field).contains(&along);
+                    assert!(is_inside(at.x) && is_inside(at.z), "{number} {at}");
+                    assert_eq!(at.y, 0.0);
+                }
+                assert!(within(0) != within(1), "each sample has a pattern of its own");
+                for sample in 0..LANES {
+                    let alone = light_samples(&light, &pattern, sample, places.lane(sample))[number / LANES];
+                    assert_eq!(alone.to_light.lane(number % LANES), light_sample.to_light.lane(sample));
+                    assert_eq!(alone.irradiance.lane(number % LANES), light_sample.irradiance.lane(sample));
+                }
             }
-            assert!(within(0) != within(1), "each sample has a pattern of its own");
-            for sample in 0..LANES {
-                let alone = light_samples(&light, &pattern, sample, places.lane(sample))[number / LANES];
-                assert_eq!(alone.to_light.lane(number % LANES), light_sample.to_light.lane(sample));
-                assert_eq!(alone.irradiance.lane(number % LANES), light_sample.irradiance.lane(sample));
-            }
+            let alone = light_samples(&light, &pattern, 0, places.lane(0));
+            let shining = alone.map(|half| half.irradiance.is_some().bits().count_ones() as usize);
+            assert_eq!(shining[0] + shining[1], light.points, "nothing comes from points that are not there");
         }
     }
 }

@@ -67,7 +67,8 @@ pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
 
 /// A light of constant colour.
 pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
-    Light { name: name.into(), kind, color: Track::constant(Vec3::ONE), power: Track::constant(power) }
+    let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
+    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES }
 }
 
 /// Straight down on everything.
