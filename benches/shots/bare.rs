@@ -19,7 +19,7 @@ use afterimage::pose::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::shade::light::{StratifiedPattern, light_sample, light_samples};
+use afterimage::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places};
 use afterimage::shade::phong::faces;
 use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::embree::device_config;
@@ -340,7 +340,7 @@ fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> 
     let mut rays = RayBatch::default();
     for eight in tile {
         let origins = off_surfaces(eight.point, eight.geometric_normal);
-        let pattern = StratifiedPattern::at(light, eight.point);
+        let pattern = StratifiedPattern::of_seeds(light, seeds_of_places(eight.point));
         if !light.shape.is_area() {
             let light_sample = light_sample(light, 0, &pattern, eight.point);
             let wanted = eight.is_surface & faces(eight.normal, eight.geometric_normal, &light_sample).bits();

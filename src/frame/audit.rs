@@ -19,6 +19,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use wide::u32x8;
 
 use super::bits::{set_bits, surface_bits};
 use super::candidates::REACH;
@@ -357,8 +358,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
             continue;
         }
         let placed = Placed::of(frame, tile, first);
-        let places = tile.points(first);
-        let faces = ask(frame, source, &placed, places, surfaces, first as u32, &mut queue);
+        let seeds = tile.gathered.seeds(first);
+        let faces = ask(frame, source, &placed, seeds, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
             raise(first + lane, Verdict::of(!is_lit(first + lane)));
         }
@@ -370,7 +371,9 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
         }
     });
     for cell in doubtful {
-        let (lit, places) = (is_lit(cell), Vec3x8::splat(tile.point(cell)));
+        let lane = cell % LANES;
+        let seed = tile.gathered.seeds(cell - lane).as_array_ref()[lane];
+        let (lit, seeds) = (is_lit(cell), u32x8::splat(seed));
         let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
         let reach = reach(frame, &Sample::of(tile, cell));
         // the same surface eight times, displaced in eight directions
@@ -385,7 +388,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
             beside.point.set_lane(lane, point + aside * reach);
         }
         queue.clear();
-        ask(frame, source, &beside, places, u8::MAX, 0, &mut queue);
+        ask(frame, source, &beside, seeds, u8::MAX, 0, &mut queue);
         let mut grazes = false;
         answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));
@@ -393,18 +396,19 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
 }
 
 /// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
-/// `places`: where they are on their models.
+/// `seeds`: of the places in it that they ask.
 fn ask(
     frame: &FrameView,
     source: Source,
     placed: &Placed,
-    places: Vec3x8,
+    seeds: u32x8,
     wanted: u8,
     owner: u32,
     queue: &mut ShadowQueue,
 ) -> u8 {
     let light = &frame.pose.lights[source.light];
-    let light_sample = light_sample(light, source.point, &StratifiedPattern::at(light, places), placed.point);
+    let light_sample =
+        light_sample(light, source.point, &StratifiedPattern::of_seeds(light, seeds), placed.point);
     let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
     queue.push(placed.point, placed.geometric_normal, &light_sample, wanted & faces, owner);
     faces

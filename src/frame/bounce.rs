@@ -3,6 +3,7 @@
 //! bounced equally often go together.
 
 use glam::Vec3;
+use wide::u32x8;
 
 use super::bits::set_bits;
 use super::frame_view::FrameView;
@@ -24,9 +25,9 @@ use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::area::Glow;
 use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples, way};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::sampling::{PathRandom, orthonormal, seed_of};
+use crate::shade::sampling::{PathRandom, PathSequence, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
@@ -281,6 +282,8 @@ struct MetLanes {
     geometric_normal: Vec3x8,
     reflectance: Vec3x8,
     view: Vec3x8,
+    /// Of the places in area lights that they ask.
+    seeds: u32x8,
     materials: [u16; LANES],
     /// What they show, as far as it is summed.
     light: Vec3x8,
@@ -298,8 +301,10 @@ impl MetLanes {
             (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
             all
         };
+        let point = each(|met| met.surface.point);
         Self {
-            point: each(|met| met.surface.point),
+            point,
+            seeds: seeds_of_places(point),
             normal: each(|met| met.surface.normal),
             geometric_normal: each(|met| met.surface.geometric_normal),
             reflectance: each(|met| met.surface.reflectance),
@@ -351,11 +356,19 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
             let Surface { point, normal, geometric_normal, .. } = met.surface;
-            let seed = seed_of(point, met.surface.material.into());
+            let sequence = PathSequence::of_seed(seed_of(point, met.surface.material.into()));
             let [tangent, _] = orthonormal(normal);
             let cell = met.bounce.cell;
-            let start =
-                PathStart { owner: number, cell, index: 0, seed, point, normal, tangent, geometric_normal };
+            let start = PathStart {
+                owner: number,
+                cell,
+                index: 0,
+                sequence,
+                point,
+                normal,
+                tangent,
+                geometric_normal,
+            };
             gathering.starts.extend((0..count(met) as u32).map(|index| PathStart { index, ..start }));
         }
         trace_paths(frame, gathering, tally);
@@ -394,7 +407,7 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
         *counted = counted.saturating_add(rays as u16);
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
-        let pattern = StratifiedPattern::at(light, eight.point);
+        let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
         if light.points == 1 {
             let light_sample = light_sample(light, 0, &pattern, eight.point);
             let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
@@ -444,7 +457,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
-        let places = Places { point: eight.point, pattern: eight.point };
+        let places = Places { point: eight.point, seeds: eight.seeds };
         let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
         eight.light = add_light(eight.light, light, places, reached, |light_sample| {
             let mut light = phong::diffuse(albedo, eight.normal, light_sample);

@@ -148,7 +148,7 @@ fn highlights(
         if !shines && coats.is_none() {
             continue;
         }
-        let places = Places { point: placed.point, pattern: tile.points(first) };
+        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let (shows, radiance) = (shows_highlight(frame, light, gloss), radiance_of_area(light));
         let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
         let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;

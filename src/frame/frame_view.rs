@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::bits::{bits_of_models, set_bits};
+use super::grid::place;
 use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
 use super::view::View;
@@ -17,6 +18,7 @@ use crate::scene::Scene;
 use crate::settings::{Budget, Reuse};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
+use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
 use crate::trace::{SceneSubset, Tracer};
 
@@ -90,6 +92,22 @@ impl<'a> FrameView<'a> {
     #[inline]
     pub fn has_expired(&self, until: Until) -> bool {
         self.motion.has_expired(until, self.pose.frame)
+    }
+
+    /// The seed of a sample of `model` that is traced anew in a cell of tile number `tile`.
+    pub fn new_seed(&self, tile: usize, cell: usize, model: u32) -> SampleSeed {
+        let grid = &self.view.grid;
+        let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples);
+        let (x, y) = (left + x, top + y);
+        let pixel = y / samples * grid.width + x / samples;
+        let camera = &self.view.camera;
+        let view = [camera.eye, camera.right, camera.up, camera.forward].map(|axis| axis.to_array());
+        let view = hash_of(view.as_flattened()) ^ camera.tan_half_fov.to_bits();
+        let pose = match self.displaced.get(model as usize) {
+            Some(true) => hash_of(&self.transform(model).to_world.to_cols_array()),
+            _ => 0,
+        };
+        SampleSeed::new(pixel, y % samples * samples + x % samples, view, pose)
     }
 
     /// The model's place.

@@ -17,7 +17,7 @@ use crate::changes::Until;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Flags, PathLight, Tile, half_colors};
 use crate::settings::Budget;
-use crate::shade::sampling::{orthonormal, seed_of};
+use crate::shade::sampling::{PathSequence, orthonormal};
 
 /// Brings the light that the samples of `tile` have gathered up to date. Samples whose light changes are flagged as
 /// [`STALE`](Flags::STALE): whether there are any. And the first frame in which any path may not hold.
@@ -158,7 +158,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         owner: cell as u32,
         cell: cell as u32,
         index: 0,
-        seed: seed_of(tile.point(cell), model),
+        sequence: PathSequence::of_sample(tile.gathered.seed(cell), frame.paths),
         point: placed.point.lane(lane),
         normal,
         tangent: tangent(frame, model, tile.record[cell].normal.unfold(), normal),

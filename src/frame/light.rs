@@ -136,7 +136,7 @@ fn ask_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let pattern = StratifiedPattern::at(pose, tile.points(first));
+        let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
         let light_sample = light_sample(pose, 0, &pattern, placed.point);
         if asked[0] != 0 {
             let far = F32x8::splat(light_sample.far);
@@ -210,7 +210,7 @@ fn ask_area_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let pattern = StratifiedPattern::at(pose, tile.points(first));
+        let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
         let origins = off_surfaces(placed.point, placed.geometric_normal);
         let mut to_points = [[0; LANES]; CHECKS.len()];
         for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
@@ -301,7 +301,7 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let albedo = frame.palette.albedo(&materials, reflectance);
     let mut sum = frame.palette.emitted_and_ambient(&materials, reflectance);
     for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
-        let places = Places { point: placed.point, pattern: tile.points(first) };
+        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
         sum = add_light(sum, light, places, reached, |light_sample| {
             phong::diffuse(albedo, placed.normal, light_sample)

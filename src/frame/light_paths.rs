@@ -27,7 +27,7 @@ use crate::pose::LightPose;
 use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
-use crate::shade::sampling::{PathRandom, cosine_direction, orthonormal};
+use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
@@ -131,7 +131,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     now.clear();
     let chances = Chances::of_start(frame);
     for (path, start) in (0..).zip(&*starts) {
-        let random = PathRandom { seed: start.seed, index: start.index };
+        let random = start.random();
         let [along, above, across, up] = random.four(0);
         let axes = [start.tangent, start.normal.cross(start.tangent), start.normal];
         let direction = cosine_direction([along, above], axes);
@@ -179,8 +179,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         for vertex in &*vertices {
             brought[vertex.ray.path as usize].radiance += vertex.ray.weight * vertex.light;
             if paths_go_on(frame, bounce) {
-                let start = &starts[vertex.ray.path as usize];
-                let random = PathRandom { seed: start.seed, index: start.index };
+                let random = starts[vertex.ray.path as usize].random();
                 next.extend(go_on(frame, bounce, vertex, random.four(2 * bounce + 2)));
             }
         }
@@ -247,9 +246,8 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
             |lane| some[lane].direction,
             |lane, surface| {
                 let ray = some[lane];
-                let start = &starts[ray.path as usize];
-                let [choice, along, above, triangle] =
-                    PathRandom { seed: start.seed, index: start.index }.four(2 * bounce + 1);
+                let random = starts[ray.path as usize].random();
+                let [choice, along, above, triangle] = random.four(2 * bounce + 1);
                 let choices = Asks::count(frame, bounce);
                 let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
                 let (model, distance) = (packet.model[from + lane], packet.t[from + lane]);

@@ -1,6 +1,7 @@
 //! Direct light on surfaces, whether the eye sees them or a ray that has bounced: all of it is summed here.
 
 use glam::Vec3;
+use wide::u32x8;
 
 use super::frame_view::FrameView;
 use crate::lanes::{Mask, Vec3x8};
@@ -38,8 +39,8 @@ pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> M
 pub struct Places {
     /// World space.
     pub point: Vec3x8,
-    /// What decides at which points of an area light they pattern: see [`StratifiedPattern::at`].
-    pub pattern: Vec3x8,
+    /// What decides which places in an area light they ask: see [`StratifiedPattern`].
+    pub seeds: u32x8,
 }
 
 /// `sum`, and what `shade` makes of the light from those points of `light` that reach the surfaces. The points are added
@@ -53,7 +54,7 @@ pub fn add_light(
     reached: impl Fn(usize) -> Mask,
     shade: impl Fn(&LightSample) -> Vec3x8,
 ) -> Vec3x8 {
-    let pattern = StratifiedPattern::at(light, places.pattern);
+    let pattern = StratifiedPattern::of_seeds(light, places.seeds);
     (0..light.points).fold(sum, |sum, point| {
         let reached = reached(point);
         if !reached.any() {

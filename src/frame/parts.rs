@@ -54,7 +54,7 @@ fn direct(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile,
     }
     let placed = placed.get(frame, tile, first);
     frame.pose.lights.iter().zip(frame.slots).fold(Vec3x8::ZERO, |sum, (light, slot)| {
-        let places = Places { point: placed.point, pattern: tile.points(first) };
+        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
         add_light(sum, light, places, reached, |light_sample| {
             phong::diffuse(albedo, placed.normal, light_sample)

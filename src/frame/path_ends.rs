@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::changes::Until;
+use crate::shade::sampling::{PathRandom, PathSequence};
 
 /// Where a path starts.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +15,7 @@ pub struct PathStart {
     /// Its number among the paths of its surface.
     pub index: u32,
     /// Of its random numbers: all paths of a surface share it.
-    pub seed: u32,
+    pub sequence: PathSequence,
     /// On the surface, world space.
     pub point: Vec3,
     /// For shading, world space, unit length.
@@ -23,6 +24,14 @@ pub struct PathStart {
     pub tangent: Vec3,
     /// Of the triangle, world space, unit length, on the same side.
     pub geometric_normal: Vec3,
+}
+
+impl PathStart {
+    /// Its random numbers.
+    #[inline]
+    pub fn random(&self) -> PathRandom {
+        self.sequence.path(self.index)
+    }
 }
 
 /// What a path brings.

@@ -57,7 +57,11 @@ pub fn trace_missed(
     // those that were confirmed keep what they know
     scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
     tile.tags.forget(&scratch.owners);
-    scratch.owners.iter().for_each(|cell| tile.gathered.forget(*cell as usize));
+    if tile.gathered.is_seeded() {
+        for cell in scratch.owners.iter().map(|cell| *cell as usize) {
+            tile.gathered.begin(cell, frame.new_seed(number, cell, tile.model[cell]));
+        }
+    }
 }
 
 /// A ray through the centre of each cell in `owners`.

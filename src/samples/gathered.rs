@@ -1,11 +1,15 @@
 //! Light that samples gather from all around, path by path: what each path brought, and how long that holds.
 //!
-//! Paths are functions of the sample's place on its model and of the scene in a frame. So one that holds is not traced
+//! Paths are functions of the sample, its seed among what it keeps, and of the scene in a frame. So one that holds is not traced
 //! again, however often the sample is handed on, and one that does not is replaced alone.
 
+use wide::u32x8;
+
+use super::TagLayout;
 use super::store::{HalfColor, full_color, half_colors};
 use crate::changes::Until;
 use crate::lanes::{LANES, Vec3x8};
+use crate::shade::sampling::SampleSeed;
 
 /// What a path, or the mean of a sample's paths, brings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,41 +27,55 @@ impl PathLight {
     pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
 }
 
-/// The gathered light of a list of samples: nothing where samples gather none.
+/// The gathered light of a list of samples, and the seeds of their random numbers: nothing where samples gather none, and where
+/// nothing of theirs is random.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GatheredLight {
+    /// Whether samples have seeds.
+    is_seeded: bool,
     /// Paths of each sample.
     paths: usize,
     /// Sample by sample.
     of_paths: Vec<PathLight>,
     /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
     means: Vec<PathLight>,
+    /// Of each sample's random numbers.
+    seeds: Vec<SampleSeed>,
 }
 
 impl GatheredLight {
-    /// Of `count` samples, of which nothing is known, with so many paths each.
-    pub fn unknown(paths: usize, count: usize) -> Self {
-        let count = if paths == 0 { 0 } else { count };
+    /// Of `count` samples, of which nothing is known, as `layout` says.
+    pub fn unknown(layout: &TagLayout, count: usize) -> Self {
+        let (paths, is_seeded) = (layout.paths, layout.is_seeded);
         Self {
+            is_seeded,
             paths,
             of_paths: vec![PathLight::UNKNOWN; paths * count],
-            means: vec![PathLight::UNKNOWN; count],
+            means: vec![PathLight::UNKNOWN; if paths == 0 { 0 } else { count }],
+            seeds: vec![SampleSeed::default(); if is_seeded { count } else { 0 }],
         }
     }
 
-    /// Bytes for a sample with so many paths.
-    pub fn bytes_of_sample(paths: usize) -> usize {
-        if paths == 0 { 0 } else { (paths + 1) * size_of::<PathLight>() }
+    /// Bytes for a sample.
+    pub fn bytes_of_sample(layout: &TagLayout) -> usize {
+        let of_light = if layout.paths == 0 { 0 } else { (layout.paths + 1) * size_of::<PathLight>() };
+        of_light + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
     /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
         (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
+            + self.seeds.capacity() * size_of::<SampleSeed>()
     }
 
     /// Whether samples gather light.
     pub fn is_some(&self) -> bool {
         self.paths != 0
+    }
+
+    /// Whether samples have seeds: all have that gather light.
+    pub fn is_seeded(&self) -> bool {
+        self.is_seeded
     }
 
     /// What the paths of a sample brought, in their order.
@@ -108,12 +126,26 @@ impl GatheredLight {
         before.radiance != mean.radiance || before.until == Until::UNKNOWN
     }
 
-    /// Forgets what is known of a sample.
-    #[inline]
-    pub fn forget(&mut self, sample: usize) {
+    /// Of a sample's random numbers.
+    pub fn seed(&self, sample: usize) -> SampleSeed {
+        self.seeds[sample]
+    }
+
+    /// Begins with a new sample, of which nothing is known.
+    pub fn begin(&mut self, sample: usize, seed: SampleSeed) {
+        self.seeds[sample] = seed;
         if self.is_some() {
             self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
             self.means[sample] = PathLight::UNKNOWN;
+        }
+    }
+
+    /// The seeds of eight samples, from `first` on, as words; 0 where they have none.
+    #[inline(always)]
+    pub fn seeds(&self, first: usize) -> u32x8 {
+        match self.seeds.get(first..first + LANES) {
+            Some(seeds) => u32x8::new(std::array::from_fn(|lane| seeds[lane].to_bits())),
+            None => u32x8::ZERO,
         }
     }
 
@@ -144,6 +176,9 @@ impl GatheredLight {
             self.of_paths[sample * paths..(sample + 1) * paths].copy_from_slice(from.paths(at));
             self.means[sample] = from.means[at];
         }
+        if self.is_seeded {
+            self.seeds[sample] = from.seeds[at];
+        }
     }
 
     /// Adds sample number `at` of `from` to the list.
@@ -152,12 +187,16 @@ impl GatheredLight {
             self.of_paths.extend_from_slice(from.paths(at));
             self.means.push(from.means[at]);
         }
+        if self.is_seeded {
+            self.seeds.push(from.seeds[at]);
+        }
     }
 
     /// Forgets all samples, and keeps their memory.
     pub fn clear(&mut self) {
         self.of_paths.clear();
         self.means.clear();
+        self.seeds.clear();
     }
 }
 
@@ -192,7 +231,10 @@ mod tests {
 
     #[test]
     fn a_mean_is_that_of_the_paths_that_are_known() {
-        let mut gathered = GatheredLight::unknown(4, 8);
+        let layout = TagLayout::default().with_paths(4);
+        let mut gathered = GatheredLight::unknown(&layout, 8);
+        let seed = SampleSeed::new(7, 3, 1, 2);
+        gathered.begin(5, seed);
         gathered.update_mean(5);
         assert_eq!((gathered.mean(5), gathered.known(5)), (PathLight::UNKNOWN, 0));
         (0..3).for_each(|path| gathered.set_path(5, path, light(path as f32)));
@@ -203,22 +245,23 @@ mod tests {
         assert_eq!(gathered.mean(5), light(1.5));
         assert!(!gathered.update_mean(5), "it is the same again");
         assert_eq!(gathered.means(0).lane(5), Vec3::splat(1.5));
-        let mut spares = GatheredLight::unknown(4, 0);
+        let mut spares = GatheredLight::unknown(&layout, 0);
         spares.push(&gathered, 5);
-        gathered.forget(5);
-        assert_eq!(gathered, GatheredLight::unknown(4, 8));
+        gathered.begin(5, SampleSeed::default());
+        assert_eq!(gathered, GatheredLight::unknown(&layout, 8));
         gathered.copy(2, &spares, 0);
         assert_eq!((gathered.mean(2), gathered.paths(2)[3]), (light(1.5), light(3.0)));
+        assert_eq!(gathered.seed(2), seed, "wherever it goes");
     }
 
     #[test]
     fn without_paths_nothing_is_held() {
-        let mut none = GatheredLight::unknown(0, 1024);
-        none.forget(7);
+        let layout = TagLayout::default();
+        let mut none = GatheredLight::unknown(&layout, 1024);
         none.copy(3, &none.clone(), 9);
         none.push(&GatheredLight::default(), 0);
-        assert_eq!((none.bytes(), GatheredLight::bytes_of_sample(0)), (0, 0));
+        assert_eq!((none.bytes(), GatheredLight::bytes_of_sample(&layout)), (0, 0));
         assert_eq!(none.means(8).lane(0), Vec3::ZERO);
-        assert_eq!(GatheredLight::bytes_of_sample(16), 136);
+        assert_eq!(GatheredLight::bytes_of_sample(&layout.with_paths(16)), 140);
     }
 }

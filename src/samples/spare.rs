@@ -39,7 +39,7 @@ impl Spares {
             samples: Vec::new(),
             single: vec![Vec::new(); single],
             area: vec![Vec::new(); area],
-            gathered: GatheredLight::unknown(layout.paths, 0),
+            gathered: GatheredLight::unknown(layout, 0),
         }
     }
 

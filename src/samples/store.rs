@@ -144,7 +144,7 @@ impl Tile {
             status: [Status::default(); CELLS],
             copies: [0; CELLS / LANES],
             tags: Tags::unknown(layout),
-            gathered: GatheredLight::unknown(layout.paths, CELLS),
+            gathered: GatheredLight::unknown(layout, CELLS),
             spares: Spares::none(layout),
         }
     }
@@ -228,7 +228,7 @@ impl Tile {
         let flags = moves.iter().fold(Flags::default(), copy);
         let tags = sources.iter().map(|tile| (&tile.tags, &tile.spares));
         self.tags.copy_all(&tags.collect::<Vec<_>>(), moves);
-        if self.gathered.is_some() {
+        if self.gathered.is_seeded() {
             for Move { to, source, from } in moves {
                 self.copy_gathered(
                     usize::from(*to) % CELLS,

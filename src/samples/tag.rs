@@ -133,6 +133,8 @@ pub struct TagLayout {
     area: usize,
     /// Paths by which a sample gathers light.
     pub paths: usize,
+    /// Whether samples have seeds: of their paths, and of the places in area lights that they ask.
+    pub is_seeded: bool,
 }
 
 impl TagLayout {
@@ -154,12 +156,14 @@ impl TagLayout {
     pub fn for_scene(scene: &Scene, settings: &Settings) -> Self {
         let points = scene.lights.iter().map(Light::points);
         let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
-        Self::of(points).with_paths(paths)
+        let has_areas = scene.lights.iter().any(|light| light.kind.is_area());
+        let layout = Self::of(points).with_paths(paths);
+        Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }
 
     /// The same for samples that gather light by so many paths.
     pub fn with_paths(self, paths: usize) -> Self {
-        Self { paths, ..self }
+        Self { paths, is_seeded: self.is_seeded || paths > 0, ..self }
     }
 
     /// How many columns of each sort there are: of lights with one shadow ray a sample, and with more.
@@ -170,7 +174,7 @@ impl TagLayout {
     /// Bytes of a sample's tags and paths.
     pub fn bytes(&self) -> usize {
         let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
-        tags + GatheredLight::bytes_of_sample(self.paths)
+        tags + GatheredLight::bytes_of_sample(self)
     }
 }
 

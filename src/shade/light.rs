@@ -1,5 +1,5 @@
-//! How much light comes from where. An area light is up to sixteen points, jittered in a grid: each sample has a
-//! pattern of its own, so that shadows have a grain rather than steps.
+//! How much light comes from where. An area light is up to sixteen points, spread evenly: each sample has a pattern of its
+//! own, so that shadows have a grain rather than steps.
 
 use glam::Vec3;
 use wide::u32x8;
@@ -7,59 +7,103 @@ use wide::u32x8;
 use super::area::from_places;
 pub use super::light_sample::LightSample;
 use super::light_sample::from_place;
+use super::sampling::NUMBER_BITS;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, signed};
 use crate::pose::{LightPose, LightShape};
+use crate::scene::Light;
 
-/// Where eight samples aim at in an area light: each has a pattern of its own, which is a function of its place
-/// on its model alone. So it stays the same as long as the sample lives.
+/// Where eight samples aim at in an area light, for as long as they live. The places of all samples of a pixel are the first
+/// points of one (0, 2)-sequence in base 2 (Sobol's first two dimensions), its digits scrambled as the pixel says: they are
+/// spread evenly together, and those of each sample by themselves, one in each field of a grid.
 #[derive(Debug, Clone, Copy)]
-pub struct StratifiedPattern(u32x8);
+pub struct StratifiedPattern([u32x8; 2]);
 
 impl StratifiedPattern {
     /// For lights that are no areas.
-    pub const NONE: Self = Self(u32x8::ZERO);
+    pub const NONE: Self = Self([u32x8::ZERO; 2]);
 
-    /// The patterns of samples at `places`, in whatever space they are kept in. Of no use for `light` unless
-    /// it is an area.
+    /// The patterns of samples with these [seeds](SampleSeed). Of no use for `light` unless it is an area.
     #[inline(always)]
-    pub fn at(light: &LightPose, places: Vec3x8) -> Self {
+    pub fn of_seeds(light: &LightPose, seeds: u32x8) -> Self {
         if !light.shape.is_area() {
             return Self::NONE;
         }
-        let [x, y, z] = [places.x, places.y, places.z].map(F32x8::to_bits);
-        Self(scrambled(scrambled(scrambled(x) ^ y) ^ z))
+        let across = scrambled(seeds >> NUMBER_BITS);
+        let up = scrambled(across);
+        let first = (seeds & u32x8::splat((1 << NUMBER_BITS) - 1)) * u32x8::splat(light.points as u32);
+        Self([across ^ radical_inverse(first), up ^ radical_inverse(pascal(first))])
     }
 
-    /// Places in field number `point` of the light's grid, as shares of the light's edges from -1/2 to 1/2.
+    /// Place number `point` of each sample, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
-    fn aside(&self, light: &LightPose, point: usize) -> [F32x8; 2] {
-        places(light, self.0, u32x8::splat(point as u32))
+    fn aside(&self, point: usize) -> [F32x8; 2] {
+        [0, 1].map(|axis| share(self.0[axis] ^ u32x8::splat(POINTS[axis][point])))
     }
 
-    /// The same for one of the samples in eight fields, from number `first` on.
+    /// The same for one of the samples, and eight places, from number `first` on.
     #[inline(always)]
-    fn asides(&self, light: &LightPose, sample: usize, first: usize) -> [F32x8; 2] {
-        let points = u32x8::splat(first as u32) + u32x8::new(std::array::from_fn(|lane| lane as u32));
-        places(light, u32x8::splat(self.0.as_array_ref()[sample]), points)
+    fn asides(&self, sample: usize, first: usize) -> [F32x8; 2] {
+        [0, 1].map(|axis| {
+            let points = u32x8::new(std::array::from_fn(|lane| POINTS[axis][first + lane]));
+            share(u32x8::splat(self.0[axis].as_array_ref()[sample]) ^ points)
+        })
     }
 }
 
-/// Jittered places in fields of the light's grid.
+/// Seeds of surfaces that are no samples, at `places`: as if each had a pixel of its own.
 #[inline(always)]
-fn places(light: &LightPose, seeds: u32x8, points: u32x8) -> [F32x8; 2] {
-    // 1, 2 or 4 fields along each edge: of numbers of so many bits
-    let bits_of_field = light.points.ilog2() / 2;
-    let grid = 1 << bits_of_field;
-    let step = 1.0 / grid as f32;
-    let bits = scrambled(seeds + points * u32x8::splat(0x9e37_79b9));
-    let place = |field: u32x8, within: u32x8| {
-        let [field, within] = [field, within].map(|whole| F32x8::from_whole(signed(whole)));
-        within * F32x8::splat(step / 65536.0) + (field * F32x8::splat(step) - F32x8::splat(0.5))
+pub fn seeds_of_places(places: Vec3x8) -> u32x8 {
+    let [x, y, z] = [places.x, places.y, places.z].map(F32x8::to_bits);
+    scrambled(scrambled(scrambled(x) ^ y) ^ z) << NUMBER_BITS
+}
+
+/// The first points of the sequence, unscrambled: as it is linear, those of a sample differ from these by its own first point.
+const POINTS: [[u32; AREA_POINTS]; 2] = {
+    let mut points = [[0; AREA_POINTS]; 2];
+    let mut number = 0;
+    while number < AREA_POINTS {
+        let mut pascal = number as u32;
+        pascal ^= (pascal & 0xaaaa_aaaa) >> 1;
+        pascal ^= (pascal & 0xcccc_cccc) >> 2;
+        points[0][number] = (number as u32).reverse_bits();
+        points[1][number] = pascal.reverse_bits();
+        number += 1;
+    }
+    points
+};
+
+/// Points of a light, at most.
+const AREA_POINTS: usize = Light::MOST_SAMPLES as usize;
+
+/// Bits of a number in reverse order: the first dimension of Sobol's sequence.
+#[inline(always)]
+fn radical_inverse(number: u32x8) -> u32x8 {
+    let swap = |bits: u32x8, mask: u32, by: u32| {
+        let mask = u32x8::splat(mask);
+        ((bits >> by) & mask) | ((bits & mask) << by)
     };
-    [
-        place(points & u32x8::splat(grid - 1), bits >> 16_u32),
-        place(points >> bits_of_field, bits & u32x8::splat(0xffff)),
-    ]
+    let bits = swap(number, 0x5555_5555, 1);
+    let bits = swap(bits, 0x3333_3333, 2);
+    let bits = swap(bits, 0x0f0f_0f0f, 4);
+    let bits = swap(bits, 0x00ff_00ff, 8);
+    swap(bits, 0x0000_ffff, 16)
+}
+
+/// Pascal's triangle modulo 2 times a number of up to 16 bits: what the second dimension reverses.
+#[inline(always)]
+fn pascal(number: u32x8) -> u32x8 {
+    let add = |bits: u32x8, mask: u32, by: u32| bits ^ ((bits & u32x8::splat(mask)) >> by);
+    let bits = add(number, 0xaaaa_aaaa, 1);
+    let bits = add(bits, 0xcccc_cccc, 2);
+    let bits = add(bits, 0xf0f0_f0f0, 4);
+    add(bits, 0xff00_ff00, 8)
+}
+
+/// Of the whole range of words, from -1/2 to below 1/2.
+#[inline(always)]
+fn share(bits: u32x8) -> F32x8 {
+    const STEP: f32 = 1.0 / (1 << 24) as f32;
+    F32x8::from_whole(signed(bits >> 8_u32)) * F32x8::splat(STEP) - F32x8::splat(0.5)
 }
 
 /// An integer hash in which each bit of the input changes each bit of the result about as often as not
@@ -114,7 +158,7 @@ pub fn light_sample(
         LightShape::Rectangle { .. }
         | LightShape::Disk { .. }
         | LightShape::Sphere { .. }
-        | LightShape::Sun { .. } => from_places(light, pattern.aside(light, point), points),
+        | LightShape::Sun { .. } => from_places(light, pattern.aside(point), points),
     }
 }
 
@@ -128,7 +172,7 @@ pub fn light_samples(
     point: Vec3,
 ) -> [LightSample; 2] {
     [0, LANES].map(|first| {
-        let mut light_sample = from_places(light, pattern.asides(light, sample, first), Vec3x8::splat(point));
+        let mut light_sample = from_places(light, pattern.asides(sample, first), Vec3x8::splat(point));
         if light.points < first + LANES {
             let is_there = Mask::of(|lane| first + lane < light.points);
             light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
@@ -166,14 +210,14 @@ fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sampling::SampleSeed;
     use super::*;
 
     #[test]
     fn a_point_light_falls_with_the_square() {
         let shape = LightShape::Point { position: Vec3::new(0.0, 2.0, 0.0) };
         let light = LightPose { shape, strength: Vec3::splat(8.0), points: 1 };
-        let light_sample =
-            light_sample(&light, 0, &StratifiedPattern::at(&light, Vec3x8::ZERO), Vec3x8::ZERO);
+        let light_sample = light_sample(&light, 0, &StratifiedPattern::NONE, Vec3x8::ZERO);
         assert_eq!(light_sample.irradiance.lane(0), Vec3::splat(2.0));
         assert_eq!(light_sample.to_light.lane(1) * light_sample.far, Vec3::new(0.0, 2.0, 0.0));
         assert!((light_sample.direction.lane(2) - Vec3::Y).length() < 1e-6);
@@ -185,7 +229,9 @@ mod tests {
         let light = LightPose { shape, strength: Vec3::ONE, points: 1 };
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
-            light_sample(&light, 0, &StratifiedPattern::at(&light, points), points).irradiance.lane(0)
+            light_sample(&light, 0, &StratifiedPattern::of_seeds(&light, seeds_of_places(points)), points)
+                .irradiance
+                .lane(0)
         };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
@@ -204,7 +250,7 @@ mod tests {
         let light = panel(Vec3::new(0.0, 2.0, 0.0), 1e-3);
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
-            let pattern = StratifiedPattern::at(&light, points);
+            let pattern = StratifiedPattern::of_seeds(&light, seeds_of_places(points));
             let each = (0..light.points).map(|number| light_sample(&light, number, &pattern, points));
             each.map(|light_sample| light_sample.irradiance.lane(0).x).sum::<f32>()
         };
@@ -214,35 +260,72 @@ mod tests {
         assert_eq!(at(Vec3::new(0.0, 3.0, 0.0)), 0.0, "behind it there is no light");
     }
 
+    /// Columns and rows, of so many, of the places that eight samples aim at in a panel of this size.
+    fn fields(light: &LightPose, seeds: u32x8, size: f32, [columns, rows]: [u32; 2]) -> Vec<Vec<[u32; 2]>> {
+        let pattern = StratifiedPattern::of_seeds(light, seeds);
+        let center = Vec3::new(0.0, 2.0, 0.0);
+        let field = |along: f32, of: u32| ((along / size + 0.5) * of as f32) as u32;
+        let of_sample = |sample: usize| {
+            let of_point = |number| {
+                let to_light = light_sample(light, number, &pattern, Vec3x8::ZERO).to_light.lane(sample);
+                assert_eq!(to_light.y, center.y);
+                assert!(to_light.x.abs() <= 0.5 * size && to_light.z.abs() <= 0.5 * size, "{to_light}");
+                [field(to_light.x, columns), field(to_light.z, rows)]
+            };
+            (0..light.points).map(of_point).collect()
+        };
+        (0..LANES).map(of_sample).collect()
+    }
+
+    fn count_of(fields: impl Iterator<Item = [u32; 2]>) -> usize {
+        fields.collect::<std::collections::HashSet<_>>().len()
+    }
+
     #[test]
-    fn the_points_fill_the_rectangle_and_are_the_samples_own() {
-        for grid in [1, 2, 4] {
-            let light = LightPose { points: grid * grid, ..panel(Vec3::new(0.0, 2.0, 0.0), 4.0) };
+    fn places_are_spread_evenly_for_each_sample_and_for_all_of_a_pixel() {
+        for points in [1, 4, 16] {
+            let light = LightPose { points, ..panel(Vec3::new(0.0, 2.0, 0.0), 4.0) };
+            let seed = |number: u32| SampleSeed::new(7, number, 3, 0).to_bits();
+            let seeds = u32x8::new(std::array::from_fn(|lane| seed(lane as u32)));
+            let of_sample = points.ilog2();
+            for bits in 0..=of_sample {
+                for fields in fields(&light, seeds, 4.0, [1 << bits, 1 << (of_sample - bits)]) {
+                    assert_eq!(count_of(fields.into_iter()), points, "a field of its own for each, {bits}");
+                }
+            }
+            let of_all = of_sample + LANES.ilog2();
+            for bits in 0..=of_all {
+                let fields = fields(&light, seeds, 4.0, [1 << bits, 1 << (of_all - bits)]);
+                assert_eq!(count_of(fields.into_iter().flatten()), points * LANES, "{bits}");
+            }
+            let other =
+                fields(&light, u32x8::splat(SampleSeed::new(8, 0, 3, 0).to_bits()), 4.0, [1 << 12; 2]);
+            assert_ne!(
+                other[0],
+                fields(&light, seeds, 4.0, [1 << 12; 2])[0],
+                "each pixel has places of its own"
+            );
+        }
+    }
+
+    #[test]
+    fn points_side_by_side_are_those_of_samples_side_by_side() {
+        for points in [1, 4, 16] {
+            let light = LightPose { points, ..panel(Vec3::new(0.0, 2.0, 0.0), 4.0) };
             let mut places = Vec3x8::ZERO;
             (0..LANES).for_each(|lane| places.set_lane(lane, Vec3::new(lane as f32, 0.5, -3.0)));
-            let pattern = StratifiedPattern::at(&light, places);
-            let field = 4.0 / grid as f32;
-            for number in 0..light.points {
-                let light_sample = light_sample(&light, number, &pattern, places);
-                let source = places + light_sample.to_light;
-                let [column, row] = [number % grid, number / grid].map(|at| at as f32 * field - 2.0);
-                let within = |lane: usize| source.lane(lane) - Vec3::new(column, 2.0, row);
-                for lane in 0..LANES {
-                    let at = within(lane);
-                    let is_inside = |along: f32| (-1e-5..=field).contains(&along);
-                    assert!(is_inside(at.x) && is_inside(at.z), "{number} {at}");
-                    assert_eq!(at.y, 0.0);
-                }
-                assert!(within(0) != within(1), "each sample has a pattern of its own");
-                for sample in 0..LANES {
-                    let alone = light_samples(&light, &pattern, sample, places.lane(sample))[number / LANES];
+            let pattern = StratifiedPattern::of_seeds(&light, seeds_of_places(places));
+            for sample in 0..LANES {
+                let alone = light_samples(&light, &pattern, sample, places.lane(sample));
+                for number in 0..points {
+                    let light_sample = light_sample(&light, number, &pattern, places);
+                    let alone = &alone[number / LANES];
                     assert_eq!(alone.to_light.lane(number % LANES), light_sample.to_light.lane(sample));
                     assert_eq!(alone.irradiance.lane(number % LANES), light_sample.irradiance.lane(sample));
                 }
+                let shining = alone.map(|half| half.irradiance.is_some().bits().count_ones() as usize);
+                assert_eq!(shining[0] + shining[1], points, "nothing comes from points that are not there");
             }
-            let alone = light_samples(&light, &pattern, 0, places.lane(0));
-            let shining = alone.map(|half| half.irradiance.is_some().bits().count_ones() as usize);
-            assert_eq!(shining[0] + shining[1], light.points, "nothing comes from points that are not there");
         }
     }
 }

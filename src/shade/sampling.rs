@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 
-/// The random numbers of a path: an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen Scrambling", 2020),
-/// so that the paths of a surface are spread evenly, and those of two surfaces have nothing in common.
-#[derive(Debug, Clone, Copy)]
+/// The random numbers of a path: a point of an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen Scrambling",
+/// 2020). The paths of one sequence are spread evenly, and those of two have nothing in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PathRandom {
-    /// Of the surface.
+    /// Of the sequence.
     pub seed: u32,
-    /// Number of the path among those of the surface.
+    /// Number of the point in the sequence.
     pub index: u32,
 }
 
@@ -22,14 +22,77 @@ impl PathRandom {
     }
 }
 
+/// Where the paths of a surface are in a sequence. The samples of a pixel share one, each with a part of its own: not only are
+/// the paths of each sample spread evenly, but all of the pixel's together.
+#[derive(Debug, Clone, Copy)]
+pub struct PathSequence {
+    seed: u32,
+    /// Where the surface's part of it begins.
+    first: u32,
+}
+
+impl PathSequence {
+    /// The sequence that a surface has for itself.
+    pub fn of_seed(seed: u32) -> Self {
+        Self { seed, first: 0 }
+    }
+
+    /// That of a sample with up to so many `paths`, which was first traced with this `seed`.
+    pub fn of_sample(SampleSeed(seed): SampleSeed, paths: usize) -> Self {
+        let paths = paths.next_power_of_two() as u32;
+        let (pixel, number) = (seed >> NUMBER_BITS, seed & ((1 << NUMBER_BITS) - 1));
+        // as many samples as the sequence has points for: beyond them, new seeds
+        let samples = (POINTS / paths).max(1);
+        Self { seed: scrambled(pixel ^ (number / samples) << 24), first: number % samples * paths }
+    }
+
+    /// The random numbers of path number `index` of the surface.
+    #[inline]
+    pub fn path(self, index: u32) -> PathRandom {
+        PathRandom { seed: self.seed, index: self.first + index }
+    }
+}
+
+/// Points of a sequence.
+const POINTS: u32 = 1 << 16;
+
+/// What decides the random numbers of a sample, for as long as it lives: 24 bits of the pixel in which it was first traced, and
+/// the sample's number in that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SampleSeed(u32);
+
+/// For the samples of a pixel: 16 x 16 at most.
+pub const NUMBER_BITS: u32 = 8;
+
+impl SampleSeed {
+    /// As a word: the number in its lowest bits, the pixel above.
+    #[inline]
+    pub fn to_bits(self) -> u32 {
+        self.0
+    }
+
+    /// Of sample `number` of pixel number `pixel`, as seen from `view` and of a model in `pose`: hashes that change when camera
+    /// or model move. So frames from one view have one noise, and what comes into view pixel by pixel does not repeat that of
+    /// the pixel before.
+    pub fn new(pixel: u32, number: u32, view: u32, pose: u32) -> Self {
+        let (pixel, number) = (scrambled(scrambled(pixel ^ view) ^ pose), number % (1 << NUMBER_BITS));
+        Self(pixel << NUMBER_BITS | number)
+    }
+}
+
 /// Sets of four dimensions that the sequence has.
 const SETS: u32 = sobol_burley::NUM_DIMENSION_SETS_4D;
 
 /// The seed of a surface: of its place on its model, and of the model.
 #[inline]
 pub fn seed_of(place: Vec3, model: u32) -> u32 {
-    let [x, y, z] = place.to_array().map(f32::to_bits);
-    scrambled(scrambled(scrambled(scrambled(x) ^ y) ^ z) ^ model)
+    scrambled(hash_of(&place.to_array()) ^ model)
+}
+
+/// A hash of these numbers.
+#[inline]
+pub fn hash_of(numbers: &[f32]) -> u32 {
+    numbers.iter().fold(0, |hash, number| scrambled(hash ^ number.to_bits()))
 }
 
 /// An integer hash in which each bit of the input changes each bit of the result about as often as not (Wellons'
@@ -98,6 +161,37 @@ mod tests {
         // the mean cosine is 2/3, and of its square 1/2
         assert!((mean - Vec3::Y * 2.0 / 3.0).length() < 2e-3, "{mean}");
         assert!((square - 0.5).abs() < 2e-3, "{square}");
+    }
+
+    /// Along each axis, all paths of a pixel fall into as many equal parts, each into one of its own; so do those of each sample.
+    #[test]
+    fn the_paths_of_a_pixel_are_spread_evenly_together() {
+        let paths = 16;
+        let sequence = |number| PathSequence::of_sample(SampleSeed::new(77, number, 5, 0), paths);
+        let of_sample = |number| (0..paths as u32).map(move |index| sequence(number).path(index));
+        let all: Vec<PathRandom> = (0..16).flat_map(of_sample).collect();
+        let own: Vec<PathRandom> = of_sample(5).collect();
+        for points in [all, own] {
+            for axis in 0..4 {
+                let parts: std::collections::HashSet<usize> =
+                    points.iter().map(|point| (point.four(0)[axis] * points.len() as f32) as usize).collect();
+                assert_eq!(parts.len(), points.len(), "axis {axis}");
+            }
+        }
+    }
+
+    /// Where the sequence has too few points for a pixel, no path is that of another.
+    #[test]
+    fn no_two_paths_of_a_pixel_are_the_same() {
+        for (samples, paths) in [(256, 1024), (36, 12), (4, 1)] {
+            let of_sample = |number| PathSequence::of_sample(SampleSeed::new(3, number, 0, 0), paths);
+            let all = (0..samples).flat_map(|n| (0..paths as u32).map(move |index| of_sample(n).path(index)));
+            let all: Vec<PathRandom> = all.collect();
+            let seen: std::collections::HashSet<(u32, u32)> =
+                all.iter().map(|at| (at.seed, at.index)).collect();
+            assert_eq!(seen.len(), all.len(), "{samples} {paths}");
+            assert!(all.iter().all(|at| at.index < POINTS));
+        }
     }
 
     #[test]

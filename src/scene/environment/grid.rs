@@ -10,7 +10,7 @@ use std::fmt;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::LightFrom;
+use super::light_from::LightFrom;
 use super::picture_error::PictureError;
 
 /// Of all samples, about this share is spread evenly over what is not black. So a step of a cumulative distribution

@@ -6,6 +6,7 @@
 //! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
 
 mod grid;
+mod light_from;
 mod picture_error;
 mod read;
 mod sky;
@@ -18,6 +19,7 @@ use glam::Vec3;
 
 use super::Background;
 use grid::Grid;
+pub use light_from::LightFrom;
 pub use picture_error::PictureError;
 pub(super) use read::read;
 pub use sky::Sky;
@@ -28,20 +30,6 @@ const LEAST_SHARE: f64 = 0.1;
 
 /// Rows of the grid that is made of a [`Background`].
 const BACKGROUND_ROWS: u32 = 1024;
-
-/// Light from a direction, and how likely that direction is sampled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LightFrom {
-    /// Linear RGB, scene-referred.
-    pub radiance: Vec3,
-    /// Probability density in solid angle. Where it is 0, the radiance is, too.
-    pub pdf: f32,
-}
-
-impl LightFrom {
-    /// None, from where no light is looked for.
-    pub const NONE: Self = Self { radiance: Vec3::ZERO, pdf: 0.0 };
-}
 
 /// Radiance from all directions, linear RGB, scene-referred. It does not change with time, and a clone shares the grid.
 ///

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::Vec3;
 
-use super::LightFrom;
+use super::light_from::LightFrom;
 
 /// A round source of light, infinitely far away, of the same radiance all over. World space.
 #[derive(Debug, Clone, Copy, PartialEq)]
