@@ -1,20 +1,21 @@
 //! Error at equal time: light from all around in a dolly through the kitchen, each frame traced in full, and frames that
 //! spend what reuse saves on more samples and paths (`--budget`).
 //!
-//! Errors are those of frames 24 and 25 against pictures of 8x8 samples a pixel and 16 paths a sample, in which nothing is
-//! reused. Two are counted: the relative mean square error, with each pixel's square over that of the reference; and the
+//! Errors are those of frames 24 and 25 against pictures of 16x16 samples a pixel and 4 paths a sample, in which nothing is
+//! reused, as they are and after denoising, where Open Image Denoise is installed. Two are counted: the relative mean square error, with each pixel's square over that of the reference; and the
 //! temporal one, the mean square of how much the error changes from one frame to the next along points that stay in sight,
 //! over that of the reference.
 
 use std::error::Error;
 use std::time::Instant;
 
-use afterimage::film::Film;
+use afterimage::denoise::{self, Denoiser};
+use afterimage::film::{Film, Plane};
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::pose::{CameraPose, Pose};
 use afterimage::scene::Scene;
-use afterimage::settings::{Budget, Mode, Settings};
+use afterimage::settings::{Budget, DenoiseQuality, Mode, Settings};
 use glam::{Vec2, Vec3};
 use serde::Serialize;
 
@@ -44,12 +45,15 @@ struct Row {
     seconds: f64,
     relative_mse: f64,
     temporal: f64,
+    /// The same two after denoising.
+    denoised: Option<[f64; 2]>,
     bytes_per_sample: f64,
 }
 
 /// What a frame shows, and where.
 struct Picture {
     colors: Vec<Vec3>,
+    denoised: Option<Vec<Vec3>>,
     points: Vec<Vec3>,
     is_surface: Vec<bool>,
 }
@@ -63,19 +67,22 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     let place = SceneName::Kitchen.place(arguments.triangles(), &folder())?;
     let (mut scene, settings) = under_a_sky(&place, arguments)?;
     scene.camera = Flow::DollyIn.camera(&place, &scene.space);
+    let mut denoiser = Denoiser::new(0, DenoiseQuality::High).ok();
     let settings = Settings { bounces: 2, layers: Layers::parse("P,id")?, ..settings };
-    let of_reference = Settings { samples: 8, paths: 16, mode: Mode::Full, ..settings.clone() };
+    let settings = if denoiser.is_some() { denoise::with_guides(&settings) } else { settings };
+    let of_reference = Settings { samples: 16, paths: 4, mode: Mode::Full, ..settings.clone() };
     let mut renderer = Renderer::new(&scene, &of_reference)?;
-    let reference = LAST.map(|frame| renderer.render(frame, false).map(|of| Picture::of(&of.film)));
+    let reference = LAST.map(|frame| renderer.render(frame, false).map(|of| Picture::of(&of.film, None)));
     let [before, after] = reference;
     let reference = [before?, after?];
     drop(renderer);
 
-    let line = "| frames                         | seconds | over full | relative MSE | over full | temporal | over full | B/sample |";
+    let line = "| frames                         | seconds | over full | relative MSE | over full | temporal | over full | \
+                denoised: MSE | over full | temporal | over full | B/sample |";
     println!("{line}\n{}", line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect::<String>());
     let mut rows: Vec<Row> = Vec::new();
     for contestant in contestants(&settings) {
-        let row = contestant.measure(&scene, &reference, arguments)?;
+        let row = contestant.measure(&scene, &reference, arguments, denoiser.as_mut())?;
         println!("{}", row.text(rows.first().unwrap_or(&row)));
         rows.push(row);
     }
@@ -106,13 +113,23 @@ fn contestants(settings: &Settings) -> Vec<Contestant> {
         },
         Contestant {
             name: "inferred, 8x8, 1 to 8 paths",
-            settings: Settings { samples: 8, paths: 8, paths_per_frame: 1, ..filled },
+            settings: Settings { samples: 8, paths: 8, paths_per_frame: 1, ..filled.clone() },
+        },
+        Contestant {
+            name: "inferred, 8x8, 2 to 16 paths",
+            settings: Settings { samples: 8, paths: 16, paths_per_frame: 2, ..filled },
         },
     ]
 }
 
 impl Contestant {
-    fn measure(&self, scene: &Scene, reference: &[Picture; 2], arguments: &Arguments) -> Failable<Row> {
+    fn measure(
+        &self,
+        scene: &Scene,
+        reference: &[Picture; 2],
+        arguments: &Arguments,
+        mut denoiser: Option<&mut Denoiser>,
+    ) -> Failable<Row> {
         let mut renderer = Renderer::new(scene, &self.settings)?;
         let reuses = self.settings.mode != Mode::Full;
         let first = if reuses { 1 } else { LAST[0] - arguments.frames() as i32 };
@@ -125,46 +142,55 @@ impl Contestant {
                 seconds.push(start.elapsed().as_secs_f64());
             }
             if LAST.contains(&frame) {
-                pictures.push(Picture::of(&finished.film));
+                let denoised =
+                    denoiser.as_mut().map(|denoiser| denoiser.denoise(&finished.film)).transpose()?;
+                pictures.push(Picture::of(&finished.film, denoised));
             }
             drop(finished);
             bytes_per_sample = renderer.memory().bytes_per_sample;
         }
-        let errors: Vec<Vec<Vec3>> = pictures
-            .iter()
-            .zip(reference)
-            .map(|(picture, reference)| picture.relative_error(reference))
-            .collect();
-        let squares = errors.iter().flatten().map(|error| f64::from(error.length_squared() / 3.0));
         let camera = Pose::of(scene, LAST[0]).camera;
+        let errors_of = |colors: &dyn Fn(&Picture) -> Option<&Vec<Vec3>>| {
+            let errors = pictures.iter().zip(reference).map(|(picture, reference)| {
+                colors(picture).map(|colors| reference.relative_error_of(colors))
+            });
+            let errors = errors.collect::<Option<Vec<Vec<Vec3>>>>()?;
+            let squares = errors.iter().flatten().map(|error| f64::from(error.length_squared() / 3.0));
+            let relative_mse = squares.sum::<f64>() / errors.iter().map(Vec::len).sum::<usize>() as f64;
+            let size = [self.settings.width, self.settings.height];
+            Some([relative_mse, temporal(&errors, reference, &camera, size)])
+        };
+        let [relative_mse, temporal] = errors_of(&|picture| Some(&picture.colors)).expect("all have colours");
         Ok(Row {
             name: self.name,
             seconds: seconds.iter().sum::<f64>() / seconds.len().max(1) as f64,
-            relative_mse: squares.sum::<f64>() / errors.iter().map(Vec::len).sum::<usize>() as f64,
-            temporal: temporal(&errors, reference, &camera, [self.settings.width, self.settings.height]),
+            relative_mse,
+            temporal,
+            denoised: errors_of(&|picture| picture.denoised.as_ref()),
             bytes_per_sample,
         })
     }
 }
 
 impl Picture {
-    fn of(film: &Film) -> Self {
+    fn of(film: &Film, denoised: Option<[Plane; 3]>) -> Self {
         let plane = |name: &str| film.values(name).expect("it was asked for");
-        let three = |names: [&str; 3]| -> Vec<Vec3> {
-            let [x, y, z] = names.map(plane);
+        let vectors = |[x, y, z]: [Vec<f32>; 3]| -> Vec<Vec3> {
             x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vec3::new(*x, *y, *z)).collect()
         };
+        let three = |names: [&str; 3]| vectors(names.map(plane));
         Self {
+            denoised: denoised.map(|planes| vectors(planes.map(|plane| plane.values.to_floats()))),
             colors: three(["R", "G", "B"]),
             points: three(["P.X", "P.Y", "P.Z"]),
             is_surface: plane("id.object").iter().map(|object| *object > 0.0).collect(),
         }
     }
 
-    /// Of each pixel the difference, as a share of the reference.
-    fn relative_error(&self, reference: &Self) -> Vec<Vec3> {
+    /// For a reference: how far `colors` are from it, pixel by pixel, as shares of it.
+    fn relative_error_of(&self, colors: &[Vec3]) -> Vec<Vec3> {
         let share = |(color, wanted): (&Vec3, &Vec3)| (*color - *wanted) / (*wanted + DARK);
-        self.colors.iter().zip(&reference.colors).map(share).collect()
+        colors.iter().zip(&self.colors).map(share).collect()
     }
 }
 
@@ -192,10 +218,18 @@ fn temporal(errors: &[Vec<Vec3>], reference: &[Picture; 2], before: &CameraPose,
 
 impl Row {
     fn text(&self, full: &Self) -> String {
-        let Self { name, seconds, relative_mse, temporal, bytes_per_sample } = self;
+        let Self { name, seconds, relative_mse, temporal, bytes_per_sample, .. } = self;
+        let denoised = match (self.denoised, full.denoised) {
+            (Some([mse, temporal]), Some([mse_of_full, temporal_of_full])) => format!(
+                "{mse:13.6} | {:9.3} | {temporal:8.6} | {:9.3}",
+                mse / mse_of_full,
+                temporal / temporal_of_full
+            ),
+            _ => "            - |         - |        - |         -".to_owned(),
+        };
         format!(
             "| {name:<30} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
-             {bytes_per_sample:8.0} |",
+             {denoised} | {bytes_per_sample:8.0} |",
             seconds / full.seconds,
             relative_mse / full.relative_mse,
             temporal / full.temporal,
