@@ -4,7 +4,6 @@ use std::path::Path;
 
 use openexr_sys as sys;
 
-use crate::header::PART;
 use crate::library::{Context, check};
 use crate::read::text;
 use crate::{Attribute, Error};
@@ -26,11 +25,15 @@ const STRUCTURAL: [&str; 12] = [
 ];
 
 /// All attributes but the structural ones, in the file's order.
-pub(crate) fn read_attributes(path: &Path, context: &Context<'_>) -> Result<Vec<(String, Attribute)>, Error> {
+pub(crate) fn read_attributes(
+    path: &Path,
+    context: &Context<'_>,
+    part: i32,
+) -> Result<Vec<(String, Attribute)>, Error> {
     const DOING: &str = "read the attributes";
     let mut count = 0;
     // SAFETY: the context is open, and the place for the answer lives through the call.
-    let code = unsafe { sys::exr_get_attribute_count(context.raw(), PART, &mut count) };
+    let code = unsafe { sys::exr_get_attribute_count(context.raw(), part, &mut count) };
     check(path, DOING, code)?;
     let mut attributes = Vec::new();
     for index in 0..count {
@@ -39,7 +42,7 @@ pub(crate) fn read_attributes(path: &Path, context: &Context<'_>) -> Result<Vec<
         // SAFETY: as above; the attribute belongs to the context.
         let attribute = unsafe {
             let raw = context.raw();
-            let code = sys::exr_get_attribute_by_index(raw, PART, order, index, &mut found);
+            let code = sys::exr_get_attribute_by_index(raw, part, order, index, &mut found);
             check(path, DOING, code)?;
             found.as_ref()
         };

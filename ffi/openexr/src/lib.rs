@@ -3,7 +3,7 @@
 //! [`write()`] makes one scanline part. Its chunks are packed and compressed on all threads of rayon's
 //! pool; OpenEXR's C library makes the header and the file's structure. The caller opens the file, and
 //! gives it its name when it is complete. [`read()`] takes every scanline file's first part,
-//! [`scan()`] goes through it line by line.
+//! [`scan()`] goes through it line by line, [`scan_part()`] through any part.
 //!
 //! Planes are `f32` or halves, row-major, top row first, `width * height` long. No NaN and no infinity goes into
 //! a file.
@@ -22,7 +22,7 @@ mod write;
 
 pub use error::Error;
 pub use library::version;
-pub use read::{ReadChannel, ReadImage, read, read_header, scan};
+pub use read::{ReadChannel, ReadImage, part_count, read, read_header, scan, scan_part};
 pub use write::{write, write_at_level};
 
 /// How a channel's samples are stored in the file.

@@ -8,7 +8,6 @@ use std::path::Path;
 use openexr_sys as sys;
 
 use crate::Error;
-use crate::header::PART;
 
 thread_local! {
     /// The last complaint on this thread: the library reports on the thread that made the mistake,
@@ -90,10 +89,10 @@ impl Context<'_> {
     }
 
     /// Scanlines that are compressed together, at least 1.
-    pub(crate) fn lines_per_chunk(&self, path: &Path) -> Result<usize, Error> {
+    pub(crate) fn lines_per_chunk(&self, path: &Path, part: i32) -> Result<usize, Error> {
         let mut lines = 0;
         // SAFETY: the context is open, and the place for the answer lives through the call.
-        let code = unsafe { sys::exr_get_scanlines_per_chunk(self.raw, PART, &mut lines) };
+        let code = unsafe { sys::exr_get_scanlines_per_chunk(self.raw, part, &mut lines) };
         check(path, "divide the lines", code)?;
         Ok(usize::try_from(lines).unwrap_or(1).max(1))
     }

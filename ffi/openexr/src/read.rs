@@ -1,4 +1,4 @@
-//! From a file to its planes: the first part of any scanline file.
+//! From a file to its planes: the parts of any scanline file.
 
 use std::ffi::{CStr, CString, c_char};
 use std::fs::File;
@@ -8,7 +8,6 @@ use std::path::Path;
 
 use openexr_sys as sys;
 
-use crate::header::PART;
 use crate::library::{Context, check, initializer};
 use crate::{Attribute, Compression, Error, SampleType};
 
@@ -16,6 +15,8 @@ use crate::{Attribute, Compression, Error, SampleType};
 const MOST_SAMPLES: u64 = 1 << 34;
 /// What each chunk takes at least: its offset in the table, its line and its length.
 const CHUNK_BYTES: u64 = 16;
+/// The part that a file has in any case.
+const FIRST: i32 = 0;
 /// Bytes of pixels that one byte of a file stands for at most. (Deflate comes to 1032.)
 const MOST_PACKED: u64 = 1 << 14;
 
@@ -32,6 +33,12 @@ pub struct ReadImage {
     pub attributes: Vec<(String, Attribute)>,
     /// `None` for a method that this crate does not write.
     pub compression: Option<Compression>,
+    /// Column and row of the data window's first pixel.
+    pub origin: [i32; 2],
+    /// The display window: its first column and row, its last column and row.
+    pub display: [i32; 4],
+    /// The part's name; empty where it has none.
+    pub part_name: String,
 }
 
 /// One plane of a file.
@@ -65,14 +72,15 @@ impl ReadImage {
 /// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels; and
 /// what is no regular file, which is not opened: a FIFO may have no writer.
 pub fn read(path: &Path) -> Result<ReadImage, Error> {
-    let (context, mut image) = begin(path)?;
+    let (context, mut image) = begin(path, FIRST)?;
     let pixels = image.width as usize * image.height as usize;
     let mut planes: Vec<Vec<f32>> = vec![Vec::new(); image.channels.len()];
     for plane in &mut planes {
         let room = plane.try_reserve_exact(pixels);
         room.map_err(|_| refuse(path, "its planes do not fit into memory"))?;
     }
-    read_pixels(path, &context, &image, |channel, lines| planes[channel].extend_from_slice(lines))?;
+    let mut keep = |channel: usize, lines: &[f32]| planes[channel].extend_from_slice(lines);
+    read_pixels(path, &context, FIRST, &image, &mut keep)?;
     for (channel, plane) in image.channels.iter_mut().zip(planes) {
         channel.data = plane;
     }
@@ -84,7 +92,7 @@ pub fn read(path: &Path) -> Result<ReadImage, Error> {
 /// # Errors
 /// As [`read`], as far as the header tells.
 pub fn read_header(path: &Path) -> Result<ReadImage, Error> {
-    begin(path).map(|(_, image)| image)
+    begin(path, FIRST).map(|(_, image)| image)
 }
 
 /// Reads all pixels but holds few: gives the lines of each chunk from top to bottom, channel by channel (by its number), to
@@ -93,25 +101,54 @@ pub fn read_header(path: &Path) -> Result<ReadImage, Error> {
 /// # Errors
 /// As [`read`].
 pub fn scan(path: &Path, visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, Error> {
-    let (context, image) = begin(path)?;
-    read_pixels(path, &context, &image, visit)?;
+    scan_part(path, 0, visit)
+}
+
+/// [`scan`] of the part of that number; the first is 0.
+///
+/// # Errors
+/// As [`read`]; and where there is no such part.
+pub fn scan_part(
+    path: &Path,
+    part: usize,
+    mut visit: impl FnMut(usize, &[f32]),
+) -> Result<ReadImage, Error> {
+    let part = i32::try_from(part).map_err(|_| refuse(path, "it has no such part"))?;
+    let (context, image) = begin(path, part)?;
+    read_pixels(path, &context, part, &image, &mut visit)?;
     Ok(image)
 }
 
-/// Opens a file that may be what its header says.
-fn begin(path: &Path) -> Result<(Context<'static>, ReadImage), Error> {
+/// How many parts a file has, tiled and deep ones included.
+///
+/// # Errors
+/// A file that is missing or unreadable, no EXR file, or no regular file.
+pub fn part_count(path: &Path) -> Result<usize, Error> {
+    let (context, _) = open_file(path)?;
+    let mut count = 0;
+    // SAFETY: the context is open, and the place for the answer lives through the call.
+    check(path, "count its parts", unsafe { sys::exr_get_count(context.raw(), &mut count) })?;
+    Ok(usize::try_from(count).unwrap_or(0))
+}
+
+/// Opens a part that may be what its header says.
+fn begin(path: &Path, part: i32) -> Result<(Context<'static>, ReadImage), Error> {
+    let (context, length) = open_file(path)?;
+    let image = describe(path, &context, part)?;
+    let lines = context.lines_per_chunk(path, part)? as u64;
+    check_length(length, &image, lines).map_err(|why| refuse(path, why))?;
+    Ok((context, image))
+}
+
+/// The file, open, and its length in bytes.
+fn open_file(path: &Path) -> Result<(Context<'static>, u64), Error> {
     let found = std::fs::metadata(path).map_err(|error| Error::reading(path, error))?;
     if !found.is_file() {
         return Err(refuse(path, "it is not a regular file"));
     }
     // Opened once by us, because the library does not tell why it could not.
     drop(File::open(path).map_err(|error| Error::reading(path, error))?);
-    let length = found.len();
-    let context = open(path)?;
-    let image = describe(path, &context)?;
-    let lines = context.lines_per_chunk(path)? as u64;
-    check_length(length, &image, lines).map_err(|why| refuse(path, why))?;
-    Ok((context, image))
+    Ok((open(path)?, found.len()))
 }
 
 /// Whether a file of `length` bytes can be whole if its header is right.
@@ -149,23 +186,30 @@ fn open(path: &Path) -> Result<Context<'static>, Error> {
 }
 
 /// Size, channels with empty planes, attributes.
-fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
+fn describe(path: &Path, context: &Context<'_>, part: i32) -> Result<ReadImage, Error> {
     let raw = context.raw();
     let mut storage = sys::EXR_STORAGE_SCANLINE;
     let mut compression = sys::EXR_COMPRESSION_NONE;
-    let mut corners = [0_i32; 4];
+    let (mut corners, mut display) = ([0_i32; 4], [0_i32; 4]);
     let mut list: *const sys::exr_attr_chlist_t = std::ptr::null();
     // SAFETY: the context is open; the places for the answers live through the calls, and a box of
     // integers is four `i32` without padding (minimum x and y, maximum x and y).
     unsafe {
-        check(path, "read its type", sys::exr_get_storage(raw, PART, &mut storage))?;
+        check(path, "read its type", sys::exr_get_storage(raw, part, &mut storage))?;
         let window = corners.as_mut_ptr().cast();
-        check(path, "read its size", sys::exr_get_data_window(raw, PART, window))?;
-        check(path, "read its compression", sys::exr_get_compression(raw, PART, &mut compression))?;
-        check(path, "read its channels", sys::exr_get_channels(raw, PART, &mut list))?;
+        check(path, "read its size", sys::exr_get_data_window(raw, part, window))?;
+        let window = display.as_mut_ptr().cast();
+        check(path, "read its display window", sys::exr_get_display_window(raw, part, window))?;
+        check(path, "read its compression", sys::exr_get_compression(raw, part, &mut compression))?;
+        check(path, "read its channels", sys::exr_get_channels(raw, part, &mut list))?;
     }
-    if storage != sys::EXR_STORAGE_SCANLINE {
-        return Err(refuse(path, "it is tiled or deep; only scanline files are read"));
+    let other = match storage {
+        sys::EXR_STORAGE_SCANLINE => None,
+        sys::EXR_STORAGE_TILED => Some("tiled"),
+        _ => Some("deep"),
+    };
+    if let Some(kind) = other {
+        return Err(refuse(path, format!("it is {kind}; only scanline files are read: write it again as one")));
     }
     let [left, top, right, bottom] = corners.map(i64::from);
     let size = |first: i64, last: i64| u32::try_from(last - first + 1).ok().filter(|&n| n > 0);
@@ -187,8 +231,21 @@ fn describe(path: &Path, context: &Context<'_>) -> Result<ReadImage, Error> {
         sys::EXR_COMPRESSION_PIZ => Some(Compression::Piz),
         _ => None,
     };
-    let attributes = crate::attributes::read_attributes(path, context)?;
-    Ok(ReadImage { width, height, channels, attributes, compression })
+    let attributes = crate::attributes::read_attributes(path, context, part)?;
+    let origin = [corners[0], corners[1]];
+    let part_name = part_name(context, part);
+    Ok(ReadImage { width, height, channels, attributes, compression, origin, display, part_name })
+}
+
+/// Empty where the part has none: a file of one part needs no name.
+fn part_name(context: &Context<'_>, part: i32) -> String {
+    let mut name: *const c_char = std::ptr::null();
+    // SAFETY: the context is open, and the place for the answer lives through the call; a name ends with a zero and
+    // belongs to the context.
+    unsafe {
+        let code = sys::exr_get_name(context.raw(), part, &mut name);
+        if code == sys::EXR_ERR_SUCCESS as sys::exr_result_t { text(name) } else { String::new() }
+    }
 }
 
 unsafe fn describe_channels(
@@ -234,11 +291,12 @@ pub(crate) unsafe fn text(from: *const c_char) -> String {
 fn read_pixels(
     path: &Path,
     context: &Context<'_>,
+    part: i32,
     image: &ReadImage,
-    mut visit: impl FnMut(usize, &[f32]),
+    visit: &mut impl FnMut(usize, &[f32]),
 ) -> Result<(), Error> {
     let (width, height) = (image.width as usize, image.height as usize);
-    let step = context.lines_per_chunk(path)?.min(height);
+    let step = context.lines_per_chunk(path, part)?.min(height);
     let mut buffers: Vec<Vec<f32>> = vec![Vec::new(); image.channels.len()];
     for buffer in &mut buffers {
         let room = buffer.try_reserve_exact(width * step);
@@ -247,12 +305,12 @@ fn read_pixels(
     }
     let mut pipeline = sys::decode_pipeline();
     let mut outcome = Ok(());
+    let source = Source { path, context, part, width };
     for first in (0..height).step_by(step) {
         let lines = step.min(height - first);
-        // SAFETY: the pipeline is empty the first time and of this context afterwards, and every
+        // SAFETY: the pipeline is empty the first time and of this context and part afterwards, and every
         // buffer has `width * step` values.
-        outcome =
-            unsafe { read_chunk(path, context, width, first..first + lines, &mut buffers, &mut pipeline) };
+        outcome = unsafe { read_chunk(&source, first..first + lines, &mut buffers, &mut pipeline) };
         if outcome.is_err() {
             break;
         }
@@ -265,27 +323,38 @@ fn read_pixels(
     outcome
 }
 
-/// Reads the chunk of these lines, counted from the top, into the beginning of `buffers`.
-unsafe fn read_chunk(
-    path: &Path,
-    context: &Context<'_>,
+/// The part whose chunks are read.
+struct Source<'a> {
+    path: &'a Path,
+    context: &'a Context<'a>,
+    part: i32,
+    /// Pixels across.
     width: usize,
+}
+
+/// Reads the chunk of these lines, counted from the top, into the beginning of `buffers`.
+///
+/// # Safety
+/// `pipeline` is empty, or of this context and part; each buffer has room for the lines.
+unsafe fn read_chunk(
+    source: &Source<'_>,
     lines: Range<usize>,
     buffers: &mut [Vec<f32>],
     pipeline: &mut sys::exr_decode_pipeline_t,
 ) -> Result<(), Error> {
     const DOING: &str = "read the pixels";
+    let &Source { path, context, part, width } = source;
     let raw = context.raw();
     let mut corners = [0_i32; 4];
     // SAFETY: a chunk's description is plain numbers; for the window see `describe`.
     let (mut chunk, code) = unsafe {
         let chunk: sys::exr_chunk_info_t = std::mem::zeroed();
-        (chunk, sys::exr_get_data_window(raw, PART, corners.as_mut_ptr().cast()))
+        (chunk, sys::exr_get_data_window(raw, part, corners.as_mut_ptr().cast()))
     };
     check(path, DOING, code)?;
     let line = corners[1] + lines.start as i32;
     // SAFETY: the context is open, and `chunk` lives through the call.
-    check(path, DOING, unsafe { sys::exr_read_scanline_chunk_info(raw, PART, line, &mut chunk) })?;
+    check(path, DOING, unsafe { sys::exr_read_scanline_chunk_info(raw, part, line, &mut chunk) })?;
     if usize::try_from(chunk.height) != Ok(lines.len()) || usize::try_from(chunk.width) != Ok(width) {
         return Err(refuse(path, "a chunk has other lines than its place says"));
     }
@@ -293,9 +362,9 @@ unsafe fn read_chunk(
     // SAFETY: the pipeline is empty, or of this context and part (the caller's promise).
     let code = unsafe {
         if is_first {
-            sys::exr_decoding_initialize(raw, PART, &chunk, pipeline)
+            sys::exr_decoding_initialize(raw, part, &chunk, pipeline)
         } else {
-            sys::exr_decoding_update(raw, PART, &chunk, pipeline)
+            sys::exr_decoding_update(raw, part, &chunk, pipeline)
         }
     };
     check(path, DOING, code)?;
@@ -311,11 +380,11 @@ unsafe fn read_chunk(
     }
     if is_first {
         // SAFETY: initialised with this context, and all channels are described.
-        let code = unsafe { sys::exr_decoding_choose_default_routines(raw, PART, pipeline) };
+        let code = unsafe { sys::exr_decoding_choose_default_routines(raw, part, pipeline) };
         check(path, DOING, code)?;
     }
     // SAFETY: every target has room for the chunk's lines: they are as many, and as wide, as was checked.
-    check(path, DOING, unsafe { sys::exr_decoding_run(raw, PART, pipeline) })
+    check(path, DOING, unsafe { sys::exr_decoding_run(raw, part, pipeline) })
 }
 
 #[cfg(test)]
@@ -326,7 +395,16 @@ mod tests {
     fn a_file_must_be_long_enough_for_its_size() {
         let of = |width, height| {
             let channel = ReadChannel { name: "R".into(), stored: SampleType::Half, data: Vec::new() };
-            ReadImage { width, height, channels: vec![channel; 37], attributes: vec![], compression: None }
+            ReadImage {
+                width,
+                height,
+                channels: vec![channel; 37],
+                attributes: vec![],
+                compression: None,
+                origin: [0; 2],
+                display: [0; 4],
+                part_name: String::new(),
+            }
         };
         let fits = |length, width, height, lines| check_length(length, &of(width, height), lines).is_ok();
         assert!(fits(1000, 64, 36, 1) && fits(600, 64, 36, 1) && !fits(500, 64, 36, 1));

@@ -111,7 +111,7 @@ unsafe extern "C" fn write_at(
 /// Compresses on all threads, writes in the order of the lines.
 fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Error> {
     let height = encoder.image.height as usize;
-    let step = context.lines_per_chunk(encoder.path)?;
+    let step = context.lines_per_chunk(encoder.path, PART)?;
     let starts: Vec<usize> = (0..height).step_by(step).collect();
     // buffers are used again: new ones of this size are new pages from the system every time
     let scratches = Mutex::new(Vec::new());
