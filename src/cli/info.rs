@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use openexr::{Attribute, ReadImage};
 
 use super::failure::Failure;
+use super::info_exr;
 use super::shot_args::{on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
@@ -21,9 +21,9 @@ use crate::settings::DenoiseQuality;
 Examples:
   afterimage info                    versions of the program, Embree and OpenEXR; the CPU
   afterimage info city.toml          models, materials, lights, frames, and warnings
-  afterimage info city.0001.exr      channels and attributes of a frame")]
+  afterimage info city.0001.exr      parts, layers and channels with their values; the header")]
 pub struct InfoArgs {
-    /// A shot (TOML), a model (OBJ), or a frame (EXR)
+    /// A shot (TOML), a model (OBJ), or a picture (EXR)
     file: Option<PathBuf>,
 }
 
@@ -49,11 +49,7 @@ impl InfoArgs {
         };
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let text = match kind.as_str() {
-            "exr" => {
-                let mut ranges = Vec::new();
-                let image = openexr::scan(path, |channel, values| widen(&mut ranges, channel, values));
-                exr(&image.map_err(Failure::of)?, &ranges)
-            }
+            "exr" => info_exr::describe(path)?,
             "obj" | "toml" => {
                 let shot = open(path, false)?;
                 for warning in &shot.warnings {
@@ -169,49 +165,6 @@ fn surfaces(text: &mut String, scene: &Scene) {
     }
 }
 
-/// Makes the range of `channel` hold `values`.
-fn widen(ranges: &mut Vec<(f32, f32)>, channel: usize, values: &[f32]) {
-    if ranges.len() <= channel {
-        ranges.resize(channel + 1, (f32::INFINITY, f32::NEG_INFINITY));
-    }
-    let range = &mut ranges[channel];
-    *range = values.iter().fold(*range, |(low, high), &value| (low.min(value), high.max(value)));
-}
-
-/// `ranges`: least and greatest value of each channel.
-fn exr(image: &ReadImage, ranges: &[(f32, f32)]) -> String {
-    let mut text = String::new();
-    line(&mut text, "size", format!("{}x{}", image.width, image.height));
-    let compression = image.compression.map_or_else(|| String::from("other"), |kind| format!("{kind:?}"));
-    line(&mut text, "packing", compression.to_uppercase());
-    line(&mut text, "channels", image.channels.len().to_string());
-    for (channel, (low, high)) in image.channels.iter().zip(ranges) {
-        let stored = format!("{:?}", channel.stored).to_lowercase();
-        line(&mut text, "", format!("{:<24}{stored:<6}{low} to {high}", channel.name));
-    }
-    line(&mut text, "attributes", image.attributes.len().to_string());
-    for (name, value) in &image.attributes {
-        line(&mut text, "", format!("{name:<24}{}", attribute(value)));
-    }
-    text
-}
-
-fn attribute(value: &Attribute) -> String {
-    match value {
-        Attribute::Text(text) => text.escape_debug().to_string(),
-        Attribute::Float(number) => number.to_string(),
-        Attribute::Int(number) => number.to_string(),
-        Attribute::Rational { numerator, denominator } => format!("{numerator}/{denominator}"),
-        Attribute::M44f(numbers) => format!("{numbers:?}"),
-        Attribute::V2f(numbers) => format!("{numbers:?}"),
-        Attribute::V2i(numbers) => format!("{numbers:?}"),
-        Attribute::V3f(numbers) => format!("{numbers:?}"),
-        Attribute::Chromaticities(numbers) => format!("{numbers:?}"),
-        Attribute::TimeCode { time_and_flags, .. } => format!("time code {time_and_flags:08x}"),
-        Attribute::Other(kind) => format!("(of type {kind})"),
-    }
-}
-
 fn rate((frames, seconds): (i32, u32)) -> String {
     if seconds == 1 { frames.to_string() } else { format!("{frames}/{seconds}") }
 }
@@ -229,33 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn attributes_are_one_line_each() {
-        assert_eq!(attribute(&Attribute::Text("a\nb".into())), "a\\nb");
-        assert_eq!(attribute(&Attribute::Rational { numerator: 24000, denominator: 1001 }), "24000/1001");
+    fn rates_may_be_fractions() {
         assert_eq!((rate((24, 1)), rate((24000, 1001))), ("24".into(), "24000/1001".into()));
-    }
-
-    #[test]
-    fn a_frame_is_described_by_its_channels() {
-        let image = ReadImage {
-            width: 2,
-            height: 1,
-            channels: vec![openexr::ReadChannel {
-                name: "status.good".into(),
-                stored: openexr::SampleType::Half,
-                data: Vec::new(),
-            }],
-            attributes: vec![(
-                "framesPerSecond".into(),
-                Attribute::Rational { numerator: 24, denominator: 1 },
-            )],
-            compression: Some(openexr::Compression::Zips),
-        };
-        let mut ranges = Vec::new();
-        [[0.5, 1.0], [0.25, 0.5]].iter().for_each(|line| widen(&mut ranges, 0, line));
-        let text = exr(&image, &ranges);
-        for part in ["2x1", "ZIPS", "status.good", "half", "0.25 to 1", "24/1"] {
-            assert!(text.contains(part), "{part} is not in\n{text}");
-        }
     }
 }

@@ -5,8 +5,10 @@
 
 mod backend_table;
 pub mod compare;
+pub mod diff;
 pub mod failure;
 pub mod info;
+mod info_exr;
 pub mod paths;
 pub mod reference;
 pub mod render;
@@ -44,6 +46,8 @@ enum Command {
     Render(Box<render::RenderArgs>),
     /// Render frames with reuse and in full, with each backend, and compare rays, seconds and pictures
     Compare(Box<compare::CompareArgs>),
+    /// Compare two EXR files, or two sequences of them, layer by layer
+    Diff(diff::DiffArgs),
     /// Describe a shot, a model or an EXR; without a file: versions and CPU
     Info(info::InfoArgs),
 }
@@ -51,7 +55,7 @@ enum Command {
 /// Runs the program. `words` starts with the program's name.
 ///
 /// The exit code is 0 only if everything that was asked for was done, 1 if something failed, 2 if the
-/// command line makes no sense.
+/// command line makes no sense. That of `diff` is 1 if the files differ, and 2 if something failed.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<OsString> = words.into_iter().collect();
     let cli = match Cli::try_parse_from(&words) {
@@ -73,6 +77,16 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
             let mut terminal = args.terminal();
             let outcome = args.execute(command_line(&words), &mut terminal);
             conclude(outcome, &terminal)
+        }
+        Command::Diff(args) => {
+            let mut terminal = args.terminal();
+            match args.execute(&mut terminal) {
+                Ok(differs) => ExitCode::from(u8::from(differs)),
+                Err(failure) => {
+                    terminal.error(&failure.to_string());
+                    ExitCode::from(2)
+                }
+            }
         }
         Command::Info(args) => {
             let mut terminal = Terminal::new(ProgressKind::None, false);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::time::SystemTime;
 
-use openexr::{Channel, Compression, Data, Image, SampleType};
+use openexr::{Attribute, Channel, Compression, Data, Image, SampleType};
 
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
@@ -86,6 +86,30 @@ pub fn write_planes<'p>(
     write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
 }
 
+/// Writes planes of any names as floats, whole or not at all: a picture of `size` (columns and rows) that is no frame.
+///
+/// # Errors
+/// As [`write_exr`].
+pub fn write_floats(
+    path: &Path,
+    size: [u32; 2],
+    planes: &[(String, Vec<f32>)],
+    comments: &str,
+) -> Result<(), ExrError> {
+    let channels = planes.iter().map(|(name, values)| {
+        let (stored, data) = (SampleType::Float, Data::Floats(values));
+        Channel { name, stored, data }
+    });
+    let image = Image {
+        width: size[0],
+        height: size[1],
+        channels: channels.collect(),
+        attributes: vec![("comments".to_owned(), Attribute::Text(comments.replace('\0', " ")))],
+        compression: Compression::Zips,
+    };
+    write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
+}
+
 /// Whether `path` is an EXR file of `width` x `height` pixels that can be read to its end: left by a run
 /// that finished the frame.
 pub fn is_whole(path: &Path, width: u32, height: u32) -> bool {
@@ -98,7 +122,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
-    use openexr::Attribute;
 
     fn meta() -> FrameMeta {
         let mut world_to_camera = [0.0; 16];

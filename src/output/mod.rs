@@ -6,10 +6,12 @@
 //! - [`path`]: `out/name.####.exr` and what it means for a frame number
 //! - [`exr`]: layers and the header's metadata
 //! - [`png`]: an 8-bit sRGB look at `R G B`
+//! - [`false_color`]: colours for how far two pictures are apart
 //!
 //! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
 
 pub mod exr;
+pub mod false_color;
 mod metadata;
 pub mod path;
 pub mod png;

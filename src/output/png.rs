@@ -56,9 +56,21 @@ pub fn write_colors(path: &Path, size: [u32; 2], planes: [&Plane; 3]) -> Result<
     for pixel in 0..pixels {
         bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
     }
+    write_rgb(path, size, &bytes)
+}
+
+/// Writes bytes as they are: red, green and blue of each pixel of a picture of `size` (columns and rows).
+///
+/// # Errors
+/// The bytes are not as many as the size says, or the file cannot be written; then no file is left.
+pub fn write_rgb(path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<(), PreviewError> {
     let mut file = Vec::new();
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    if bytes.len() as u64 != 3 * pixels {
+        return Err(PreviewError::Encode(format!("{} bytes are not {pixels} pixels", bytes.len())));
+    }
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
-        .write_image(&bytes, size[0], size[1], ExtendedColorType::Rgb8)
+        .write_image(bytes, size[0], size[1], ExtendedColorType::Rgb8)
         .map_err(|error| PreviewError::Encode(error.to_string()))?;
     write_bytes(path, &file).map_err(PreviewError::Write)
 }

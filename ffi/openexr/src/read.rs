@@ -108,11 +108,7 @@ pub fn scan(path: &Path, visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, 
 ///
 /// # Errors
 /// As [`read`]; and where there is no such part.
-pub fn scan_part(
-    path: &Path,
-    part: usize,
-    mut visit: impl FnMut(usize, &[f32]),
-) -> Result<ReadImage, Error> {
+pub fn scan_part(path: &Path, part: usize, mut visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, Error> {
     let part = i32::try_from(part).map_err(|_| refuse(path, "it has no such part"))?;
     let (context, image) = begin(path, part)?;
     read_pixels(path, &context, part, &image, &mut visit)?;
@@ -209,7 +205,10 @@ fn describe(path: &Path, context: &Context<'_>, part: i32) -> Result<ReadImage, 
         _ => Some("deep"),
     };
     if let Some(kind) = other {
-        return Err(refuse(path, format!("it is {kind}; only scanline files are read: write it again as one")));
+        return Err(refuse(
+            path,
+            format!("it is {kind}; only scanline files are read: write it again as one"),
+        ));
     }
     let [left, top, right, bottom] = corners.map(i64::from);
     let size = |first: i64, last: i64| u32::try_from(last - first + 1).ok().filter(|&n| n > 0);

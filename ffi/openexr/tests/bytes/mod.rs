@@ -84,7 +84,11 @@ impl Part<'_> {
             }
             chunk
         };
-        if self.is_scanline() { (0..self.height()).map(line).collect() } else { vec![Vec::new(); self.height()] }
+        if self.is_scanline() {
+            (0..self.height()).map(line).collect()
+        } else {
+            vec![Vec::new(); self.height()]
+        }
     }
 }
 
@@ -104,11 +108,8 @@ pub fn file(parts: &[Part<'_>]) -> Vec<u8> {
     if several {
         bytes.push(0);
     }
-    let chunks: Vec<Vec<u8>> = parts
-        .iter()
-        .enumerate()
-        .flat_map(|(number, part)| part.chunks(several.then_some(number)))
-        .collect();
+    let chunks: Vec<Vec<u8>> =
+        parts.iter().enumerate().flat_map(|(number, part)| part.chunks(several.then_some(number))).collect();
     let mut at = bytes.len() as u64 + 8 * chunks.len() as u64;
     for chunk in &chunks {
         bytes.extend(if chunk.is_empty() { 0 } else { at }.to_le_bytes());
