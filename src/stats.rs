@@ -1,5 +1,6 @@
 //! What a frame cost and what it reused: rays by kind, samples by status, seconds by phase.
 
+use std::fmt;
 use std::ops::AddAssign;
 
 use serde::Serialize;
@@ -227,6 +228,19 @@ pub fn saved_percent(cast: f64, full: f64) -> f64 {
     if full > 0.0 { 100.0 * (1.0 - cast / full) } else { 0.0 }
 }
 
+/// A percentage with one decimal, and without the sign of what rounds to zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Percent(pub f64);
+
+impl fmt::Display for Percent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = format!("{:.1}", self.0);
+        // numbers stand to the right
+        let width = f.width().unwrap_or(0);
+        write!(f, "{:>width$}", if text == "-0.0" { "0.0" } else { &text })
+    }
+}
+
 /// The settings of a run as its statistics state them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSettings {
@@ -305,6 +319,13 @@ mod tests {
         assert_eq!(estimate.rays(&inferred), 300.0);
         assert_eq!(saved_percent(inferred.rays.total() as f64, estimate.rays(&inferred)), 50.0);
         assert_eq!(saved_percent(1.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn no_percentage_is_minus_zero() {
+        let texts = [-0.04, -0.0, 0.04, -0.06, 99.96].map(|percent| Percent(percent).to_string());
+        assert_eq!(texts, ["0.0", "0.0", "0.0", "-0.1", "100.0"]);
+        assert_eq!(format!("{:>7}|", Percent(-0.01)), "    0.0|");
     }
 
     #[test]

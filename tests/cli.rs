@@ -124,6 +124,17 @@ fn info_refuses_what_it_does_not_know() {
 }
 
 #[test]
+fn info_tells_where_frames_would_go() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy("scenes/analytic/triangle.obj", folder.path().join("t.obj")).unwrap();
+    let shot = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[[model]]\nobj = \"t.obj\"\n";
+    fs::write(folder.path().join("walk.toml"), shot).unwrap();
+    let output = in_folder(folder.path(), &["info", "walk.toml"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("output     out/walk/walk.####.exr"), "{}", stdout(&output));
+}
+
+#[test]
 fn info_names_versions_and_processor() {
     let output = afterimage(&["info"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));

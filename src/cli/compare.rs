@@ -30,7 +30,7 @@ use crate::report::picture;
 use crate::report::reference::Reference;
 use crate::report::versions::Versions;
 use crate::settings::{MOST_SAMPLES, Mode, Settings};
-use crate::stats::{RunSettings, held_bytes, saved_percent};
+use crate::stats::{Percent, RunSettings, held_bytes, saved_percent};
 use crate::trace::BackendKind;
 
 /// Frames that the report shows.
@@ -408,7 +408,7 @@ fn row(frame: &ComparedFrame) -> String {
     let seconds = (ours.seconds.rendering(), full.seconds.rendering());
     let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7.1} {:>7.1} {:>10.5} {:>7.2}{} {}",
+        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7} {:>7.1} {:>10.5} {:>7.2}{} {}",
         frame.frame,
         ours.mode,
         seconds.0,
@@ -416,7 +416,7 @@ fn row(frame: &ComparedFrame) -> String {
         speed_up,
         table::millions(ours.rays.total()),
         table::millions(full.rays.total()),
-        saved_percent(ours.rays.total() as f64, full.rays.total() as f64),
+        Percent(saved_percent(ours.rays.total() as f64, full.rays.total() as f64)),
         table::reused_percent(ours),
         frame.difference.mean,
         frame.difference.percent_above,
@@ -472,15 +472,18 @@ fn summary(comparison: &Comparison) -> String {
 
 fn saving(name: &str, saving: &Saving) -> String {
     format!(
-        "saved    {:.1} % of the rays, {:.1} % of the time, {:.2} times as fast ({name}: {})",
-        saving.rays_percent, saving.time_percent, saving.speed_up, saving.frames
+        "saved    {} % of the rays, {} % of the time, {:.2} times as fast ({name}: {})",
+        Percent(saving.rays_percent),
+        Percent(saving.time_percent),
+        saving.speed_up,
+        saving.frames
     )
 }
 
 fn percent_or_dash(ours: f64, full: f64) -> String {
     // what full tracing hardly does cannot be saved
     let comparable = full > 0.0 && ours < 2.0 * full;
-    if comparable { format!("{:.1} %", saved_percent(ours, full)) } else { String::from("-") }
+    if comparable { format!("{} %", Percent(saved_percent(ours, full))) } else { String::from("-") }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::failure::Failure;
 use super::info_exr;
-use super::shot_args::{on_threads, open};
+use super::shot_args::{default_output, on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
@@ -55,7 +55,7 @@ impl InfoArgs {
                 for warning in &shot.warnings {
                     terminal.warn(&warning.0.to_string());
                 }
-                if kind == "obj" { model(&shot.scene) } else { described(&shot) }
+                if kind == "obj" { model(&shot.scene) } else { described(&shot, path) }
             }
             _ => {
                 return Err(Failure::Failed(format!(
@@ -69,7 +69,8 @@ impl InfoArgs {
     }
 }
 
-fn described(shot: &Shot) -> String {
+/// `path`: the shot file's.
+fn described(shot: &Shot, path: &Path) -> String {
     let (settings, scene) = (&shot.settings, &shot.scene);
     let samples = settings.samples;
     let mut text = format!("{}\n", shot.title);
@@ -94,7 +95,7 @@ fn described(shot: &Shot) -> String {
     if !scene.camera.cuts.is_empty() {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));
     }
-    line(&mut text, "output", shot.output.clone().unwrap_or_else(|| String::from("not said")));
+    line(&mut text, "output", shot.output.clone().unwrap_or_else(|| default_output(path)));
     let triangles: usize = scene.models.iter().map(|model| model.mesh.triangles.len()).sum();
     line(&mut text, "models", format!("{}, {triangles} triangles", scene.models.len()));
     for model in &scene.models {

@@ -140,9 +140,16 @@ pub fn run_up_note(steps: &[Step]) -> Option<String> {
     let count = steps.iter().filter(|step| !step.write).count();
     let first = steps.iter().find(|step| !step.write)?;
     let (frames, are) = if count == 1 { ("frame", "is") } else { ("frames", "are") };
+    // then most of the time goes into frames that nobody asked for
+    let remedy = match steps.len() - count {
+        written if count > written => format!(
+            "that is more than the {written} to write: --mode full needs no run-up, and --base-every makes it shorter"
+        ),
+        _ => String::from("--base-every makes a run-up shorter"),
+    };
     Some(format!(
         "run-up: {count} {frames} from {} on {are} rendered without being written, because later frames \
-         are inferred from them (--base-every makes a run-up shorter)",
+         are inferred from them ({remedy})",
         first.frame
     ))
 }
@@ -204,6 +211,10 @@ mod tests {
         assert_eq!((bases(&steps), written(&steps)), (vec![11], vec![15, 16, 17]));
         assert!(run_up_note(&steps).is_some_and(|note| note.contains("4 frames from 11 on are")));
         assert!(run_up_note(&plan("11-20", &RULE)).is_none());
+        let long = run_up_note(&plan("19-20", &RULE)).expect("8 frames from 11 on");
+        assert!(long.contains("8 frames") && long.contains("the 2 to write: --mode full"), "{long}");
+        let short = run_up_note(&plan("12-20", &RULE)).expect("frame 11");
+        assert!(short.contains("1 frame from 11 on is") && !short.contains("--mode full"), "{short}");
     }
 
     #[test]

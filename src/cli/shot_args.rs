@@ -305,7 +305,8 @@ pub fn on_threads<T: Send>(
     pool.install(work)
 }
 
-fn default_output(shot: &Path) -> String {
+/// The names of a shot's frames where neither the shot nor the command line say them.
+pub fn default_output(shot: &Path) -> String {
     let name = name_of(shot);
     format!("out/{name}/{name}.####.exr")
 }

@@ -2,7 +2,9 @@
 
 use super::terminal::duration;
 use crate::settings::Build;
-use crate::stats::{AuditCounts, FrameStats, FullEstimate, Memory, RayCounts, Totals, saved_percent};
+use crate::stats::{
+    AuditCounts, FrameStats, FullEstimate, Memory, Percent, RayCounts, Totals, saved_percent,
+};
 
 /// Title line of a render's table. Rays in millions.
 pub fn header() -> String {
@@ -29,7 +31,7 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
         millions(rays.refraction),
         millions(rays.gathering),
         millions(rays.total()),
-        saved.map_or_else(|| String::from("-"), |saved| format!("{saved:.1}")),
+        saved.map_or_else(|| String::from("-"), |saved| Percent(saved).to_string()),
         audit(frame.audit),
     )
 }
@@ -111,10 +113,10 @@ pub fn summary(sum: &Summary<'_>) -> String {
     ];
     if totals.samples.reused() > 0 && sum.full_rays > 0.0 {
         lines.push(format!(
-            "{:<9}about {:.1} % of the rays, against tracing every sample: one primary ray each, shadow rays \
+            "{:<9}about {} % of the rays, against tracing every sample: one primary ray each, shadow rays \
              a sample as in the last base frame, reflection and refraction as cast (`compare` measures it)",
             "saved",
-            saved_percent(totals.rays.total() as f64, sum.full_rays),
+            Percent(saved_percent(totals.rays.total() as f64, sum.full_rays)),
         ));
     }
     if let Some((frames, totals)) = sum.run_up {

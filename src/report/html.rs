@@ -7,7 +7,7 @@ use super::both_ways::THRESHOLD;
 use super::chart::{self, Series};
 use super::comparison::Comparison;
 use super::picture::{STATUSES, hex};
-use crate::stats::{FrameStats, SampleCounts, Seconds, Totals, saved_percent};
+use crate::stats::{FrameStats, Percent, SampleCounts, Seconds, Totals, saved_percent};
 use crate::visible::visible;
 
 /// Colours of the two ways in line charts.
@@ -79,13 +79,13 @@ fn cards(comparison: &Comparison) -> String {
     let mut cards = vec![
         card(
             "",
-            format!("{:.1} %", saved.rays_percent),
-            format!("of all rays saved ({:.1} % on inferred frames)", inferred.rays_percent),
+            format!("{} %", Percent(saved.rays_percent)),
+            format!("of all rays saved ({} % on inferred frames)", Percent(inferred.rays_percent)),
         ),
         card(
             "",
-            format!("{:.1} %", saved.time_percent),
-            format!("of the time saved ({:.1} % on inferred frames)", inferred.time_percent),
+            format!("{} %", Percent(saved.time_percent)),
+            format!("of the time saved ({} % on inferred frames)", Percent(inferred.time_percent)),
         ),
         card(
             "",
@@ -220,7 +220,7 @@ fn phases_table(comparison: &Comparison) -> String {
 
 fn two_sided(name: &str, ours: &str, full: &str, values: (f64, f64)) -> String {
     let saved = match values {
-        (_, full) if full > 0.0 => format!("{:.1} %", saved_percent(values.0, full)),
+        (_, full) if full > 0.0 => format!("{} %", Percent(saved_percent(values.0, full))),
         _ => String::from("–"),
     };
     let class = if name == "all" { " class=\"sum\"" } else { "" };
@@ -267,7 +267,7 @@ fn frames_table(comparison: &Comparison) -> String {
             let audit = ours.audit.map_or_else(|| String::from("–"), |audit| audit.differing.to_string());
             format!(
                 "<tr><td>{}</td><td>{}</td><td>{:.1} %</td><td>{:.3}</td><td>{:.3}</td><td>{:.2}</td>\
-                 <td>{:.2}</td><td>{:.1} %</td><td>{:.5}</td><td>{:.2} %</td><td>{audit}</td></tr>",
+                 <td>{:.2}</td><td>{} %</td><td>{:.5}</td><td>{:.2} %</td><td>{audit}</td></tr>",
                 frame.frame,
                 ours.mode,
                 100.0 * ours.samples.reused() as f64 / ours.samples.total().max(1) as f64,
@@ -275,7 +275,7 @@ fn frames_table(comparison: &Comparison) -> String {
                 full.seconds.rendering(),
                 ours.rays.total() as f64 / 1e6,
                 full.rays.total() as f64 / 1e6,
-                saved_percent(ours.rays.total() as f64, full.rays.total() as f64),
+                Percent(saved_percent(ours.rays.total() as f64, full.rays.total() as f64)),
                 frame.difference.mean,
                 frame.difference.percent_above,
             )
