@@ -212,6 +212,7 @@ fn frame(folder: &Path) -> (std::sync::Arc<Film>, FrameMeta) {
         world_to_ndc: finished.camera.world_to_ndc(16.0 / 9.0).to_cols_array(),
         comments: "a benchmark".into(),
         shot: "sphere".into(),
+        fingerprint: None,
     };
     (finished.film, meta)
 }

@@ -51,6 +51,7 @@ pub mod animation;
 pub mod changes;
 pub mod cli;
 pub mod denoise;
+pub mod digest;
 pub mod film;
 pub mod frame;
 pub mod geometry;

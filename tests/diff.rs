@@ -144,8 +144,8 @@ fn sequences_are_compared_frame_by_frame() {
             "frame 2: 4 pixels differ; the largest difference is 0.5000 in R at (0, 0)",
             "frame 3: 4 pixels differ",
             "R G B 0.5000 R (0, 0) of 2",
-            "only in a.####.exr: frames 5",
-            "only in x/b.#.exr: frames 4",
+            "only in a.####.exr: frame 5",
+            "only in x/b.#.exr: frame 4",
             "differ: 2 of 3 frames",
         ],
     );

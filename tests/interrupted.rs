@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use program::{Place, assert_same, whole};
+use program::{Place, Ran, assert_same, whole};
 use rustix::mount::{MountFlags, UnmountFlags, mount, unmount};
 
 /// That all files under a frame's name are whole; says how many there are. Leftovers of a killed run are
@@ -158,4 +158,142 @@ fn frames_that_are_not_whole_are_made_again() {
     let before = fs::metadata(path("some", 2)).unwrap().modified().unwrap();
     place.render("-o some/a.####.exr --resume").done();
     assert_eq!(fs::metadata(path("some", 2)).unwrap().modified().unwrap(), before, "nothing was left to do");
+}
+
+/// That `--resume` with `options` keeps all frames but `again`, for which it says all of `words`.
+#[track_caller]
+fn assert_renders(place: &Place, options: &str, again: &[i32], words: &[&str]) {
+    let changed =
+        |frame: &i32| fs::metadata(place.path(&format!("a.{frame:04}.exr"))).unwrap().modified().unwrap();
+    let before: Vec<_> = (1..=4).map(|frame| changed(&frame)).collect();
+    let ran =
+        Ran::of(place.command("s.toml", &format!("-o a.####.exr --resume {options}")).output().unwrap());
+    let ran = ran.done();
+    let frames: Vec<i32> = (1..=4).filter(|frame| changed(frame) != before[*frame as usize - 1]).collect();
+    assert_eq!(frames, again, "{}", ran.stderr);
+    let told: Vec<&str> = ran.stderr.lines().filter(|line| line.contains("rendering again")).collect();
+    assert_eq!(told.len(), usize::from(!again.is_empty()), "{}", ran.stderr);
+    words.iter().for_each(|word| assert!(told[0].contains(word), "`{word}` is not in: {}", told[0]));
+    assert!(again.len() == 4 || ran.stderr.contains("there and whole"), "{}", ran.stderr);
+}
+
+const ALL: &[i32] = &[1, 2, 3, 4];
+
+/// A shot of four frames with a model, its material and a texture.
+fn small_shot(place: &Place) {
+    let write = |name: &str, text: &str| fs::write(place.path(name), text).unwrap();
+    write("s.toml", SHOT);
+    write(
+        "m.obj",
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n",
+    );
+    write("m.mtl", "newmtl a\nKd 1 1 1\nmap_Kd t.png\n");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([9, 99, 200])).save(place.path("t.png")).unwrap();
+    Ran::of(place.command("s.toml", "-o a.####.exr --png").output().unwrap()).done();
+}
+
+const SHOT: &str = "title = \"one\"
+[render]
+size = [16, 9]
+samples = 1
+frames = \"1-4\"
+mode = \"reproject\"
+base_every = 0
+[[camera.key]]
+frame = 1
+eye = [0, 0, 5]
+target = [0, 0, 0]
+[[camera.key]]
+frame = 4
+eye = [1, 0, 5]
+target = [0, 0, 0]
+[[model]]
+obj = \"m.obj\"
+[[light]]
+type = \"directional\"
+direction = [0, 0, -1]
+";
+
+#[test]
+fn frames_of_another_shot_are_made_again_and_the_reason_is_told() {
+    let place = Place::new();
+    small_shot(&place);
+    assert_renders(&place, "", &[], &[]);
+    let write = |name: &str, text: &str| fs::write(place.path(name), text).unwrap();
+    // neither layout nor settings that change no pixel make another frame
+    write("s.toml", &format!("# by day\n{}", SHOT.replace("one", "two").replace("= 1\n", "   =   1\n")));
+    assert_renders(&place, "--threads 1 --audit", &[], &[]);
+    write("s.toml", &SHOT.replace("[0, 0, -1]", "[0, 1, -1]"));
+    assert_renders(&place, "", ALL, &["frames 1-4", "another shot file)"]);
+    for (name, text) in [
+        (
+            "m.obj",
+            "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n",
+        ),
+        ("m.mtl", "newmtl a\nKd 1 1 0\nmap_Kd t.png\n"),
+    ] {
+        write(name, text);
+        assert_renders(
+            &place,
+            "",
+            ALL,
+            &["frames 1-4", "(made with other models, materials, textures or maps)"],
+        );
+    }
+    image::RgbImage::from_pixel(2, 2, image::Rgb([9, 99, 201])).save(place.path("t.png")).unwrap();
+    assert_renders(&place, "", ALL, &["textures or maps)"]);
+    let with_map = format!("{SHOT}[environment]\nmap = \"map.exr\"\n");
+    write("s.toml", &with_map);
+    fs::copy(place.path("a.0001.exr"), place.path("map.exr")).unwrap();
+    assert_renders(&place, "", ALL, &["another shot file"]);
+    fs::copy(place.path("a.0004.exr"), place.path("map.exr")).unwrap();
+    assert_renders(&place, "", ALL, &["textures or maps)"]);
+    assert_renders(&place, "--samples 2", ALL, &["(made with other settings)"]);
+    assert_renders(&place, "--samples 2 --size 17x9", ALL, &["(made with other settings)"]);
+    assert_renders(
+        &place,
+        "--samples 2 --size 17x9 --backend rust",
+        ALL,
+        &["version of the program", "other settings"],
+    );
+    assert_renders(&place, "--samples 2 --size 17x9 --backend rust", &[], &[]);
+}
+
+#[test]
+fn kept_frames_have_the_ancestry_that_the_run_would_give_them() {
+    let place = Place::new();
+    small_shot(&place);
+    // frame 1 is a base frame in any case, and 2 is inferred from it
+    assert_renders(&place, "--base-every 2", &[3, 4], &["frames 3-4", "other settings"]);
+    // in steps of two all of them are base frames
+    assert_renders(
+        &place,
+        "--base-every 2 --frames 1-4x2,2-4x2",
+        &[2, 4],
+        &["frames 2, 4", "other settings"],
+    );
+    assert_renders(&place, "--base-every 0 --frames 1-4x3,2-3", &[2, 3, 4], &["frames 2-4"]);
+    assert_renders(&place, "--mode full", ALL, &["other settings"]);
+    assert_renders(&place, "--mode full --base-every 3 --frames 2-4x2", &[], &[]);
+}
+
+#[test]
+fn frames_that_do_not_say_what_they_are_made_from_are_made_again() {
+    let place = Place::new();
+    small_shot(&place);
+    // a picture of another program: the same bytes without the attribute that names what it is made from
+    let bytes = fs::read(place.path("a.0002.exr")).unwrap();
+    let at = bytes.windows(11).position(|word| word == b"fingerprint").unwrap();
+    let mut renamed = bytes.clone();
+    renamed[at] = b'F';
+    fs::write(place.path("a.0002.exr"), renamed).unwrap();
+    assert_renders(&place, "", &[2], &["frame 2 (without a fingerprint"]);
+    fs::remove_file(place.path("a.0003.png")).unwrap();
+    fs::copy(place.path("t.png"), place.path("a.0004.png")).unwrap();
+    assert_renders(&place, "", &[], &[]);
+    assert_renders(&place, "--png", &[3, 4], &["frames 3-4 (without the preview)"]);
+    // the preview belongs to the frame: one of another run does not count
+    assert_renders(&place, "--samples 2", ALL, &["other settings"]);
+    assert_renders(&place, "--samples 2 --png", ALL, &["without the preview"]);
+    assert_renders(&place, "--samples 2 --png", &[], &[]);
 }

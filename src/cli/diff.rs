@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::failure::Failure;
+use super::frame_list;
 use super::shot_args::on_threads;
 use super::terminal::{ProgressKind, Terminal};
 use crate::memory::{self, Need, Part};
@@ -338,7 +339,7 @@ impl<'a> Report<'a> {
             let _ = writeln!(text, "only in {name}: {}", channels.join(" "));
         }
         for (name, frames) in self.names.iter().zip(&self.frames_alone).filter(|(_, f)| !f.is_empty()) {
-            let _ = writeln!(text, "only in {name}: {}", frame_list(frames));
+            let _ = writeln!(text, "only in {name}: {}", frame_list::frames(frames));
         }
         if let Some([first, second]) = self.windows.filter(|_| !self.is_sequence) {
             let _ = writeln!(text, "sizes differ: {} and {}", window(first), window(second));
@@ -431,22 +432,6 @@ fn number(value: f64) -> String {
     }
 }
 
-/// `frames 1-4, 7`
-fn frame_list(frames: &[i32]) -> String {
-    let mut runs: Vec<[i32; 2]> = Vec::new();
-    for &frame in frames {
-        match runs.last_mut() {
-            Some(run) if run[1].checked_add(1) == Some(frame) => run[1] = frame,
-            _ => runs.push([frame, frame]),
-        }
-    }
-    let runs = runs.iter().map(|[first, last]| match first == last {
-        true => first.to_string(),
-        false => format!("{first}-{last}"),
-    });
-    format!("frames {}", runs.collect::<Vec<_>>().join(", "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -455,11 +440,6 @@ mod tests {
     fn numbers_have_four_digits() {
         let texts = [0.0, 0.25, 1.0, 123.456, 65504.0, 1e-7, f64::INFINITY, 0.00123456].map(number);
         assert_eq!(texts, ["0", "0.2500", "1.000", "123.5", "65504", "1.000e-7", "inf", "0.001235"]);
-    }
-
-    #[test]
-    fn frames_are_told_in_runs() {
-        assert_eq!(frame_list(&[-2, -1, 0, 5, 7, 8]), "frames -2-0, 5, 7-8");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 
 use super::failure::{Failure, one_line};
 use super::paths::{self, Report};
+use super::resume::{Fingerprints, Review};
 use super::schedule::{self, Rule, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
 use super::table;
@@ -29,7 +30,7 @@ Examples:
   afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr --png
       a model on a turntable, with previews
   afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
-      a chunk of a farm: complete frames are kept; pictures do not depend on the chunk
+      a chunk of a farm: complete frames of the same shot are kept; pictures do not depend on the chunk
 
 Table: seconds of rendering, seconds of writing files (in --stats, `total` is both); samples reused, percent;
 rays cast, millions by kind; rays saved, percent, against full tracing (estimated: one primary ray a sample,
@@ -70,7 +71,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
 
-    /// Keep frames whose files are complete
+    /// Keep frames that are complete and made from the same shot, inputs, settings and version
     #[arg(long)]
     resume: bool,
 }
@@ -154,15 +155,20 @@ impl From<ModeArg> for Mode {
     }
 }
 
-/// The schedule of a job's frames.
-pub fn plan(job: &Job, full: bool, finished: impl Fn(i32) -> bool) -> Result<Vec<Step>, Failure> {
-    let rule = Rule {
+/// What makes base frames of a job.
+fn rule(job: &Job, full: bool) -> Rule<'_> {
+    Rule {
         shot_first: job.shot.frames.first(),
         base_every: job.settings.base_every,
         cuts: &job.shot.scene.camera.cuts,
         full,
-    };
-    schedule::schedule(job.frames.runs(), &rule, finished).map_err(|error| Failure::Usage(error.to_string()))
+    }
+}
+
+/// The schedule of a job's frames.
+pub fn plan(job: &Job, full: bool, finished: impl Fn(i32) -> bool) -> Result<Vec<Step>, Failure> {
+    let steps = schedule::schedule(job.frames.runs(), &rule(job, full), finished);
+    steps.map_err(|error| Failure::Usage(error.to_string()))
 }
 
 /// Says what the loader found odd.
@@ -182,12 +188,15 @@ fn report(stats: Option<&Path>) -> Vec<Report<'_>> {
 fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let Options { job, target, .. } = options;
     warn_about(job, terminal);
-    let (width, height) = (job.settings.width, job.settings.height);
     target.check()?;
     let settings = if job.denoise.is_some() { &denoise::with_guides(&job.settings) } else { &job.settings };
-    let steps = plan(job, job.settings.mode == Mode::Full, |frame| {
-        options.resume && target.is_finished(frame, width, height)
-    })?;
+    let full = job.settings.mode == Mode::Full;
+    let fingerprints = Fingerprints::of(job, &rule(job, full))?;
+    let review = Review::new(target, &fingerprints);
+    let steps = plan(job, full, |frame| options.resume && review.keeps(frame))?;
+    if let Some(note) = review.note() {
+        terminal.note(&note);
+    }
     if let Some(note) = schedule::run_up_note(&steps) {
         terminal.note(&note);
     }
@@ -220,7 +229,8 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     terminal.begin(steps.len());
     terminal.result(&table::header());
     let outcome = steps.iter().try_for_each(|step| {
-        render_step(*step, &mut renderer, denoiser.as_mut(), target, &mut record, terminal)
+        let writer = Writer { denoiser: denoiser.as_mut(), target, fingerprints: &fingerprints };
+        render_step(*step, &mut renderer, writer, &mut record, terminal)
     });
     terminal.end();
 
@@ -239,15 +249,14 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
 fn render_step(
     step: Step,
     renderer: &mut Renderer<'_>,
-    denoiser: Option<&mut Denoiser>,
-    target: &Target,
+    writer: Writer<'_>,
     record: &mut Record,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
     let mut finished = renderer
         .render(step.frame, step.reuse)
         .map_err(|error| Failure::Failed(format!("frame {}: {error}", step.frame)))?;
-    let file = if step.write { Some(write(&mut finished, denoiser, target)?) } else { None };
+    let file = if step.write { Some(writer.write(&mut finished)?) } else { None };
     let full = record.add(&finished.stats, step.write);
     if step.write {
         terminal.result(&table::row(&finished.stats, full));
@@ -256,22 +265,28 @@ fn render_step(
     Ok(())
 }
 
-/// Writes a frame; denoised as well, if there is a denoiser. Adds the time this takes to its statistics.
-fn write(
-    finished: &mut Finished,
-    denoiser: Option<&mut Denoiser>,
-    target: &Target,
-) -> Result<PathBuf, Failure> {
-    let Some(denoiser) = denoiser else { return target.write(finished, None) };
-    let start = Instant::now();
-    let frame = finished.stats.frame;
-    let planes = denoiser
-        .denoise(&finished.film)
-        .map_err(|error| Failure::Failed(one_line(&format!("frame {frame}: {error}"))))?;
-    let seconds = start.elapsed().as_secs_f64();
-    finished.stats.seconds.denoise += seconds;
-    finished.stats.seconds.total += seconds;
-    target.write(finished, Some(&planes))
+/// What frames go through on their way into files.
+struct Writer<'a> {
+    denoiser: Option<&'a mut Denoiser>,
+    target: &'a Target,
+    fingerprints: &'a Fingerprints,
+}
+
+impl Writer<'_> {
+    /// Writes a frame; denoised as well, if there is a denoiser. Adds the time this takes to its statistics.
+    fn write(self, finished: &mut Finished) -> Result<PathBuf, Failure> {
+        let frame = finished.stats.frame;
+        let made_from = Some(self.fingerprints.at(frame));
+        let Some(denoiser) = self.denoiser else { return self.target.write(finished, None, made_from) };
+        let start = Instant::now();
+        let planes = denoiser
+            .denoise(&finished.film)
+            .map_err(|error| Failure::Failed(one_line(&format!("frame {frame}: {error}"))))?;
+        let seconds = start.elapsed().as_secs_f64();
+        finished.stats.seconds.denoise += seconds;
+        finished.stats.seconds.total += seconds;
+        self.target.write(finished, Some(&planes), made_from)
+    }
 }
 
 fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(), Failure> {

@@ -6,7 +6,7 @@
 //! which is not written. Chunks of the same step and phase (position within the step, counted from the
 //! shot's first frame) form one *chain* and give the same pictures.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use crate::scene::frames::Run;
@@ -37,6 +37,30 @@ pub struct Step {
     pub reuse: bool,
     /// Asked for, and not finished by an earlier run. Other frames are run-up.
     pub write: bool,
+}
+
+/// How the samples of a frame come about: which base frame they began in, and how many frames lie between one step and the
+/// next. Frames of one ancestry and one number are the same, whatever else is rendered with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ancestry {
+    /// The frame is a base frame itself.
+    Base,
+    /// Inferred, step by step.
+    Inferred {
+        /// The base frame.
+        from: i32,
+        /// Frames from one step to the next.
+        stride: u32,
+    },
+}
+
+impl fmt::Display for Ancestry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Base => f.write_str("base"),
+            Self::Inferred { from, stride } => write!(f, "from {from} by {stride}"),
+        }
+    }
 }
 
 /// The schedule would be absurdly long. The text says why and what to do.
@@ -95,6 +119,24 @@ pub fn schedule(runs: &[Run], rule: &Rule<'_>, finished: impl Fn(i32) -> bool) -
         }
     }
     Ok(steps)
+}
+
+/// The ancestry of each frame of `runs`.
+pub fn ancestries(runs: &[Run], rule: &Rule<'_>) -> Result<BTreeMap<i32, Ancestry>, TooLong> {
+    let mut ancestries = BTreeMap::new();
+    for (stride, frames) in chains(runs, rule.shot_first) {
+        let (mut last, mut base) = (None, 0);
+        for frame in frames {
+            let way = way_to(frame, stride, last, rule)?;
+            // a way that begins with no base frame goes on where the last one ended
+            base = way.first().filter(|step| !step.reuse).map_or(base, |step| step.frame);
+            last = Some(frame);
+            let is_base = way.last().is_some_and(|step| !step.reuse);
+            let ancestry = if is_base { Ancestry::Base } else { Ancestry::Inferred { from: base, stride } };
+            ancestries.insert(frame, ancestry);
+        }
+    }
+    Ok(ancestries)
 }
 
 /// The frames to render so that `frame` is there, when `last` was the chain's last one before.
@@ -290,6 +332,26 @@ mod tests {
         let whole = ancestry(&plan("1-30", &RULE));
         let rest = ancestry(&resumed("1-30", &RULE, &[1, 2, 3, 4, 9, 17]));
         assert!(rest.iter().all(|frame| whole.contains(frame)));
+    }
+
+    #[test]
+    fn ancestries_are_those_of_the_schedule() {
+        let rules = [RULE, Rule { base_every: 0, ..RULE }, Rule { cuts: &[8, 19], ..RULE }];
+        let ranges = ["1-40", "3-40x3", "-2-3", "15-17,33", "1-40x2,2-40x3", "5"];
+        for (rule, range) in rules.iter().flat_map(|rule| ranges.iter().map(move |range| (rule, range))) {
+            let frames = Frames::parse(range).expect("a good range");
+            let ancestries = ancestries(frames.runs(), rule).expect("short enough");
+            let whole = ancestry(&plan(range, rule));
+            assert_eq!(whole.len(), ancestries.len(), "{range}");
+            for (frame, chain) in whole {
+                let expected = match chain[..] {
+                    [_] => Ancestry::Base,
+                    [from, next, ..] => Ancestry::Inferred { from, stride: (next - from) as u32 },
+                    [] => unreachable!("a chain ends with its frame"),
+                };
+                assert_eq!(ancestries[&frame], expected, "{frame} of {range}, {rule:?}");
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,8 @@ use super::failure::Failure;
 use crate::film::Plane;
 use crate::frame::Finished;
 use crate::layers::Layers;
-use crate::output::{self, FrameMeta, OutputPattern, exr, png};
+use crate::output::fingerprint::Kind;
+use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 
 /// Names that are fit for the frames of a run.
 #[derive(Debug, Clone)]
@@ -21,6 +22,23 @@ pub struct Target {
     shot: String,
     rate: (i32, u32),
     layers: Layers,
+}
+
+/// What is there of a frame before a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Left {
+    /// No file.
+    Nothing,
+    /// No EXR file, or a part of one.
+    Damaged,
+    /// A picture that does not say what it was made from.
+    Unknown,
+    /// A frame that was made from something else.
+    Other(Vec<Kind>),
+    /// The frame, but not its preview.
+    NoPreview,
+    /// All files that the run would write.
+    Finished,
 }
 
 impl Target {
@@ -99,27 +117,48 @@ impl Target {
         Ok(())
     }
 
-    /// Whether an earlier run left all files of `frame`, whole and of this size.
-    pub fn is_finished(&self, frame: i32, width: u32, height: u32) -> bool {
-        exr::is_whole(&self.exr(frame), width, height)
-            && self.previews.as_ref().is_none_or(|previews| previews.at(frame).is_file())
+    /// What an earlier run left of `frame`, if it is to be what `wanted` says. Pixels are read only where all else fits.
+    pub fn left(&self, frame: i32, wanted: &Fingerprint) -> Left {
+        let path = self.exr(frame);
+        if path.symlink_metadata().is_err() {
+            return Left::Nothing;
+        }
+        match exr::fingerprint(&path) {
+            Err(_) => return Left::Damaged,
+            Ok(None) => return Left::Unknown,
+            Ok(Some(found)) if found != *wanted => return Left::Other(wanted.changes(&found)),
+            Ok(Some(_)) => {}
+        }
+        if self
+            .previews
+            .as_ref()
+            .is_some_and(|previews| png::fingerprint(&previews.at(frame)) != Some(*wanted))
+        {
+            return Left::NoPreview;
+        }
+        if exr::is_whole(&path) { Left::Finished } else { Left::Damaged }
     }
 
     /// Writes a frame, with its `denoised` picture if there is one, and adds the time this took to its statistics. Returns
-    /// the EXR's path. The preview shows the denoised picture.
+    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`.
     ///
     /// The preview comes first: a frame counts as finished by its EXR.
-    pub fn write(&self, finished: &mut Finished, denoised: Option<&[Plane; 3]>) -> Result<PathBuf, Failure> {
+    pub fn write(
+        &self,
+        finished: &mut Finished,
+        denoised: Option<&[Plane; 3]>,
+        made_from: Option<Fingerprint>,
+    ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
         let size = [finished.film.width, finished.film.height];
         if let Some(previews) = &self.previews {
             let path = previews.at(frame);
-            let written = match denoised {
-                Some(planes) => png::write_colors(&path, size, planes.each_ref()),
-                None => png::write_png(&path, &finished.film),
+            let planes = match denoised {
+                Some(planes) => planes.each_ref(),
+                None => png::colors(&finished.film).map_err(Failure::of)?,
             };
-            written.map_err(Failure::of)?;
+            png::write_colors(&path, size, planes, made_from).map_err(Failure::of)?;
         }
         let camera = &finished.camera;
         let aspect = finished.film.width as f32 / finished.film.height as f32;
@@ -130,6 +169,7 @@ impl Target {
             world_to_ndc: camera.world_to_ndc(aspect).to_cols_array(),
             comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
             shot: self.shot.clone(),
+            fingerprint: made_from,
         };
         let path = self.exr(frame);
         // more layers may have been made than are to be written: those that a denoiser needs

@@ -6,6 +6,7 @@ use std::time::SystemTime;
 
 use openexr::{Attribute, Channel, Compression, Data, Image, SampleType};
 
+use super::fingerprint::{self, Fingerprint};
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
@@ -110,11 +111,22 @@ pub fn write_floats(
     write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
 }
 
-/// Whether `path` is an EXR file of `width` x `height` pixels that can be read to its end: left by a run
-/// that finished the frame.
-pub fn is_whole(path: &Path, width: u32, height: u32) -> bool {
-    let fits = openexr::read_header(path).is_ok_and(|image| (image.width, image.height) == (width, height));
-    fits && openexr::scan(path, |_, _| {}).is_ok()
+/// Whether `path` is an EXR file that can be read to its end: left by a run that finished the frame.
+pub fn is_whole(path: &Path) -> bool {
+    openexr::scan(path, |_, _| {}).is_ok()
+}
+
+/// What the frame at `path` was made from, as far as its header says: `None` inside for what has no fingerprint. The pixels
+/// are not looked at.
+///
+/// # Errors
+/// It is no EXR file that can be read.
+pub fn fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
+    let head = openexr::read_header(path)?;
+    Ok(match head.attribute(fingerprint::KEY) {
+        Some(Attribute::Text(text)) => text.parse().ok(),
+        _ => None,
+    })
 }
 
 #[cfg(test)]
@@ -122,6 +134,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
+    use crate::digest::Digest;
 
     fn meta() -> FrameMeta {
         let mut world_to_camera = [0.0; 16];
@@ -130,7 +143,13 @@ mod tests {
         }
         let (comments, shot) = ("reprojected".to_owned(), "walk".to_owned());
         let (frame, rate) = (1042, (24000, 1001));
-        FrameMeta { frame, rate, world_to_camera, world_to_ndc: [0.5; 16], comments, shot }
+        let fingerprint = Some(Fingerprint {
+            version: Digest::of(b"1"),
+            shot: Digest::of(b"2"),
+            inputs: Digest::of(b"3"),
+            settings: Digest::of(b"4"),
+        });
+        FrameMeta { frame, rate, world_to_camera, world_to_ndc: [0.5; 16], comments, shot, fingerprint }
     }
 
     fn film() -> Film {
@@ -163,6 +182,11 @@ mod tests {
         let matrix = Attribute::M44f(meta().world_to_camera);
         assert_eq!(back.attribute("worldToCamera"), Some(&matrix));
         assert!(matches!(back.attribute("chromaticities"), Some(Attribute::Chromaticities(_))));
+        assert_eq!(fingerprint(&path).unwrap(), meta().fingerprint);
+        write_exr(&path, &film(), &FrameMeta { fingerprint: None, ..meta() }).unwrap();
+        assert_eq!(fingerprint(&path).unwrap(), None);
+        std::fs::write(&path, "no picture").unwrap();
+        assert!(fingerprint(&path).is_err() && !is_whole(&path));
     }
 
     #[test]

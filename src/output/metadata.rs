@@ -4,6 +4,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use openexr::Attribute;
 
+use super::fingerprint::{self, Fingerprint};
+
 /// CIE xy of Rec. 709's red, green, blue and of D65: what `R G B` mean.
 const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
@@ -26,6 +28,8 @@ pub struct FrameMeta {
     pub comments: String,
     /// Name of the shot.
     pub shot: String,
+    /// What the frame was made from, where a later run shall know.
+    pub fingerprint: Option<Fingerprint>,
 }
 
 /// The header's attributes in the order in which they are listed by readers.
@@ -34,7 +38,8 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
     let text = |text: &str| Attribute::Text(text.replace('\0', " "));
     let software = concat!("Afterimage ", env!("CARGO_PKG_VERSION"));
     let time_and_flags = time_code(meta.frame, numerator, denominator);
-    [
+    let fingerprint = meta.fingerprint.map(|made_from| (fingerprint::KEY, text(&made_from.to_string())));
+    let attributes = [
         ("worldToCamera", Attribute::M44f(meta.world_to_camera)),
         ("worldToNDC", Attribute::M44f(meta.world_to_ndc)),
         ("framesPerSecond", Attribute::Rational { numerator, denominator }),
@@ -46,9 +51,8 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
         ("shot", text(&meta.shot)),
         ("software", text(software)),
         ("chromaticities", Attribute::Chromaticities(REC_709)),
-    ]
-    .map(|(name, value)| (name.to_owned(), value))
-    .to_vec()
+    ];
+    attributes.into_iter().chain(fingerprint).map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Hours, minutes, seconds and frames since frame 0 as the binary-coded digits of SMPTE 12M, in

@@ -6,18 +6,21 @@
 //! - [`path`]: `out/name.####.exr` and what it means for a frame number
 //! - [`exr`]: layers and the header's metadata
 //! - [`png`]: an 8-bit sRGB look at `R G B`
+//! - [`fingerprint`]: what a frame was made from, so that a later run knows whether to keep it
 //! - [`false_color`]: colours for how far two pictures are apart
 //!
 //! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
 
 pub mod exr;
 pub mod false_color;
+pub mod fingerprint;
 mod metadata;
 pub mod path;
 pub mod png;
 mod staged;
 
 pub use exr::write_exr;
+pub use fingerprint::Fingerprint;
 pub use metadata::FrameMeta;
 pub use path::{OutputPattern, PatternError};
 pub use png::write_png;

@@ -1,11 +1,11 @@
 //! An 8-bit sRGB preview of `R G B`.
 
 use std::fmt;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
-
+use super::fingerprint::{self, Fingerprint};
 use super::staged::{WriteError, write_bytes};
 use crate::film::{Film, Plane};
 
@@ -37,16 +37,29 @@ impl std::error::Error for PreviewError {}
 /// # Errors
 /// A plane is missing or of the wrong size, or the file cannot be written; then no file is left.
 pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
-    let planes = ["R", "G", "B"].map(|name| film.plane(name).ok_or(PreviewError::NoPlane(name)));
-    let [red, green, blue] = planes;
-    write_colors(path, [film.width, film.height], [red?, green?, blue?])
+    write_colors(path, [film.width, film.height], colors(film)?, None)
 }
 
-/// The same of these planes of a picture of `size` (columns and rows): red, green and blue.
+/// The planes that a preview of `film` shows.
+///
+/// # Errors
+/// One is missing.
+pub fn colors(film: &Film) -> Result<[&Plane; 3], PreviewError> {
+    let plane = |name| film.plane(name).ok_or(PreviewError::NoPlane(name));
+    Ok([plane("R")?, plane("G")?, plane("B")?])
+}
+
+/// [`write_png`] of these planes of a picture of `size` (columns and rows): red, green and blue. The file says what the
+/// frame was made from, if that is given.
 ///
 /// # Errors
 /// The same.
-pub fn write_colors(path: &Path, size: [u32; 2], planes: [&Plane; 3]) -> Result<(), PreviewError> {
+pub fn write_colors(
+    path: &Path,
+    size: [u32; 2],
+    planes: [&Plane; 3],
+    made_from: Option<Fingerprint>,
+) -> Result<(), PreviewError> {
     let pixels = size[0] as usize * size[1] as usize;
     if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
         return Err(PreviewError::NoPlane(plane.name));
@@ -56,7 +69,15 @@ pub fn write_colors(path: &Path, size: [u32; 2], planes: [&Plane; 3]) -> Result<
     for pixel in 0..pixels {
         bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
     }
-    write_rgb(path, size, &bytes)
+    write_bytes_of(path, size, &bytes, made_from)
+}
+
+/// What the preview at `path` was made from; `None` for what does not say, or is no PNG.
+pub fn fingerprint(path: &Path) -> Option<Fingerprint> {
+    let file = path.metadata().is_ok_and(|found| found.is_file()).then(|| File::open(path).ok())??;
+    let reader = png::Decoder::new(BufReader::new(file)).read_info().ok()?;
+    let texts = &reader.info().uncompressed_latin1_text;
+    texts.iter().find(|text| text.keyword == fingerprint::KEY)?.text.parse().ok()
 }
 
 /// Writes bytes as they are: red, green and blue of each pixel of a picture of `size` (columns and rows).
@@ -64,15 +85,37 @@ pub fn write_colors(path: &Path, size: [u32; 2], planes: [&Plane; 3]) -> Result<
 /// # Errors
 /// The bytes are not as many as the size says, or the file cannot be written; then no file is left.
 pub fn write_rgb(path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<(), PreviewError> {
+    write_bytes_of(path, size, bytes, None)
+}
+
+fn write_bytes_of(
+    path: &Path,
+    size: [u32; 2],
+    bytes: &[u8],
+    made_from: Option<Fingerprint>,
+) -> Result<(), PreviewError> {
     let mut file = Vec::new();
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    if bytes.len() as u64 != 3 * pixels {
-        return Err(PreviewError::Encode(format!("{} bytes are not {pixels} pixels", bytes.len())));
-    }
-    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
-        .write_image(bytes, size[0], size[1], ExtendedColorType::Rgb8)
-        .map_err(|error| PreviewError::Encode(error.to_string()))?;
+    encode(&mut file, size, bytes, made_from).map_err(|error| PreviewError::Encode(error.to_string()))?;
     write_bytes(path, &file).map_err(PreviewError::Write)
+}
+
+fn encode(
+    file: &mut Vec<u8>,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    made_from: Option<Fingerprint>,
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Sub);
+    if let Some(made_from) = made_from {
+        encoder.add_text_chunk(fingerprint::KEY.to_owned(), made_from.to_string())?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
 }
 
 /// Linear light to an sRGB byte: IEC 61966-2-1, its linear piece included; NaN becomes 0.
@@ -88,6 +131,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
+    use crate::digest::Digest;
     use crate::film::PlaneKind;
 
     #[test]
@@ -122,6 +166,18 @@ mod tests {
         write_png(&path, &film).unwrap();
         let back = image::open(&path).unwrap().to_rgb8();
         assert_eq!(back.into_raw(), [255, 0, 188, 0, 255, 188]);
+        assert_eq!(fingerprint(&path), None);
+        let made_from = Fingerprint {
+            version: Digest::of(b"1"),
+            shot: Digest::of(b"2"),
+            inputs: Digest::of(b"3"),
+            settings: Digest::of(b"4"),
+        };
+        write_colors(&path, [2, 1], colors(&film).unwrap(), Some(made_from)).unwrap();
+        assert_eq!(fingerprint(&path), Some(made_from));
+        assert_eq!(image::open(&path).unwrap().to_rgb8().into_raw()[..3], [255, 0, 188]);
+        std::fs::write(&path, "no picture").unwrap();
+        assert_eq!([fingerprint(&path), fingerprint(folder.path())], [None, None]);
         film.planes.pop();
         let text = write_png(&path, &film).unwrap_err().to_string();
         assert!(text.contains("plane B"), "{text}");

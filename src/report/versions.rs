@@ -27,14 +27,19 @@ impl Versions {
     pub fn here() -> Self {
         Self {
             afterimage: AFTERIMAGE,
-            embree: match embree::Device::new("") {
-                Ok(device) => device.version(),
-                Err(error) => format!("does not start: {error}"),
-            },
+            embree: embree(),
             openexr: openexr::version(),
             cpu: cpu(),
             threads: rayon::current_num_threads(),
         }
+    }
+}
+
+/// The version of Embree that is loaded.
+pub fn embree() -> String {
+    match embree::Device::new("") {
+        Ok(device) => device.version(),
+        Err(error) => format!("does not start: {error}"),
     }
 }
 

@@ -18,6 +18,7 @@ use super::paths::find_beside;
 use super::pictures::Pictures;
 use super::spelling;
 use super::{Material, Mesh, SceneError, Texture};
+use crate::digest::Digest;
 
 /// Most materials of a shot: a triangle keeps 16 bits of index.
 const MOST_MATERIALS: usize = 1 << 16;
@@ -46,8 +47,21 @@ pub(crate) struct Assembly {
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// What was read so far, but for pictures.
     files: Vec<PathBuf>,
+    /// Of their content.
+    digests: Vec<Digest>,
     /// All names that MTL files define, for hints.
     known_names: Vec<String>,
+}
+
+/// What models share, and where it comes from.
+pub(crate) struct Assembled {
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub findings: Findings,
+    /// All that were read.
+    pub files: Vec<PathBuf>,
+    /// Of their content.
+    pub inputs: Digest,
 }
 
 /// A material of an MTL file, with the file.
@@ -71,8 +85,9 @@ impl Assembly {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let obj = obj::read(path)?;
+        let (obj, digest) = obj::read_with_digest(path)?;
         self.files.push(path.to_path_buf());
+        self.digests.push(digest);
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
         let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
@@ -102,8 +117,9 @@ impl Assembly {
                 if !files.insert(file.clone()) {
                     continue;
                 }
-                let MtlFile { materials, oddities, unused_map } = mtl::read(&file)?;
+                let MtlFile { materials, oddities, unused_map, digest } = mtl::read(&file)?;
                 self.files.push(file.clone());
+                self.digests.push(digest);
                 self.report_oddities(oddities, &file)?;
                 self.note_contradictions(&materials, &file);
                 self.note_unused_map(unused_map, &file);
@@ -260,10 +276,12 @@ impl Assembly {
         }
     }
 
-    /// What was assembled: materials, textures, findings, and the files that were read for them.
-    pub fn finish(mut self) -> (Vec<Material>, Vec<Texture>, Findings, Vec<PathBuf>) {
+    /// What was assembled.
+    pub fn finish(mut self) -> Assembled {
         self.files.extend(self.pictures.files().cloned());
-        (self.materials, self.pictures.textures, self.findings, self.files)
+        let inputs = Digest::of_all(self.digests.into_iter().chain([self.pictures.digest()]));
+        let (materials, textures) = (self.materials, self.pictures.textures);
+        Assembled { materials, textures, findings: self.findings, files: self.files, inputs }
     }
 }
 

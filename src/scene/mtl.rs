@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3};
 use super::lines::{Lines, readable, split_keyword, words};
 use super::material::{LARGEST_COLOR, MetalRough, Optics};
 use super::{Material, SceneError};
+use crate::digest::Digest;
 
 /// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
@@ -70,6 +71,8 @@ pub(crate) struct MtlFile {
     pub oddities: Vec<(usize, String)>,
     /// The first picture of roughness or of metal: its line and the statement. They are not used.
     pub unused_map: Option<(usize, &'static str)>,
+    /// Of the file's bytes.
+    pub digest: Digest,
 }
 
 /// Reads the MTL file at `path`.
@@ -79,14 +82,15 @@ pub(crate) struct MtlFile {
 pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|error| SceneError::new(path, format!("the MTL file cannot be read: {error}")))?;
-    Ok(parse(&readable(bytes)))
+    let digest = Digest::of(&bytes);
+    Ok(MtlFile { digest, ..parse(&readable(bytes)) })
 }
 
 /// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the same. So
 /// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
 /// statement is passed over.
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
-    let MtlFile { mut materials, mut oddities, mut unused_map } = MtlFile::default();
+    let MtlFile { mut materials, mut oddities, mut unused_map, digest } = MtlFile::default();
     for (number, line) in Lines::new(text) {
         let (keyword, rest) = split_keyword(&line);
         if keyword.eq_ignore_ascii_case(b"newmtl") {
@@ -105,7 +109,7 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             oddities.extend(passed_over.or(replaced).map(|message| (number, message)));
         }
     }
-    MtlFile { materials, oddities, unused_map }
+    MtlFile { materials, oddities, unused_map, digest }
 }
 
 /// Takes one statement. Where a number was replaced, `replaced` says so.

@@ -10,6 +10,7 @@ use super::error::Findings;
 use super::mtl::MapKd;
 use super::paths::find_beside;
 use super::{SceneError, Texture};
+use crate::digest::Digest;
 use crate::memory::{self, Need, Part};
 
 /// Texels along an edge at most.
@@ -27,6 +28,8 @@ pub(crate) struct Pictures {
     /// Their indices are what materials keep.
     pub textures: Vec<Texture>,
     decoded: HashMap<PathBuf, Decoded>,
+    /// Of their texels, in the order in which they were asked for.
+    digests: Vec<Digest>,
     /// By file, and bits of scale, offset and clamp.
     indices: HashMap<(PathBuf, [u32; 5]), u32>,
 }
@@ -62,6 +65,8 @@ impl Pictures {
                         return Err(SceneError::new(asking, message).at_line(map.line));
                     }
                 };
+                let (width, _, texels) = &picture;
+                self.digests.push(Digest::of_table(*width, bytemuck::cast_slice(texels)));
                 self.decoded.insert(path.clone(), picture.clone());
                 picture
             }
@@ -69,6 +74,11 @@ impl Pictures {
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
         Ok(self.place(texture))
+    }
+
+    /// What is in them.
+    pub fn digest(&self) -> Digest {
+        Digest::of_all(self.digests.iter().copied())
     }
 
     /// Where pictures were looked for.

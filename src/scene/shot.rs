@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::assemble::{Assembly, Override};
+use super::assemble::{Assembled, Assembly, Override};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
@@ -18,6 +18,7 @@ use super::shot_file::{
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
+use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
     Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
@@ -48,6 +49,18 @@ pub struct Shot {
     pub warnings: Vec<Warning>,
     /// The file itself, and all that were read for it.
     pub files: Vec<PathBuf>,
+    /// What it is made of.
+    pub content: Content,
+}
+
+/// Digests of what a shot is made of: they are the same for shots that show the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Content {
+    /// Of what the shot file says, in whatever layout, but for its title and the tables of settings: `[render]`,
+    /// `[indirect]` and `[output]`.
+    pub shot: Digest,
+    /// Of what is in the files that it names, and that those name.
+    pub inputs: Digest,
 }
 
 /// How far from the origin models may reach, in the units of the files.
@@ -121,10 +134,11 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
             text.fault(color.span(), message)
         });
     }
-    let (materials, textures, mut findings, mut files) = assembly.finish();
+    let Assembled { materials, textures, mut findings, mut files, mut inputs } = assembly.finish();
     files.push(text.path.to_path_buf());
     let environment = environment.map(|read| {
         files.extend(read.file);
+        inputs = Digest::of_all([inputs].into_iter().chain(read.digest));
         findings.warnings.extend(read.warning);
         read.environment
     });
@@ -141,7 +155,18 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         output: output(text, file.output.path)?,
         warnings: findings.warnings,
         files,
+        content: Content { shot: said(text)?, inputs },
     })
+}
+
+/// A digest of what the file says, but for its title and settings.
+fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
+    let mut tables: toml::Table = text.read()?;
+    for settings in ["title", "render", "indirect", "output"] {
+        tables.remove(settings);
+    }
+    // keys are in order
+    Ok(Digest::of(tables.to_string().as_bytes()))
 }
 
 fn render(

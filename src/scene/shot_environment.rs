@@ -7,6 +7,7 @@ use super::shot_file::{EnvironmentTable, SkyTable};
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, TomlText};
 use super::{Background, Environment, SceneError, Warning};
+use crate::digest::Digest;
 
 /// Most rays to the environment where a path starts.
 const MOST_SAMPLES: u32 = 64;
@@ -16,6 +17,8 @@ pub(super) struct Read {
     pub environment: Environment,
     /// The map.
     pub file: Option<PathBuf>,
+    /// Of the map's content.
+    pub digest: Option<Digest>,
     /// About the map.
     pub warning: Option<Warning>,
 }
@@ -33,14 +36,14 @@ pub(super) fn of_table(
     let rotation = number(text, "rotation", rotation, 0.0, "finite", |_| true)?;
     let fits = |power| (0.0..=f64::from(f32::MAX)).contains(&power);
     let power = number(text, "power", power, 1.0, "finite and not negative", fits)? as f32;
-    let (environment, file, warning) = match (map, sky, background) {
+    let (environment, map, warning) = match (map, sky, background) {
         (Some(map), Some(_), _) => {
             return Err(text.bad("map", map, "and `sky` exclude each other: remove one"));
         }
         (Some(map), None, _) => {
             let path = file_of(text, "map", map)?;
-            let (environment, warning) = environment::read(&path)?;
-            (environment, Some(path), warning)
+            let (environment, digest, warning) = environment::read(&path)?;
+            (environment, Some((path, digest)), warning)
         }
         (None, Some(table), _) => (Environment::from_sky(&sky_of(text, table)?), None, None),
         (None, None, Some(background)) => (Environment::from_background(background), None, None),
@@ -53,7 +56,8 @@ pub(super) fn of_table(
     environment.visible = visible.unwrap_or(true);
     let of_samples = |samples| text.whole("samples", samples, 0..i64::from(MOST_SAMPLES) + 1);
     environment.samples = samples.as_ref().map_or(Ok(1), of_samples)?;
-    Ok(Read { environment, file, warning })
+    let (file, digest) = map.unzip();
+    Ok(Read { environment, file, digest, warning })
 }
 
 fn sky_of(text: TomlText<'_>, table: &SkyTable) -> Result<Sky, SceneError> {

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::assemble::Assembly;
+use super::assemble::{Assembled, Assembly};
 use super::camera::Aim;
 use super::render_space::{Extent, RenderSpace};
-use super::shot::Shot;
+use super::shot::{Content, Shot};
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
 use crate::animation::{Interpolation, Track, TransformTrack};
+use crate::digest::Digest;
 use crate::settings::{DenoiseQuality, Settings};
 
 /// Frames of one turn.
@@ -33,7 +34,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         let remedy = "a shot file with `everywhere = true` in [ambient] makes it use their Kd";
         SceneError::new(path, format!("{nothing}; {remedy}"))
     });
-    let (materials, textures, findings, files) = assembly.finish();
+    let Assembled { materials, textures, findings, files, inputs } = assembly.finish();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let camera = around(&mesh);
     let track = TransformTrack::identity();
@@ -72,6 +73,8 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         denoise_quality: DenoiseQuality::default(),
         warnings: findings.warnings,
         files,
+        // the version of the program says what a turntable is
+        content: Content { shot: Digest::of(b"turntable"), inputs },
     })
 }
 

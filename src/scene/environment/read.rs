@@ -9,6 +9,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
 
 use super::Environment;
+use crate::digest::Digest;
 use crate::memory::{self, Need, Part};
 use crate::scene::{SceneError, Warning};
 
@@ -22,14 +23,15 @@ const TEXEL_BYTES: u64 = 3 * 4 + 4;
 /// The decoder of Radiance pictures has two lists of texels for a while.
 const DECODED_BYTES: u64 = 2 * 3 * 4;
 
-/// The map at `path`, with a warning where it is odd.
+/// The map at `path` and a digest of its texels, with a warning where it is odd.
 ///
 /// # Errors
 /// With the file and what to do: a file that is unreadable, empty, of another kind, damaged, or without red, green or
 /// blue; with values that are negative or not finite; too large for memory.
-pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Option<Warning>), SceneError> {
+pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option<Warning>), SceneError> {
     let fault = |why: String| SceneError::new(path, format!("the environment map {why}"));
     let (width, height, texels) = decode(path).map_err(fault)?;
+    let digest = Digest::of_table(width, bytemuck::cast_slice(&texels));
     let environment =
         Environment::from_picture(width, height, texels).map_err(|error| fault(error.to_string()))?;
     let odd = (u64::from(width) != 2 * u64::from(height)).then(|| {
@@ -39,7 +41,7 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Option<Warning
         );
         Warning(SceneError::new(path, message))
     });
-    Ok((environment, odd))
+    Ok((environment, digest, odd))
 }
 
 /// Width, height, and linear RGB row by row; or why not, as the end of a sentence.
@@ -190,7 +192,7 @@ mod tests {
         let expected = Environment::from_picture(width, height, texels.clone()).unwrap();
         let (_folder, path) = folder("a.hdr");
         write_hdr(&path, width, height, &texels);
-        let (of_hdr, none) = read(&path).unwrap();
+        let (of_hdr, _, none) = read(&path).unwrap();
         assert_eq!(none, None);
         for row in 0..64 {
             let (sin, cos) = (0.1 * row as f32).sin_cos();
@@ -202,14 +204,15 @@ mod tests {
 
         // the name says nothing
         write_rgb(&path, width, height, &texels);
-        assert_eq!(read(&path).unwrap(), (expected, None));
+        let digest = Digest::of_table(width, bytemuck::cast_slice(&texels));
+        assert_eq!(read(&path).unwrap(), (expected, digest, None));
     }
 
     #[test]
     fn other_shapes_are_warned_of() {
         let (_folder, path) = folder("a.exr");
         write_rgb(&path, 4, 3, &texels(4, 3));
-        let (_, warning) = read(&path).unwrap();
+        let (_, _, warning) = read(&path).unwrap();
         let warning = warning.unwrap().to_string();
         assert!(warning.contains("a.exr: ") && warning.contains("4x3") && warning.contains("twice as wide"));
     }

@@ -31,6 +31,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SceneError;
+use crate::digest::Digest;
 use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
 pub use join::Named;
@@ -67,6 +68,14 @@ pub struct ObjFile {
 /// # Errors
 /// Where the file cannot be read, holds values that make no sense (with their line), or no surface.
 pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
+    read_with_digest(path).map(|(obj, _)| obj)
+}
+
+/// [`read`], and a digest of the file's text: that of what was read, even if the file changes meanwhile.
+///
+/// # Errors
+/// The same.
+pub fn read_with_digest(path: &Path) -> Result<(ObjFile, Digest), SceneError> {
     let unreadable =
         |error: io::Error| SceneError::new(path, format!("the OBJ file cannot be read: {error}"));
     let source = Source::open(path).map_err(unreadable)?;
@@ -97,30 +106,33 @@ fn not_a_model(source: &Source<'_>) -> io::Result<Option<&'static str>> {
     Ok(is_coff.then_some("this is an object file of a compiler (COFF), not a Wavefront model"))
 }
 
-/// Reads OBJ text in pieces of so many bytes.
-fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<ObjFile, Fault>> {
-    let pieces = pieces(source, piece)?;
+/// Reads OBJ text in pieces of so many bytes. The digest is of the text in these pieces.
+fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<(ObjFile, Digest), Fault>> {
+    let (pieces, digest) = pieces(source, piece)?;
     if pieces.iter().any(|piece| piece.is_faulty) {
         return look_for_fault(source).map(Err);
     }
     match whole(pieces) {
-        Ok(obj) => Ok(Ok(obj)),
+        Ok(obj) => Ok(Ok((obj, digest))),
         Err(Misfit::Whole(fault)) => Ok(Err(fault)),
         Err(Misfit::Somewhere) => look_for_fault(source).map(Err),
     }
 }
 
-fn pieces(source: &Source<'_>, size: u64) -> io::Result<Vec<Piece>> {
+fn pieces(source: &Source<'_>, size: u64) -> io::Result<(Vec<Piece>, Digest)> {
     let ranges = source.pieces(size)?.into_iter().enumerate();
     let read = |(buffer, reader): &mut (Vec<u8>, Reader), (number, range)| {
-        Ok((number, reader.read(source.read(range, buffer)?)))
+        let text = source.read(range, buffer)?;
+        // while the text is in the core's cache, where this takes a hundredth of the time of reading it
+        Ok((number, Digest::of(text), reader.read(text)))
     };
     // each thread takes the next piece: ranges of them, handed out beforehand, would not end at the same time
-    let pieces: io::Result<Vec<(usize, Piece)>> =
+    let pieces: io::Result<Vec<(usize, Digest, Piece)>> =
         ranges.par_bridge().map_init(Default::default, read).collect();
     let mut pieces = pieces?;
-    pieces.sort_unstable_by_key(|(number, _)| *number);
-    Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
+    pieces.sort_unstable_by_key(|(number, _, _)| *number);
+    let digest = Digest::of_all(pieces.iter().map(|(_, digest, _)| *digest));
+    Ok((pieces.into_iter().map(|(_, _, piece)| piece).collect(), digest))
 }
 
 fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
@@ -173,7 +185,7 @@ mod tests {
 
     /// With pieces of so many bytes.
     fn parsed(text: &[u8], piece: u64) -> Result<ObjFile, Fault> {
-        parse(&Source::Memory(Cow::Borrowed(text)), piece).unwrap()
+        parse(&Source::Memory(Cow::Borrowed(text)), piece).unwrap().map(|(obj, _)| obj)
     }
 
     fn read_text(faces: &str) -> ObjFile {

@@ -142,7 +142,7 @@ fn compare(text: &[u8], sizes: &[u64], name: &str) -> bool {
     let mut first = None;
     for (threads, size) in [1, 3].into_iter().flat_map(|n| sizes.iter().map(move |size| (n, *size))) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let read = pool.install(|| parse(&source, size)).unwrap();
+        let read = pool.install(|| parse(&source, size)).unwrap().map(|(obj, _)| obj);
         if let (Ok(obj), Some(expected)) = (&read, &expected) {
             let soup = ours(obj);
             assert_eq!(soup.len(), expected.len(), "{name}, in pieces of {size}: triangles");

@@ -1,0 +1,34 @@
+//! Numbers of frames in words.
+
+/// `1-4, 7`; the numbers rise.
+pub fn runs(frames: &[i32]) -> String {
+    let mut runs: Vec<[i32; 2]> = Vec::new();
+    for &frame in frames {
+        match runs.last_mut() {
+            Some(run) if run[1].checked_add(1) == Some(frame) => run[1] = frame,
+            _ => runs.push([frame, frame]),
+        }
+    }
+    let words = runs.iter().map(
+        |[first, last]| {
+            if first == last { first.to_string() } else { format!("{first}-{last}") }
+        },
+    );
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// `frame 7`, `frames 1-4, 7`.
+pub fn frames(frames: &[i32]) -> String {
+    format!("{} {}", if frames.len() == 1 { "frame" } else { "frames" }, runs(frames))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_told_in_runs() {
+        assert_eq!(runs(&[-2, -1, 0, 5, 7, 8]), "-2-0, 5, 7-8");
+        assert_eq!((frames(&[3]), frames(&[3, 4])), ("frame 3".into(), "frames 3-4".into()));
+    }
+}
