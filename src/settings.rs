@@ -1,6 +1,7 @@
 //! What decides a picture beside the scene: size, samples, filter, depth, mode.
 
 use crate::layers::Layers;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Longest side of a picture, pixels: sample numbers stay within 32 bits at usual counts.
@@ -20,7 +21,7 @@ pub const DEFAULT_PATHS: u32 = 16;
 pub const MOST_REFLECTIONS: u32 = 64;
 
 /// How a frame gets its samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Reprojects where that is foreseen to pay, and traces the rest.
@@ -33,7 +34,7 @@ pub enum Mode {
 }
 
 /// Which of the samples that are kept a cell shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {
     /// The nearest to the cell's centre, wherever it lies; all others are kept, too, up to a cap.
@@ -44,7 +45,7 @@ pub enum Reuse {
 }
 
 /// How samples become pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Filter {
     /// The mean of a pixel's own samples.
@@ -79,7 +80,7 @@ impl Budget {
 }
 
 /// What denoising a picture is worth: time, or quality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DenoiseQuality {
     /// For final frames.

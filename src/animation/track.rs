@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 /// How a track passes from key to key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
     /// Straight from key to key; the speed jumps at each.

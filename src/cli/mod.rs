@@ -7,9 +7,11 @@ mod backend_table;
 pub mod compare;
 pub mod diff;
 pub mod failure;
+pub mod for_others;
 mod frame_list;
 pub mod info;
 mod info_exr;
+pub mod init;
 pub mod paths;
 pub mod reference;
 pub mod render;
@@ -23,7 +25,7 @@ pub mod terminal;
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::report::versions::AFTERIMAGE;
 use crate::visible::visible;
@@ -52,6 +54,14 @@ enum Command {
     Diff(diff::DiffArgs),
     /// Describe a shot, a model or an EXR; without a file: versions and CPU
     Info(info::InfoArgs),
+    /// Write a commented shot file for a model, to start from
+    Init(init::InitArgs),
+    /// Print completions of the command line for a shell
+    Completions(for_others::CompletionsArgs),
+    /// Print the man page, or write those of all commands
+    Man(for_others::ManArgs),
+    /// Print a JSON schema of shot files, for editors
+    Schema(for_others::SchemaArgs),
 }
 
 /// Runs the program. `words` starts with the program's name.
@@ -90,12 +100,19 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
                 }
             }
         }
-        Command::Info(args) => {
-            let mut terminal = Terminal::new(ProgressKind::None, false);
-            let outcome = args.execute(&mut terminal);
-            conclude(outcome, &terminal)
-        }
+        Command::Info(args) => quietly(|terminal| args.execute(terminal)),
+        Command::Init(args) => quietly(|terminal| args.execute(terminal)),
+        Command::Completions(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
+        Command::Man(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
+        Command::Schema(args) => quietly(|terminal| args.execute(terminal)),
     }
+}
+
+/// Without progress.
+fn quietly(execute: impl FnOnce(&mut Terminal) -> Result<(), Failure>) -> ExitCode {
+    let mut terminal = Terminal::new(ProgressKind::None, false);
+    let outcome = execute(&mut terminal);
+    conclude(outcome, &terminal)
 }
 
 /// The same error about words that are safe to show: clap prints them among its own colours, where they can
@@ -137,8 +154,6 @@ fn conclude(outcome: Result<(), Failure>, terminal: &Terminal) -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

@@ -74,6 +74,15 @@ impl Terminal {
         self.stdout_open = outcome.is_ok();
     }
 
+    /// Text that is ours throughout, as it is: for files.
+    pub fn raw(&mut self, text: &[u8]) -> io::Result<()> {
+        let mut stdout = io::stdout().lock();
+        match stdout.write_all(text).and_then(|()| stdout.flush()) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            outcome => outcome,
+        }
+    }
+
     /// Something that the picture shows a stand-in for, or that is not as the user may think.
     pub fn warn(&self, message: &str) {
         self.say("warning", message);

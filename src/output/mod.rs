@@ -25,4 +25,4 @@ pub use metadata::FrameMeta;
 pub use path::{OutputPattern, PatternError};
 pub use png::write_png;
 pub(crate) use staged::folder_of;
-pub use staged::{WriteError, ensure_writable, remove_leftovers, write_bytes};
+pub use staged::{WriteError, ensure_writable, remove_leftovers, write_bytes, write_new_bytes};

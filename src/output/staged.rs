@@ -91,6 +91,18 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_whole(path, |mut file| file.write_all(bytes).map_err(|error| WriteError::new(path, error)))
 }
 
+/// Writes `bytes` to a file that must not be there yet: what is there stays, and is an error.
+pub fn write_new_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    let write = || -> io::Result<()> {
+        let staged = stage(path)?;
+        staged.as_file().write_all(bytes)?;
+        staged.as_file().sync_all()?;
+        staged.persist_noclobber(path).map_err(|refused| refused.error)?;
+        Ok(())
+    };
+    write().map_err(|error| WriteError::new(path, error))
+}
+
 /// The outer result is that of `fill`, the inner one that of the operating system.
 fn write_once<E>(path: &Path, fill: &impl Fn(&File) -> Result<(), E>) -> Result<io::Result<()>, E> {
     let staged = match stage(path) {
@@ -225,6 +237,16 @@ mod tests {
         write_whole(&file, half).unwrap_err();
         assert_eq!(fs::read(&file).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["file", "folder"]);
+    }
+
+    #[test]
+    fn a_new_file_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        write_new_bytes(&path, b"first").unwrap();
+        let error = write_new_bytes(&path, b"second").unwrap_err();
+        assert_eq!(error.source.kind(), ErrorKind::AlreadyExists);
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path()).len()), (b"first".to_vec(), 1));
     }
 
     /// Runs in containers may share a folder and have one process id, as threads have.

@@ -29,7 +29,7 @@ mod shot_values;
 mod spelling;
 pub mod texture;
 mod toml_text;
-mod turntable;
+pub mod turntable;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -47,6 +47,7 @@ pub use material::Material;
 pub use mesh::Mesh;
 pub use render_space::RenderSpace;
 pub use shot::Shot;
+pub use shot_file::schema;
 pub use texture::Texture;
 
 use crate::animation::TransformTrack;

@@ -1,65 +1,146 @@
-//! The shot file as it is written: tables and keys, nothing checked but names and types.
+//! The shot file as it is written: tables and keys, nothing checked but names and types. What stands above a key is what
+//! editors show of it: see [`schema`].
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde_json::{Value, json};
 
 use super::toml_text::{At, List};
 use crate::animation::Interpolation;
-use crate::settings::{DenoiseQuality, Filter, Mode, Reuse};
+use crate::layers::Layers;
+use crate::settings::{
+    DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+};
 
 /// Linear RGB, or coordinates.
 pub(crate) type Three = At<List<f64, 3>>;
 
-#[derive(Debug, Deserialize)]
+/// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
+pub fn schema() -> Value {
+    let generator = SchemaSettings::draft07().into_generator();
+    let mut schema = generator.into_root_schema_for::<ShotFile>().to_value();
+    without_null(&mut schema);
+    schema
+}
+
+/// TOML has no null: a key that may be left out is simply not there.
+fn without_null(schema: &mut Value) {
+    match schema {
+        Value::Object(object) => {
+            if let Some(Value::Array(kinds)) = object.get_mut("type") {
+                kinds.retain(|kind| kind != "null");
+                if let [kind] = &kinds[..] {
+                    let kind = kind.clone();
+                    object.insert("type".into(), kind);
+                }
+            }
+            if let Some(Value::Array(any)) = object.get_mut("anyOf") {
+                any.retain(|one| *one != json!({"type": "null"}));
+                // what is wrong is told of the one that is left
+                if any.len() == 1 {
+                    let one = object.remove("anyOf").expect("it is there");
+                    object.insert("allOf".into(), one);
+                }
+            }
+            if object.get("default").is_some_and(Value::is_null) {
+                object.remove("default");
+            }
+            object.values_mut().for_each(without_null);
+        }
+        Value::Array(list) => list.iter_mut().for_each(without_null),
+        _ => {}
+    }
+}
+
+/// A shot for Afterimage.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["camera", "model"]))]
 pub(crate) struct ShotFile {
+    /// For people; the file's name without it
     pub title: Option<String>,
+    /// Size, samples, frames, and how they are rendered
     #[serde(default)]
     pub render: RenderTable,
+    /// What is written, and where to
     #[serde(default)]
     pub output: OutputTable,
+    /// Radiance of rays that hit nothing: a colour, or a gradient
     pub background: Option<BackgroundTable>,
+    /// Light from all around: a map, a sky with its sun, or the background
     pub environment: Option<At<EnvironmentTable>>,
+    /// A pinhole camera and its keys
     pub camera: Option<At<CameraTable>>,
+    /// Each moves as a rigid whole
     #[serde(default)]
+    #[schemars(length(min = 1))]
     pub model: Vec<ModelTable>,
+    /// Light sources
     #[serde(default)]
     pub light: Vec<At<LightTable>>,
+    /// Light that reaches everything
     #[serde(default)]
     pub ambient: AmbientTable,
+    /// Light that reaches surfaces from the sky and from other surfaces
     #[serde(default)]
     pub indirect: IndirectTable,
+    /// Overrides of MTL materials
     #[serde(default)]
     pub material: Vec<MaterialTable>,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RenderTable {
+    /// Width and height in pixels [1280, 720]
+    #[schemars(inner(range(min = 1, max = LONGEST_SIDE)))]
     pub size: Option<List<At<i64>, 2>>,
+    /// N, for N x N samples a pixel (2)
+    #[schemars(range(min = 1, max = MOST_SAMPLES))]
     pub samples: Option<At<i64>>,
+    /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
     pub frames: Option<At<String>>,
+    /// Frames per second, such as 24 or "24000/1001" (24)
     pub rate: Option<At<Rate>>,
+    /// Pixel filter
     #[serde(default)]
     pub filter: Filter,
+    /// Maximum number of mirror reflections and refractions along a camera path (4)
+    #[schemars(range(min = 0, max = 64))]
     pub depth: Option<At<i64>>,
+    /// Maximum number of rays by which each sample of a rough metal-rough surface reflects the scene (4)
+    #[schemars(range(min = 0, max = MOST_REFLECTIONS))]
     pub reflections: Option<At<i64>>,
+    /// Distance between base frames, which are traced in full; 0: only the first (48)
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,
+    /// When samples are reused
     #[serde(default)]
     pub mode: Mode,
+    /// Which samples are kept
     #[serde(default)]
     pub reuse: Reuse,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct IndirectTable {
+    /// Paths of each sample; 0: no indirect light (0; 16 with an environment)
+    #[schemars(range(min = 0, max = MOST_PATHS))]
     pub paths: Option<At<i64>>,
+    /// Maximum number of surfaces that a path meets (2)
+    #[schemars(range(min = 0, max = 64))]
     pub bounces: Option<At<i64>>,
+    /// What each frame spends on paths: "full", or a number of rays
     pub budget: Option<At<BudgetValue>>,
+    /// With a budget: paths that a new sample gets at once (16)
+    #[schemars(range(min = 1, max = MOST_PATHS))]
     pub paths_per_frame: Option<At<i64>>,
 }
 
@@ -71,115 +152,180 @@ pub(crate) enum BudgetValue {
     Text(String),
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct OutputTable {
+    /// File names such as "out/walk.####.exr", or a folder, relative to the current folder
     pub path: Option<At<String>>,
+    /// Layers beside R G B A (diffuse to rays)
+    #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
+    /// Also write a denoised picture, as the layer `denoised`
     #[serde(default)]
     pub denoise: bool,
+    /// Quality of the denoised picture
     #[serde(default)]
     pub denoise_quality: DenoiseQuality,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BackgroundTable {
+    /// Constant colour, linear RGB; instead of a gradient
     pub color: Option<Three>,
+    /// Straight up
     pub zenith: Option<Three>,
+    /// At eye level
     pub horizon: Option<Three>,
+    /// Straight down
     pub ground: Option<Three>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EnvironmentTable {
+    /// Latitude-longitude map (.hdr or .exr), relative to the shot file
     pub map: Option<At<String>>,
+    /// A clear sky with its sun
     pub sky: Option<SkyTable>,
+    /// Degrees about Y, counter-clockwise as seen from above (0)
     pub rotation: Option<At<f64>>,
+    /// Factor on all of it (1)
+    #[schemars(range(min = 0))]
     pub power: Option<At<f64>>,
+    /// Whether the camera sees it instead of the background (true)
     pub visible: Option<bool>,
+    /// Rays that ask it for light where a path starts (1)
+    #[schemars(range(min = 0, max = 64))]
     pub samples: Option<At<i64>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SkyTable {
+    /// Of the sun above the horizon, degrees (45)
+    #[schemars(range(min = -6, max = 90))]
     pub elevation: Option<At<f64>>,
+    /// Of the sun, degrees: 0 is -Z, 90 is +X (135)
     pub azimuth: Option<At<f64>>,
+    /// Haze: 2 is very clear, 6 hazy (3)
+    #[schemars(range(min = 2, max = 10))]
     pub turbidity: Option<At<f64>>,
+    /// Albedo of the ground below the horizon [0.2, 0.2, 0.2]
     pub ground: Option<Three>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["key"]))]
 pub(crate) struct CameraTable {
+    /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
+    /// Where the camera is
     #[serde(default)]
+    #[schemars(length(min = 1))]
     pub key: Vec<At<CameraKey>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CameraKey {
+    /// Number of the frame; may be fractional
     pub frame: At<f64>,
+    /// Position of the camera
     pub eye: Three,
+    /// Point to look at; all keys use `target`, or all use `rotation`
     pub target: Option<Three>,
+    /// [pitch, yaw, roll] in degrees: up, left, clockwise about the view axis
     pub rotation: Option<Three>,
+    /// With `target`: bank, degrees clockwise (0)
     pub roll: Option<At<f64>>,
+    /// Vertical field of view, degrees (the previous key's; 40 in the first key)
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub fov: Option<At<f64>>,
+    /// A camera cut: no interpolation from the previous key
     #[serde(default)]
     pub cut: bool,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ModelTable {
+    /// For people; the OBJ's name without it
     pub name: Option<String>,
+    /// OBJ file, relative to the shot file
     pub obj: At<String>,
+    /// Applied last [0, 0, 0]
     pub translate: Option<Three>,
+    /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
     pub rotate: Option<Three>,
+    /// One factor, or one for each axis; applied first (1)
     pub scale: Option<At<Scale>>,
+    /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
+    /// Where the model is
     #[serde(default)]
     pub key: Vec<At<ModelKey>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ModelKey {
+    /// Number of the frame; may be fractional
     pub frame: At<f64>,
+    /// As of the model, at this frame
     pub translate: Option<Three>,
+    /// As of the model, at this frame
     pub rotate: Option<Three>,
+    /// As of the model, at this frame
     pub scale: Option<At<Scale>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LightTable {
+    /// For people
     pub name: Option<String>,
+    /// The kind of light
     #[serde(rename = "type")]
     pub kind: LightType,
+    /// Directional: in which the light travels
     pub direction: Option<Three>,
+    /// Point, spot: position. Rectangle, disk, sphere: centre
     pub position: Option<Three>,
+    /// Spot, rectangle, disk: the point that the light faces
     pub target: Option<Three>,
+    /// Spot: full cone angle, degrees (45)
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub cone: Option<At<f64>>,
+    /// Spot: falloff at the rim, as a fraction of the half angle (0)
+    #[schemars(range(min = 0, max = 1))]
     pub soft: Option<At<f64>>,
+    /// Rectangle: width and height [1, 1]
     pub size: Option<At<List<f64, 2>>>,
+    /// Disk, sphere (0.5)
     pub radius: Option<At<f64>>,
+    /// Directional: diameter of the light, degrees (0)
+    #[schemars(range(min = 0, max = 180))]
     pub angle: Option<At<f64>>,
+    /// Rectangle, disk, sphere, and directional with an angle: shadow rays of each sample (16)
+    #[schemars(extend("enum" = [1, 4, 16]))]
     pub samples: Option<At<u32>>,
+    /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
+    /// Directional: irradiance. Others: intensity (1)
     pub power: Option<At<f64>>,
+    /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
+    /// How the light changes
     #[serde(default)]
     pub key: Vec<At<LightKey>>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum LightType {
     Directional,
@@ -190,40 +336,79 @@ pub(crate) enum LightType {
     Sphere,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LightKey {
+    /// Number of the frame; may be fractional
     pub frame: At<f64>,
+    /// As of the light, at this frame
     pub position: Option<Three>,
+    /// As of the light, at this frame
     pub direction: Option<Three>,
+    /// As of the light, at this frame
     pub target: Option<Three>,
+    /// As of the light, at this frame
     pub color: Option<Three>,
+    /// As of the light, at this frame
     pub power: Option<At<f64>>,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AmbientTable {
+    /// Linear RGB; multiplied by the material's Ka
     pub color: Option<Three>,
+    /// Multiply by Kd instead of Ka
     #[serde(default)]
     pub everywhere: bool,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MaterialTable {
+    /// The name after `newmtl`
     pub name: At<String>,
+    /// Diffuse colour, linear RGB
     pub kd: Option<Three>,
+    /// Ambient colour
     pub ka: Option<Three>,
+    /// Specular colour: highlights and mirrors
     pub ks: Option<Three>,
+    /// Emission
     pub ke: Option<Three>,
+    /// Highlight exponent
+    #[schemars(range(min = 0))]
     pub ns: Option<At<f64>>,
+    /// Index of refraction
+    #[schemars(range(min = 0, max = 100))]
     pub ni: Option<At<f64>>,
+    /// Opacity
+    #[schemars(range(min = 0, max = 1))]
     pub d: Option<At<f64>>,
+    /// Illumination model
+    #[schemars(range(min = 0, max = 10))]
     pub illum: Option<At<i64>>,
+    /// Roughness
+    #[schemars(range(min = 0, max = 1))]
     pub pr: Option<At<f64>>,
+    /// Metallic
+    #[schemars(range(min = 0, max = 1))]
     pub pm: Option<At<f64>>,
+    /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
+}
+
+/// Known to the schema alone: what is no layer is told by the loader.
+struct LayerName;
+
+impl JsonSchema for LayerName {
+    fn schema_name() -> Cow<'static, str> {
+        "Layer".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"enum": Layers::NAMES})
+    }
 }
 
 /// One factor, or one an axis.
@@ -275,5 +460,42 @@ impl<'de> Deserialize<'de> for Rate {
             }
         }
         deserializer.deserialize_any(RateVisitor)
+    }
+}
+
+impl JsonSchema for Scale {
+    fn schema_name() -> Cow<'static, str> {
+        "Scale".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let three = generator.subschema_for::<List<f64, 3>>();
+        json_schema!({"anyOf": [{"type": "number"}, three]})
+    }
+}
+
+impl JsonSchema for Rate {
+    fn schema_name() -> Cow<'static, str> {
+        "Rate".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "integer", "minimum": 1},
+            {"type": "string", "pattern": "^ *[0-9]+ *(/ *[0-9]+ *)?$"},
+        ]})
+    }
+}
+
+impl JsonSchema for BudgetValue {
+    fn schema_name() -> Cow<'static, str> {
+        "Budget".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "integer", "minimum": 0},
+            {"type": "string", "pattern": "^(full|[0-9]+)$"},
+        ]})
     }
 }

@@ -9,7 +9,7 @@ use super::assemble::{Assembled, Assembly};
 use super::camera::Aim;
 use super::render_space::{Extent, RenderSpace};
 use super::shot::{Content, Shot};
-use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError};
+use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError, Warning};
 use crate::animation::{Interpolation, Track, TransformTrack};
 use crate::digest::Digest;
 use crate::settings::{DenoiseQuality, Settings};
@@ -88,22 +88,70 @@ fn light(name: &str, direction: DVec3, color: Vec3, power: f64) -> Light {
     }
 }
 
-/// A circle around the model's bounding box, from which all of its bounding sphere is seen. A key a
+/// A circle around the model, from which all of its bounding sphere is seen. A key a
 /// frame: between fewer keys the distance would change.
 fn around(mesh: &Mesh) -> CameraTrack {
-    let (low, high) = mesh.bounds();
-    let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
-    let distance = MARGIN * radius / (FOV * 0.5).to_radians().sin();
-    let (up, out) = ELEVATION.to_radians().sin_cos();
+    let fit = Fit::of(mesh);
     let eye = |frame: i32| {
-        let (sin, cos) = (TAU * f64::from(frame - 1) / f64::from(FRAMES)).sin_cos();
-        (f64::from(frame), center + distance * DVec3::new(sin * out, up, cos * out))
+        let turn = TAU * f64::from(frame - 1) / f64::from(FRAMES);
+        (f64::from(frame), fit.eye(turn))
     };
     let eyes = (1..=FRAMES).map(eye).collect();
     CameraTrack {
         eye: Track::through(eyes, Interpolation::Linear).expect("one key a frame"),
-        aim: Aim::Target { target: Track::constant(center), roll: Track::constant(0.0) },
+        aim: Aim::Target { target: Track::constant(fit.center), roll: Track::constant(0.0) },
         fov: Track::constant(FOV),
         cuts: Vec::new(),
     }
+}
+
+/// Where a camera sees all of a model, in the space of its file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Of the model's bounding box: what the camera looks at.
+    pub center: DVec3,
+    /// Of the sphere around that box.
+    pub radius: f64,
+    /// From the centre to the eye.
+    pub distance: f64,
+    /// Vertical field of view, degrees.
+    pub fov: f64,
+}
+
+impl Fit {
+    fn of(mesh: &Mesh) -> Self {
+        let (low, high) = mesh.bounds();
+        let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
+        Self { center, radius, distance: MARGIN * radius / (FOV * 0.5).to_radians().sin(), fov: FOV }
+    }
+
+    /// The eye, a little above the model, turned around it by so many radians; at 0 it is on the side of +Z.
+    pub fn eye(&self, turn: f64) -> DVec3 {
+        let (up, out) = ELEVATION.to_radians().sin_cos();
+        let (sin, cos) = turn.sin_cos();
+        self.center + self.distance * DVec3::new(sin * out, up, cos * out)
+    }
+}
+
+/// What a shot of a model must know of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Look {
+    /// Where the camera may be.
+    pub fit: Fit,
+    /// Whether some material reflects ambient light.
+    pub has_ambient: bool,
+    /// What the loader found odd.
+    pub warnings: Vec<Warning>,
+}
+
+/// Looks at the model at `path`.
+///
+/// # Errors
+/// Those of the OBJ and what belongs to it.
+pub fn look(path: &Path) -> Result<Look, SceneError> {
+    let mut assembly = Assembly::new(false, Vec::new());
+    let mesh = assembly.mesh(path)?;
+    let Assembled { materials, findings, .. } = assembly.finish();
+    let has_ambient = materials.iter().any(|material| material.ambient != Vec3::ZERO);
+    Ok(Look { fit: Fit::of(&mesh), has_ambient, warnings: findings.warnings })
 }
