@@ -150,6 +150,7 @@ fn the_schema_refuses_what_the_program_refuses() {
         ("[output]\nlayers = [\"depth\"]", "shot.output.layers[0]"),
         ("[[light]]\ntype = \"laser\"", "shot.light[0].type"),
         ("[[light]]\ntype = \"spot\"\ncone = 180", "shot.light[0].cone"),
+        ("[[light]]\ntype = \"sphere\"\nposition = [0, 1, 0]\nsamples = 2", "shot.light[0].samples"),
         ("[[material]]\nname = \"m\"\npr = 2", "shot.material[0].pr"),
         ("[[camera.key]]\nframe = 2", "shot.camera.key[1]"),
     ] {
