@@ -6,11 +6,11 @@ SHELL := /bin/bash
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
 DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png -o out/city/city.\#\#\#\#.exr --report out/city/report.html
 
-.PHONY: help setup build demo test bench quality clean
+.PHONY: help setup build demo test bench compare-peers quality clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):[a-z ]*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 8
+	@sed -n 's/^\([a-z-]*\):[a-z ]*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
 
 setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree, Open Image Denoise
 	@scripts/setup
@@ -38,6 +38,10 @@ bench: setup ## benchmark each kind of shot, long chains, gathered light and eac
 	$(CARGO) bench --locked --bench shots -- chains $(CHAINS)
 	$(CARGO) bench --locked --bench shots -- gathered $(GATHERED)
 	$(CARGO) bench --locked --bench phases
+
+# `make compare-peers PEERS="--quick --depths 3"` is small; `scripts/compare-peers --help` says what it needs.
+compare-peers: build ## measure Mitsuba and Cycles on the same work, where they are installed (PEERS_PYTHON)
+	$(or $(PEERS_PYTHON),python3) scripts/compare-peers $(PEERS)
 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.
 quality: setup ## measure how good pictures of reused samples are

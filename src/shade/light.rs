@@ -22,7 +22,7 @@ impl StratifiedPattern {
     /// For lights that are no areas.
     pub const NONE: Self = Self([u32x8::ZERO; 2]);
 
-    /// The patterns of samples with these [seeds](SampleSeed). Of no use for `light` unless it is an area.
+    /// The patterns of samples with these [seeds](super::sampling::SampleSeed). Of no use for `light` unless it is an area.
     #[inline(always)]
     pub fn of_seeds(light: &LightPose, seeds: u32x8) -> Self {
         if !light.shape.is_area() {

@@ -1,0 +1,172 @@
+"""Renders with Afterimage: writes shots, runs the program, reads its files and statistics."""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+
+from . import measure
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FIRST_MEASURED = 5  # frame of a chain of inferred frames: before, the chain has only begun
+CYCLE = 48  # frames from one base frame to the next, as shots have them by default
+FULL_FRAMES = 3  # that are traced in full for one time
+
+
+class Failed(Exception):
+    """The program ended with an error, which the text repeats."""
+
+
+def program_path():
+    """Where the program that is measured should be."""
+    return pathlib.Path(os.environ.get("AFTERIMAGE") or ROOT / "target/release/afterimage").resolve()
+
+
+def program():
+    """The program that is measured; None where there is none."""
+    return program_path() if program_path().is_file() else None
+
+
+def version():
+    return run("--version").strip()
+
+
+def run(*words, nice=False):
+    """Runs the program to its end; returns what it prints."""
+    line = [*(["nice", "-n", "15"] if nice else []), str(program()), *map(str, words)]
+    # where the program lies elsewhere, it finds the checkout's Open Image Denoise all the same
+    private = ROOT / ".deps/oidn"
+    surroundings = {"OIDN_DIR": str(private)} if private.is_dir() else {}
+    ran = subprocess.run(line, capture_output=True, text=True, check=False, env=surroundings | os.environ)
+    if ran.returncode != 0:
+        raise Failed(f"{' '.join(line)}\n{ran.stderr.strip()}")
+    return ran.stdout
+
+
+# --- shots ---
+
+
+def write_shot(path, place, light_samples=16):
+    """The shot of a place: matt surfaces, box filter; how many samples and paths is said when it is rendered.
+
+    `light_samples`: shadow rays of each sample to the panel."""
+    width, height = place["size"]
+    lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", 'filter = "box"', "depth = 0"]
+    lines += [f'frames = "1-{last_frame(place)}"', "[indirect]", "paths = 1", "[camera]", *keys(place)]
+    lines += ["[[model]]", f"obj = {json.dumps(place['scene'] + '/scene.obj')}"]
+    if "panel" in place:
+        lines += panel(**place["panel"], samples=light_samples)
+    if "sky" in place:
+        lines += ["[background]", f"color = {place['sky']}", "[environment]"]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def last_frame(place):
+    """The frame that is compared, in which the camera stands as in the other renderers."""
+    return place["dolly"]["frames"] if "dolly" in place else 1
+
+
+def keys(place):
+    ends = [(last_frame(place), place["eye"], place["target"])]
+    if "dolly" in place:
+        ends.insert(0, (1, place["dolly"]["eye"], place["dolly"]["target"]))
+    for frame, eye, target in ends:
+        yield f"[[camera.key]]\nframe = {frame}\neye = {eye}\ntarget = {target}\nfov = {place['fov']}"
+
+
+def panel(center, size, radiance, samples):
+    """A panel that shines down. Its `power` is its intensity, divided by pi as all light of MTL's convention."""
+    center, (width, depth) = list(map(float, center)), size
+    below = [center[0], center[1] - 1, center[2]]
+    yield f'[[light]]\ntype = "rectangle"\nposition = {center}\ntarget = {below}'
+    yield f"size = {[width, depth]}\npower = {radiance * width * depth / math.pi}\nsamples = {samples}"
+
+
+# --- rendering ---
+
+
+def picture(path, layer=None):
+    """The colours of a layer of an EXR file, or of the picture itself; (height, width, 3), linear."""
+    import OpenEXR
+
+    channels = OpenEXR.File(str(path), separate_channels=True).channels()
+    names = [f"{layer}.{one}" if layer else one for one in "RGB"]
+    return np.stack([np.asarray(channels[name].pixels, np.float64) for name in names], axis=2)
+
+
+def render(shot, folder, frames, options, nice=False):
+    """Renders frames into `folder`; returns their files and their statistics, by frame."""
+    out, statistics = folder / "frame.####.exr", folder / "statistics.json"
+    always = ["--frames", frames, "--layers", "none", "-q", "-o", out, "--stats", statistics]
+    run("render", shot, *always, *options, nice=nice)
+    made = json.loads(statistics.read_text())["frames"]
+    return {one["frame"]: folder / f"frame.{one['frame']:04}.exr" for one in made}, made
+
+
+def bounces(depth):
+    """Surfaces that a path of Afterimage meets, where Mitsuba's have `depth` segments: the first is the eye's, the
+    last goes to a light."""
+    return depth - 2
+
+
+def reference(place, folder, depth, grids, paths, out):
+    """Writes a picture for each of `grids` (N, for N x N samples a pixel), with so many paths a sample.
+
+    What is chosen by chance follows from where samples are: other grids make other choices.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    shot, last = write_shot(folder / "shot.toml", place), last_frame(place)
+    pictures = []
+    for grid in grids:
+        options = ["--mode", "full", "--samples", grid, "--paths", paths, "--bounces", bounces(depth)]
+        files, _ = render(shot, folder, str(last), options, nice=True)
+        pictures.append(picture(files[last]))
+    np.save(out, np.array(pictures, np.float32))
+
+
+def measured(place, folder, depth, truth, mode, setting, rounds):
+    """The row of one setting: N, for N x N samples a pixel, paths of a new sample, paths that a kept one may get, shadow rays.
+
+    `mode` is "full", "inferred" or "filled", with "+denoise" behind it or not. Seconds are the mean over frames, of each
+    the fastest round, without writing files; of a chain also the mean over a cycle of frames with its base frame. The
+    error is that of the last frame.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    *setting, light_samples = setting
+    shot, last = write_shot(folder / "shot.toml", place, light_samples), last_frame(place)
+    how, _, denoise = mode.partition("+")
+    options, frames = options_of(how, last, *setting)
+    options += ["--bounces", bounces(depth), *(["--denoise"] if denoise else [])]
+    taken = []
+    for _ in range(rounds):
+        with measure.timed_turn():
+            files, made = render(shot, folder, frames, options)
+        taken.append([one["seconds"]["total"] - one["seconds"]["write"] for one in made])
+    fastest = np.min(taken, axis=0)
+    counted = [at for at, one in enumerate(made) if how == "full" or one["frame"] >= FIRST_MEASURED]
+    seconds = float(fastest[counted].mean())
+    row = {"renderer": f"Afterimage, {mode}", "depth": depth, "setting": words_of(*setting, light_samples), "seconds": seconds}
+    if how != "full":
+        row["cycle"] = float(fastest[0] + (CYCLE - 1) * seconds) / CYCLE
+    row["error"] = measure.relative_rmse(picture(files[last], "denoised" if denoise else None), truth)
+    return row
+
+
+def words_of(grid, paths, most, light_samples):
+    words = f"{grid} x {grid} samples, {paths} path{'s' if paths > 1 else ''}"
+    return words + (f", up to {most}" if most > paths else "") + f"; {light_samples} to the panel"
+
+
+def options_of(how, last, grid, paths, most):
+    """Options and frames of a mode."""
+    options = ["--samples", grid, "--paths", most]
+    if how == "full":
+        return [*options, "--mode", "full"], f"{last - FULL_FRAMES + 1}-{last}"
+    options += ["--mode", "reproject", "--base-every", "0"]
+    if how == "filled":
+        options += ["--paths-per-frame", paths, "--budget", "full"]
+    return options, f"1-{last}"

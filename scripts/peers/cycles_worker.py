@@ -1,0 +1,191 @@
+"""Renders with Cycles, in a process of its own: `python -m peers.cycles_worker JOB.json`.
+
+The job is that of `mitsuba_worker`, without a variant; `sampler` is "plain" or "denoised". Depths are Mitsuba's; Cycles
+counts the bounces after direct light, two fewer. A scene's emission and its sky are not known here.
+"""
+
+import json
+import math
+import os
+import pathlib
+import sys
+import time
+
+import bpy
+import mathutils
+import numpy as np
+
+from . import measure, scene
+
+
+def main():
+    with open(sys.argv[1], encoding="utf-8") as file:
+        job = json.load(file)
+    load(job["place"])
+    file = pathlib.Path(sys.argv[1]).with_suffix(".picture.exr")
+    if "reference" in job:
+        reference(file, **job["reference"])
+    for series in job.get("measure", []):
+        measured(job, file, **series)
+    file.unlink(missing_ok=True)
+
+
+# --- the scene ---
+
+
+def load(place):
+    """Makes Blender's scene that of a place. Y is up there, too: nothing in it asks what is up."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    for part in scene.load(place["scene"]):
+        add("mesh", mesh(part))
+    width, height = place["size"]
+    blender = bpy.context.scene
+    blender.camera = add("camera", camera(place["fov"]))
+    blender.camera.matrix_world = looking(place["eye"], place["target"])
+    light = add("panel", panel(**place["panel"]))
+    light.visible_camera = False
+    # an area light shines along its -Z, and its size is along X and Y
+    light.matrix_world = mathutils.Matrix.Translation(place["panel"]["center"]) @ mathutils.Matrix.Rotation(
+        math.radians(-90), 4, "X"
+    )
+    world = bpy.data.worlds.new("black")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+    blender.world = world
+    settings(blender, width, height)
+
+
+def settings(blender, width, height):
+    """No adaptive sampling, no clamping, a box filter, scenes kept in memory from render to render."""
+    blender.render.engine = "CYCLES"
+    render, cycles = blender.render, blender.cycles
+    render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
+    render.threads_mode, render.threads = "FIXED", os.cpu_count()
+    render.use_persistent_data = True
+    render.use_compositing = render.use_sequencer = False
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_depth = "32"
+    blender.view_settings.view_transform = "Raw"
+    cycles.device = "CPU"
+    cycles.use_adaptive_sampling = False
+    cycles.pixel_filter_type = "BOX"
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.glossy_bounces = cycles.transmission_bounces = cycles.volume_bounces = 0
+    cycles.caustics_reflective = cycles.caustics_refractive = False
+
+
+def add(name, data):
+    made = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(made)
+    return made
+
+
+def mesh(part):
+    """A part of a scene as a mesh, flat."""
+    positions, faces = part["positions"], part["faces"]
+    made = bpy.data.meshes.new(part["material"]["name"])
+    made.vertices.add(len(positions))
+    made.vertices.foreach_set("co", positions.ravel())
+    made.loops.add(faces.size)
+    made.loops.foreach_set("vertex_index", faces.ravel())
+    made.polygons.add(len(faces))
+    made.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
+    made.uv_layers.new().data.foreach_set("uv", part["uv"][faces.ravel()].ravel())
+    made.update(calc_edges=True)
+    made.materials.append(diffuse(part["material"]))
+    made.shade_flat()
+    return made
+
+
+def diffuse(material):
+    made = bpy.data.materials.new(material["name"])
+    made.use_nodes = True
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    nodes.clear()
+    surface, end = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
+    links.new(surface.outputs["BSDF"], end.inputs["Surface"])
+    if material["image"]:
+        texture = nodes.new("ShaderNodeTexImage")
+        texture.image = bpy.data.images.load(material["image"], check_existing=True)
+        links.new(texture.outputs["Color"], surface.inputs["Color"])
+    else:
+        surface.inputs["Color"].default_value = (*material["albedo"], 1)
+    return made
+
+
+def camera(fov):
+    made = bpy.data.cameras.new("camera")
+    made.sensor_fit, made.angle, made.clip_start = "VERTICAL", math.radians(fov), 1e-3
+    return made
+
+
+def looking(eye, target):
+    """The pose of a camera that looks along its -Z, with Y up."""
+    back = (mathutils.Vector(eye) - mathutils.Vector(target)).normalized()
+    right = mathutils.Vector((0, 1, 0)).cross(back).normalized()
+    columns = [right, back.cross(right), back, mathutils.Vector(eye)]
+    rows = [[*(column[row] for column in columns)] for row in range(3)]
+    return mathutils.Matrix([*rows, [0, 0, 0, 1]])
+
+
+def panel(center, size, radiance):
+    """A light that shines to one side; its watts are spread over its area and, by the cosine, over the half space."""
+    made = bpy.data.lights.new("panel", "AREA")
+    made.shape, made.size, made.size_y = "RECTANGLE", *size
+    made.energy = radiance * math.pi * size[0] * size[1]
+    return made
+
+
+# --- the work ---
+
+
+def render(file, depth, samples, seed, denoise=False):
+    """Seconds of one render, and its picture. Reading the picture takes a file, which is written after the clock stopped."""
+    blender = bpy.context.scene
+    cycles = blender.cycles
+    cycles.max_bounces = cycles.diffuse_bounces = depth - 2
+    cycles.samples, cycles.seed = samples, seed
+    cycles.use_denoising = denoise
+    if denoise:
+        cycles.denoiser = "OPENIMAGEDENOISE"
+        cycles.denoising_input_passes = "RGB_ALBEDO_NORMAL"
+    began = time.perf_counter()
+    bpy.ops.render.render()
+    seconds = time.perf_counter() - began
+    bpy.data.images["Render Result"].save_render(str(file))
+    image = bpy.data.images.load(str(file), check_existing=False)
+    image.colorspace_settings.name = "Non-Color"
+    width, height = image.size
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    picture = pixels.reshape(height, width, -1)[::-1, :, :3].copy()
+    bpy.data.images.remove(image)
+    return seconds, picture
+
+
+def reference(file, depth, samples, parts, path):
+    pictures = [render(file, depth, samples, 1000 + part)[1] for part in range(parts)]
+    np.save(path, np.array(pictures, np.float32))
+
+
+def measured(job, file, name, depth, sampler, reference):
+    truth = measure.Reference(reference).picture
+    denoise = sampler == "denoised"
+    with measure.timed_turn():
+        render(file, depth, 1, 0, denoise)  # builds
+    for samples in job["samples"]:
+        seconds, errors = [], []
+        with measure.timed_turn():
+            for seed in range(job["rounds"]):
+                took, picture = render(file, depth, samples, seed, denoise)
+                seconds.append(took)
+                errors.append(measure.relative_rmse(picture, truth))
+        row = {"renderer": name, "depth": depth, "setting": f"{samples} samples", "samples": samples}
+        error = float(np.mean(errors))
+        measure.append(job["rows"], row | {"seconds": min(seconds), "error": error})
+        if error < measure.TARGET:
+            break
+
+
+if __name__ == "__main__":
+    main()

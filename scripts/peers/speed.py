@@ -1,0 +1,145 @@
+"""Seconds a frame to a relative error of 10 %: the matt kitchen under a panel, in all renderers that are there."""
+
+from . import afterimage, measure, places, workers
+from .report import markdown, say
+
+SIZE, SMALL = [320, 180], [96, 54]
+DEPTHS = {3: "light that bounced once", 4: "light that bounced twice"}
+
+# what Afterimage is tried with: N, for N x N samples a pixel; paths of a new sample; paths that a kept one may get; shadow
+# rays of a sample to the panel: kept ones cost nothing
+GRIDS = {
+    "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (7, 1, 1, 1), (8, 1, 1, 1), (5, 2, 2, 1)],
+    "inferred": [(3, 16, 16, 16), (4, 4, 4, 16), (4, 8, 8, 16), (5, 4, 4, 4), (6, 2, 2, 4)],
+    "filled": [(4, 1, 8, 16), (4, 1, 16, 16), (5, 1, 4, 4), (5, 1, 8, 4), (5, 1, 8, 16), (6, 1, 4, 4), (6, 1, 8, 4)],
+    "full+denoise": [(2, 1, 1, 1), (2, 4, 4, 4), (3, 1, 1, 1), (3, 2, 2, 1), (4, 1, 1, 1)],
+    "inferred+denoise": [(2, 4, 4, 16), (3, 4, 4, 16), (4, 2, 2, 4)],
+    "filled+denoise": [(2, 1, 8, 16), (3, 1, 4, 16), (4, 1, 4, 4)],
+}
+REFERENCE_GRIDS, REFERENCE_PATHS = [13, 14, 15, 16], 2
+# samples a pixel of each part of a reference, and how many parts; the parts' spread tells its error
+REFERENCES = {"mitsuba": (1024, 4), "cycles": (512, 4)}
+LADDER = [2**power for power in range(12)]  # samples a pixel, until the error is small enough
+
+QUICK_GRIDS = {mode: settings[:2] for mode, settings in GRIDS.items()}
+
+
+def main(work, rounds, quick, depths):
+    """Measures, and returns the table and what it needs to be understood, in Markdown."""
+    size = SMALL if quick else SIZE
+    place = places.kitchen(work / "kitchen", size)
+    found = workers.found()
+    rows_file = work / "speed.jsonl"
+    rows_file.unlink(missing_ok=True)
+    references = make_references(work, place, found, quick, depths)
+    if "afterimage" in found:
+        grids = QUICK_GRIDS if quick else GRIDS
+        measure_afterimage(work, place, references, rows_file, grids, rounds, depths)
+    if "mitsuba" in found:
+        # the variant that compiles has its samplers tried; the other one is there for comparison
+        for variant, samplers in {"llvm": ["independent", "multijitter"], "scalar": ["multijitter"]}.items():
+            measure_peer(work, place, references, rows_file, "mitsuba", samplers, rounds, depths, variant=variant)
+    if "cycles" in found:
+        measure_peer(work, place, references, rows_file, "cycles", ["plain", "denoised"], rounds, depths)
+    return report(found, references, measure.read_rows(rows_file), depths)
+
+
+# --- work ---
+
+
+def make_references(work, place, found, quick, depths):
+    """The references of each renderer, by renderer and depth; those that have been made of the same are kept."""
+    references = {}
+    for renderer in found:
+        for depth in depths:
+            path = work / f"{renderer}-{depth}.npy"
+            references[renderer, depth] = path
+            if renderer == "afterimage":
+                grids = [4, 5] if quick else REFERENCE_GRIDS
+                plan = [found[renderer], str(afterimage.program().stat().st_mtime), place, grids, REFERENCE_PATHS]
+                with workers.kept(path, plan) as missing:
+                    if missing:
+                        say(f"reference of Afterimage, depth {depth}")
+                        afterimage.reference(place, work / "reference", depth, grids, REFERENCE_PATHS, path)
+                continue
+            samples, parts = (16, 2) if quick else REFERENCES[renderer]
+            job = {"depth": depth, "samples": samples, "parts": parts, "path": str(path)}
+            with workers.kept(path, [found[renderer], place, job]) as missing:
+                if missing:
+                    say(f"reference of {renderer}, depth {depth}")
+                    workers.run(work, renderer, {"place": place, "reference": job}, nice=True)
+    return references
+
+
+def measure_afterimage(work, place, references, rows_file, grids, rounds, depths):
+    for depth in depths:
+        truth = measure.Reference(references["afterimage", depth]).picture
+        for mode, settings in grids.items():
+            for setting in settings:
+                row = afterimage.measured(place, work / "frames", depth, truth, mode, setting, rounds)
+                measure.append(rows_file, row)
+                say("{renderer}, depth {depth}: {setting}: {seconds:.3f} s, {error:.1%}".format(**row))
+
+
+def measure_peer(work, place, references, rows_file, renderer, samplers, rounds, depths, variant=""):
+    title = {"mitsuba": f"Mitsuba {variant}", "cycles": "Cycles"}[renderer]
+    say(title)
+    series = [
+        {"name": f"{title}, {sampler}", "depth": depth, "sampler": sampler, "reference": str(references[renderer, depth])}
+        for depth in depths
+        for sampler in samplers
+    ]
+    job = {"place": place, "measure": series, "samples": LADDER, "rounds": rounds, "rows": str(rows_file)}
+    workers.run(work, renderer, job, variant=variant)
+
+
+# --- report ---
+
+
+def report(found, references, rows, depths):
+    parts = []
+    for depth in depths:
+        meaning = DEPTHS[depth]
+        parts.append(f"**Direct light and {meaning}** (`bounces = {depth - 2}`; Mitsuba `max_depth` {depth}; "
+                     f"Cycles {depth - 2} diffuse bounce{'s' if depth > 3 else ''}).")
+        parts.append(table([row for row in rows if row["depth"] == depth]))
+    parts.append("References:")
+    parts.append(reference_table(found, references, depths))
+    return "\n\n".join(parts) + "\n"
+
+
+def table(rows):
+    lines = [["renderer", "setting", "s a frame", "with base frames", "error %", "s to 10 %"]]
+    lines.append(["---", "---", "---:", "---:", "---:", "---:"])
+    for renderer in dict.fromkeys(row["renderer"] for row in rows):
+        own = [row for row in rows if row["renderer"] == renderer]
+        seconds, known = measure.seconds_to(own)
+        for at, row in enumerate(around(own)):
+            to_target = {"between": "{:.3f}", "within": "below {:.3f}", "beyond": "not reached"}[known].format(seconds)
+            name, last = (renderer, f"**{to_target}**") if at == 0 else ("", "")
+            cycle = f"{row['cycle']:.3f}" if "cycle" in row else ""
+            lines.append([name, row["setting"], f"{row['seconds']:.3f}", cycle, f"{100 * row['error']:.1f}", last])
+    return markdown(lines)
+
+
+def around(rows):
+    """Of the best settings, the two between which the target is; or the one next to it."""
+    best = measure.best_settings(rows)
+    better = next((at for at, row in enumerate(best) if row["error"] <= measure.TARGET), len(best))
+    return best[max(better - 1, 0) : better + 1]
+
+
+def reference_table(found, references, depths):
+    """How precise the references are, and how far from each other."""
+    lines = [["depth", "reference of", "mean", "own error %", "mean, beside the first", "RMSE to the first %"]]
+    lines.append(["---:", "---", "---:", "---:", "---:", "---:"])
+    for depth in depths:
+        loaded = {renderer: measure.Reference(references[renderer, depth]) for renderer in found}
+        first = next(iter(loaded.values()), None)
+        for renderer, one in loaded.items():
+            mean = one.picture.mean()
+            line = [str(depth), found[renderer], f"{mean:.5f}", f"{100 * one.own_error():.1f}"]
+            apart = f"{100 * (mean / first.picture.mean() - 1):+.2f} %"
+            lines.append([*line, apart, f"{100 * measure.relative_rmse(one.picture, first.picture):.1f}"])
+    return markdown(lines)
+
