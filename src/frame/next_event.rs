@@ -160,7 +160,37 @@ struct LightRay {
     /// To the light, at `far` along it.
     direction: Vec3,
     far: f32,
-    light: Vec3,
+    brings: Brings,
+}
+
+/// What a ray brings to its path.
+#[derive(Debug, Clone, Copy)]
+enum Brings {
+    Light(Vec3),
+    /// What the sky has there: a map is looked up for those rays alone that reach it, indoors few.
+    Sky(OfSky),
+}
+
+/// What a ray brings of the sky's light.
+#[derive(Debug, Clone, Copy)]
+struct OfSky {
+    /// Of what a white surface would reflect.
+    weight: Vec3,
+    /// Density of its direction by the cosine law.
+    by_cosine: f32,
+    /// As in [`Chances`].
+    asks_sky: f32,
+    goes_on: f32,
+}
+
+impl OfSky {
+    fn light(self, LightFrom { radiance, pdf }: LightFrom) -> Vec3 {
+        // by rounding, a direction may lie where none are chosen
+        if pdf <= 0.0 {
+            return Vec3::ZERO;
+        }
+        self.weight * radiance * (self.by_cosine / (self.asks_sky * pdf + self.goes_on * self.by_cosine))
+    }
 }
 
 /// Rays that wait to be cast.
@@ -181,17 +211,19 @@ impl LightRays {
         if !leads || geometric_normal.dot(direction) <= 0.0 {
             return;
         }
-        let LightFrom { radiance, pdf } = frame.sky.light(direction);
-        if pdf <= 0.0 {
-            return;
-        }
-        let densities = chances.asks_sky * pdf + chances.goes_on * by_cosine;
-        let mut light = weight * radiance * (by_cosine / densities);
+        let Chances { asks_sky, goes_on, .. } = chances;
+        let of_sky = OfSky { weight, by_cosine, asks_sky, goes_on };
+        let mut brings = Brings::Sky(of_sky);
         if let Some(coat) = coat {
-            light += radiance * coat.reflects(direction, chances.asks_sky * pdf, 1.0);
+            let light = frame.sky.light(direction);
+            if light.pdf <= 0.0 {
+                return;
+            }
+            let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
+            brings = Brings::Light(of_sky.light(light) + reflected);
         }
         let origin = off_surface(point, geometric_normal);
-        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, light });
+        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
     }
 
     /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
@@ -230,7 +262,7 @@ impl LightRays {
         let origin = off_surface(point, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
-        self.waiting.push(LightRay { path, origin, direction, far: 1.0, light });
+        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: Brings::Light(light) });
     }
 
     /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
@@ -262,7 +294,10 @@ impl LightRays {
             let until = frame.first_touch(ray.origin, ray.direction, ray.far);
             brought.until = brought.until.min(until);
             if !bit(blocked, number) {
-                brought.radiance += ray.light;
+                brought.radiance += match ray.brings {
+                    Brings::Light(light) => light,
+                    Brings::Sky(of_sky) => of_sky.light(frame.sky.light(ray.direction)),
+                };
             }
         }
     }

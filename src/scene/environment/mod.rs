@@ -5,12 +5,14 @@
 //! `u = 1/2 + atan2(x, -z) / 2π` (from the left) and `v = atan2(√(x² + z²), y) / π` (from the top): the middle of a map
 //! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
 
+mod distribution;
 mod grid;
 mod light_from;
 mod picture_error;
 mod read;
 mod sky;
 mod spectrum;
+mod steps;
 mod sun;
 
 use std::sync::Arc;

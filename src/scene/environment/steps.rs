@@ -1,0 +1,145 @@
+//! A distribution over numbered steps, found again by one random number.
+
+/// The largest float below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// A cumulative distribution in steps.
+#[derive(Clone, PartialEq)]
+pub(super) struct Steps {
+    /// Probability of each step and all before it; the last is exactly 1.
+    ends: Vec<f32>,
+    /// The first step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends there (Chen and
+    /// Asau, "On Generating Random Variates from an Empirical Distribution", 1974). A power of two of them, and one: a
+    /// random number times that power is not rounded.
+    guide: Vec<u32>,
+}
+
+/// What was found in it.
+pub(super) struct Step {
+    pub index: usize,
+    /// Where in the step: 0 to 1.
+    pub within: f32,
+}
+
+impl Steps {
+    /// The distribution that is proportional to `weights`, but for `even_share` that all which are not 0 have alike; an even one
+    /// if all are 0. With the sum of the weights.
+    pub fn of(weights: &[f64], even_share: f64) -> (Self, f64) {
+        let sum: f64 = weights.iter().sum();
+        let even = if sum == 0.0 { 1.0 } else { even_share * sum / weights.len() as f64 };
+        let raised = |weight: f64| if weight > 0.0 || sum == 0.0 { weight + even } else { 0.0 };
+        // summed in the same order as below: the last quotient is that of equal numbers
+        let total = weights.iter().fold(0.0, |total, weight| total + raised(*weight));
+        let below = weights.iter().scan(0.0, |below, weight| {
+            *below += raised(*weight);
+            Some((*below / total) as f32)
+        });
+        (Self::ending(below.collect()), sum)
+    }
+
+    fn ending(ends: Vec<f32>) -> Self {
+        // for two steps one, which costs an eighth of what the steps and texels take
+        let parts = (ends.len().next_power_of_two() / 2).max(1);
+        let mut first = 0;
+        let guide = (0..=parts).map(|part| {
+            let above = part as f32 / parts as f32;
+            while first + 1 < ends.len() && ends[first] <= above {
+                first += 1;
+            }
+            first as u32
+        });
+        let guide = guide.collect();
+        Self { ends, guide }
+    }
+
+    /// The step that `random` falls into: one of positive probability, whatever `random` is.
+    pub fn find(&self, random: f32) -> Step {
+        // 0 for NaN
+        let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
+        let part = (random * (self.guide.len() - 1) as f32) as usize;
+        let [first, last] = [self.guide[part], self.guide[part + 1]].map(|step| step as usize);
+        // exists: the last step ends at 1
+        let index = first + self.ends[first..=last].partition_point(|end| *end <= random);
+        Step { index, within: (random - self.begin(index)) / self.probability(index) }
+    }
+
+    /// Probability of all before step `index`.
+    fn begin(&self, index: usize) -> f32 {
+        if index == 0 { 0.0 } else { self.ends[index - 1] }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Of step `index`.
+    pub fn probability(&self, index: usize) -> f32 {
+        self.ends[index] - self.begin(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As of a map.
+    const EVEN_SHARE: f64 = 1.0 / 64.0;
+
+    #[test]
+    fn cumulative_distributions_end_at_one_and_keep_what_is_dim() {
+        let mut dim = vec![1e-30; 32_768];
+        dim[7] = 1e30;
+        dim[9] = 0.0;
+        let (steps, _) = Steps::of(&dim, EVEN_SHARE);
+        assert_eq!(steps.ends.last(), Some(&1.0));
+        for index in (0..dim.len()).filter(|index| *index != 9) {
+            assert!(steps.probability(index) > 0.0, "{index}");
+        }
+        assert_eq!(steps.probability(9), 0.0);
+        assert!(steps.probability(7) > 0.97);
+
+        for (weights, ends) in
+            [(vec![0.0, 3.0, 0.0], [0.0, 1.0, 1.0]), (vec![0.0; 3], [1.0 / 3.0, 2.0 / 3.0, 1.0])]
+        {
+            assert_eq!(Steps::of(&weights, EVEN_SHARE).0.ends, ends);
+        }
+    }
+
+    #[test]
+    fn any_random_number_finds_a_step_that_is_there() {
+        let steps = Steps::ending(vec![0.0, 0.25, 0.25, 1.0, 1.0]);
+        for (random, index) in [
+            (0.0, 1),
+            (0.249, 1),
+            (0.25, 3),
+            (BELOW_ONE, 3),
+            (1.0, 3),
+            (7.0, 3),
+            (-1.0, 1),
+            (f32::NAN, 1),
+            (f32::INFINITY, 3),
+        ] {
+            let found = steps.find(random);
+            assert_eq!(found.index, index, "{random}");
+            assert!(steps.probability(index) > 0.0 && (0.0..=1.0).contains(&found.within), "{random}");
+        }
+        assert_eq!(steps.find(0.125).within, 0.5);
+    }
+
+    #[test]
+    fn a_guided_search_finds_what_a_search_through_all_finds() {
+        for count in [1, 2, 3, 7, 64, 100] {
+            for power in [1, 9] {
+                let weights: Vec<f64> = (0..count).map(|at| f64::from((at * 37) % 11).powi(power)).collect();
+                let (steps, _) = Steps::of(&weights, EVEN_SHARE);
+                for random in
+                    (0..4096).map(|at| at as f32 / 4096.0).chain(steps.ends.iter().map(|end| end * BELOW_ONE))
+                {
+                    let of_all = steps.ends.partition_point(|end| *end <= random);
+                    assert_eq!(steps.find(random).index, of_all, "{count} {power} {random}");
+                }
+            }
+        }
+    }
+}
