@@ -5,6 +5,8 @@ mod sphere;
 
 use std::path::Path;
 
+use afterimage::animation::{Interpolation, Track, TransformTrack};
+use afterimage::changes::Motion;
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::frame::grid::Grid;
@@ -19,6 +21,7 @@ use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset};
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
 const TRIANGLES: u64 = 50_000;
@@ -161,6 +164,44 @@ fn push_and_block(bencher: Bencher, run: usize) {
             blocked += words.iter().map(|bits| bits.count_ones()).sum::<u32>();
         }
         blocked
+    });
+}
+
+/// How long an answer holds, one thread: for segments to what the eye sees, past a ball that crosses the view in 256 frames.
+#[divan::bench]
+fn first_touch(bencher: Bencher) {
+    let folder = files();
+    let (mut scene, settings) = shot(folder.path());
+    let mut ball = scene.models[0].clone();
+    let track = |from: DVec3, to: DVec3| {
+        Track::through(vec![(1.0, from), (257.0, to)], Interpolation::Linear).expect("frames rise")
+    };
+    ball.track = TransformTrack {
+        translate: track(DVec3::new(-2.0, 0.5, 1.0), DVec3::new(2.0, 0.5, 1.0)),
+        scale: Track::constant(DVec3::splat(0.05)),
+        ..TransformTrack::identity()
+    };
+    scene.models.push(ball);
+    let motion = Motion::of(&scene);
+    let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
+    let tracer = backend.commit(&Pose::of(&scene, 1), &[false, true]).expect("nothing is out of reach");
+    let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
+    tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
+    let eye = Pose::of(&scene, 1).camera.eye;
+    let segments: Vec<(Vec3, f32)> = primary
+        .packets()
+        .enumerate()
+        .flat_map(|(number, (packet, _))| {
+            let hits = &hits;
+            (0..2 * LANES).filter_map(move |lane| {
+                let hit = hits.get(number * 2 * LANES + lane)?;
+                Some((Vec3::from([0, 1, 2].map(|axis| packet.direction[axis][lane])), hit.t))
+            })
+        })
+        .collect();
+    bencher.counter(ItemsCount::new(segments.len())).bench_local(|| {
+        let until = |(direction, far): &(Vec3, f32)| motion.first_touch(eye, *direction, *far, 1);
+        segments.iter().map(until).min()
     });
 }
 

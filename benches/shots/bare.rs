@@ -44,7 +44,7 @@ type Part = (u32, u32);
 
 /// Triangles that cast shadows, and all triangles.
 const SHADOW: u32 = 1;
-const SIGHT: u32 = 3;
+pub const SIGHT: u32 = 3;
 
 /// Embree's scenes of a shot.
 pub struct Bare {
@@ -57,9 +57,9 @@ pub struct Bare {
 }
 
 /// Packets of N rays, each with those that take part.
-type Packets<const N: usize> = Vec<(Valid<N>, Ray<N>)>;
+pub type Packets<const N: usize> = Vec<(Valid<N>, Ray<N>)>;
 /// And what they hit.
-type HitPackets<const N: usize> = Vec<(Valid<N>, RayHit<N>)>;
+pub type HitPackets<const N: usize> = Vec<(Valid<N>, RayHit<N>)>;
 
 /// What the geometries of both scenes are.
 #[derive(Default)]
@@ -93,6 +93,16 @@ impl Bare {
         }
         bare.still.commit()?;
         Ok(bare)
+    }
+
+    /// How many rays its packets have.
+    pub fn width(&self) -> PacketWidth {
+        self.width
+    }
+
+    /// What never moves.
+    pub fn still(&mut self) -> Result<Committed<'_>, embree::Error> {
+        self.still.commit()
     }
 
     /// Traces frame number `frame` of `scene`, which may have other lights than the one it was built for.
@@ -322,6 +332,17 @@ fn primary_rays<const N: usize>(view: &View) -> Vec<HitPackets<N>> {
     (0..view.grid.tiles()).into_par_iter().map(tile).collect()
 }
 
+/// The same as batches of rays, a tile each.
+pub fn primary_batches(settings: &Settings, pose: &Pose) -> Vec<RayBatch> {
+    let view = View::new(&Arc::new(Grid::new(settings)), pose.camera);
+    let tile = |number| {
+        let mut rays = RayBatch::default();
+        push_tile(&view, number, &mut rays);
+        rays
+    };
+    (0..view.grid.tiles()).into_par_iter().map(tile).collect()
+}
+
 fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     let grid = &view.grid;
     let corner = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
@@ -364,7 +385,7 @@ fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> 
 }
 
 /// `rays` as Embree takes them, without packets of no ray at all.
-fn prepared<const N: usize>(rays: &RayBatch, mask: u32) -> impl Iterator<Item = (Valid<N>, Ray<N>)> {
+pub fn prepared<const N: usize>(rays: &RayBatch, mask: u32) -> impl Iterator<Item = (Valid<N>, Ray<N>)> {
     let parts = rays.packets().flat_map(|(packet, lanes)| {
         (0..LANES).step_by(N).map(move |first| (packet, lanes >> first & (u16::MAX >> (LANES - N)), first))
     });

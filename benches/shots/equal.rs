@@ -2,9 +2,9 @@
 //! spend what reuse saves on more samples and paths (`--budget`).
 //!
 //! Errors are those of frames 24 and 25 against pictures of 16x16 samples a pixel and 4 paths a sample, in which nothing is
-//! reused, as they are and after denoising, where Open Image Denoise is installed. Two are counted: the relative mean square error, with each pixel's square over that of the reference; and the
-//! temporal one, the mean square of how much the error changes from one frame to the next along points that stay in sight,
-//! over that of the reference.
+//! reused, as they are and after denoising, where Open Image Denoise is installed. Two are counted: the relative mean square
+//! error, with each pixel's square over that of the reference; and the temporal one, the mean square of how much the error
+//! changes from one frame to the next along points that stay in sight, over that of the reference.
 
 use std::error::Error;
 use std::time::Instant;
@@ -35,6 +35,8 @@ const DARK: f32 = 0.1;
 struct Contestant {
     name: &'static str,
     settings: Settings,
+    /// Its budget, as a share of the rays of a frame that is traced in full; none: as its settings say.
+    share_of_rays: Option<f64>,
 }
 
 /// One line.
@@ -48,6 +50,8 @@ struct Row {
     /// The same two after denoising.
     denoised: Option<[f64; 2]>,
     bytes_per_sample: f64,
+    /// Of paths and to lights, in the last frame.
+    rays: u64,
 }
 
 /// What a frame shows, and where.
@@ -77,11 +81,14 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     let reference = [before?, after?];
     drop(renderer);
 
-    let line = "| frames                         | seconds | over full | relative MSE | over full | temporal | over full | \
+    let line = "| frames                              | seconds | over full | relative MSE | over full | temporal | over full | \
                 denoised: MSE | over full | temporal | over full | B/sample |";
     println!("{line}\n{}", line.chars().map(|c| if c == '|' { '|' } else { '-' }).collect::<String>());
     let mut rows: Vec<Row> = Vec::new();
-    for contestant in contestants(&settings) {
+    for mut contestant in contestants(&settings) {
+        if let (Some(share), Some(full)) = (contestant.share_of_rays, rows.first()) {
+            contestant.settings.budget = Budget::Rays((share * full.rays as f64) as u64);
+        }
         let row = contestant.measure(&scene, &reference, arguments, denoiser.as_mut())?;
         println!("{}", row.text(rows.first().unwrap_or(&row)));
         rows.push(row);
@@ -95,30 +102,23 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 fn contestants(settings: &Settings) -> Vec<Contestant> {
     let full = Settings { samples: 2, paths: 16, mode: Mode::Full, ..settings.clone() };
     let reused = Settings { mode: Mode::Reproject, base_every: 0, ..full.clone() };
-    let filled = Settings { budget: Budget::Full, ..reused.clone() };
+    let filled = |samples, [first, most]: [u32; 2]| Settings {
+        samples,
+        paths: most,
+        paths_per_frame: first,
+        budget: Budget::Full,
+        ..reused.clone()
+    };
+    let contestant = |name, settings, share_of_rays| Contestant { name, settings, share_of_rays };
     vec![
-        Contestant { name: "full, 2x2, 16 paths", settings: full },
-        Contestant { name: "inferred, 2x2, 16 paths", settings: reused },
-        Contestant {
-            name: "inferred, 2x2, 16 to 128 paths",
-            settings: Settings { paths: 128, paths_per_frame: 16, ..filled.clone() },
-        },
-        Contestant {
-            name: "inferred, 4x4, 4 to 64 paths",
-            settings: Settings { samples: 4, paths: 64, paths_per_frame: 4, ..filled.clone() },
-        },
-        Contestant {
-            name: "inferred, 6x6, 1 to 16 paths",
-            settings: Settings { samples: 6, paths: 16, paths_per_frame: 1, ..filled.clone() },
-        },
-        Contestant {
-            name: "inferred, 8x8, 1 to 8 paths",
-            settings: Settings { samples: 8, paths: 8, paths_per_frame: 1, ..filled.clone() },
-        },
-        Contestant {
-            name: "inferred, 8x8, 2 to 16 paths",
-            settings: Settings { samples: 8, paths: 16, paths_per_frame: 2, ..filled },
-        },
+        contestant("full, 2x2, 16 paths", full, None),
+        contestant("inferred, 2x2, 16 paths", reused.clone(), None),
+        contestant("inferred, 2x2, 16 to 128 paths", filled(2, [16, 128]), None),
+        contestant("inferred, 4x4, 4 to 64 paths", filled(4, [4, 64]), None),
+        contestant("inferred, 6x6, 1 to 16 paths", filled(6, [1, 16]), None),
+        contestant("inferred, 8x8, 1 to 8 paths", filled(8, [1, 8]), None),
+        contestant("inferred, 8x8, 1 to 16, 2/3 of rays", filled(8, [1, 16]), Some(2.0 / 3.0)),
+        contestant("inferred, 8x8, 2 to 16 paths", filled(8, [2, 16]), None),
     ]
 }
 
@@ -133,7 +133,7 @@ impl Contestant {
         let mut renderer = Renderer::new(scene, &self.settings)?;
         let reuses = self.settings.mode != Mode::Full;
         let first = if reuses { 1 } else { LAST[0] - arguments.frames() as i32 };
-        let (mut seconds, mut pictures, mut bytes_per_sample) = (Vec::new(), Vec::new(), 0.0);
+        let (mut seconds, mut pictures, mut bytes_per_sample, mut rays) = (Vec::new(), Vec::new(), 0.0, 0);
         for frame in first..=LAST[1] {
             let start = Instant::now();
             let finished = renderer.render(frame, reuses)?;
@@ -146,6 +146,7 @@ impl Contestant {
                     denoiser.as_mut().map(|denoiser| denoiser.denoise(&finished.film)).transpose()?;
                 pictures.push(Picture::of(&finished.film, denoised));
             }
+            rays = finished.stats.rays.gathering + finished.stats.rays.shadow;
             drop(finished);
             bytes_per_sample = renderer.memory().bytes_per_sample;
         }
@@ -168,6 +169,7 @@ impl Contestant {
             temporal,
             denoised: errors_of(&|picture| picture.denoised.as_ref()),
             bytes_per_sample,
+            rays,
         })
     }
 }
@@ -228,7 +230,7 @@ impl Row {
             _ => "            - |         - |        - |         -".to_owned(),
         };
         format!(
-            "| {name:<30} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
+            "| {name:<35} | {seconds:7.3} | {:9.2} | {relative_mse:12.6} | {:9.3} | {temporal:8.6} | {:9.3} | \
              {denoised} | {bytes_per_sample:8.0} |",
             seconds / full.seconds,
             relative_mse / full.relative_mse,

@@ -12,6 +12,7 @@ mod flows;
 mod gathered;
 mod glass;
 mod growth;
+mod incoherent;
 mod kinds;
 mod places;
 mod sphere;
@@ -112,6 +113,9 @@ enum Subject {
     /// Error at equal time of light from all around in a dolly through the kitchen: full frames, and inferred ones that
     /// spend what reuse saves; takes the size, frames (of full tracing) and the first depth
     Equal,
+    /// Rays that go all around, those of light paths in the kitchen: bare loops beside the tracer, and a frame beside both;
+    /// takes the size and rounds
+    Incoherent,
     /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
@@ -119,7 +123,7 @@ enum Subject {
 impl Arguments {
     fn size(&self) -> [u32; 2] {
         let [width, height] = match self.subject {
-            Subject::Chains => [640, 360],
+            Subject::Chains | Subject::Incoherent => [640, 360],
             Subject::Equal => [320, 180],
             _ => [1280, 720],
         };
@@ -177,6 +181,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Chains => chains::run(arguments),
         Subject::Gathered => gathered::run(arguments),
         Subject::Equal => equal::run(arguments),
+        Subject::Incoherent => incoherent::run(arguments),
         Subject::Glass => glass::run(arguments),
     }
 }
