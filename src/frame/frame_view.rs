@@ -39,6 +39,8 @@ pub struct FrameView<'a> {
     pub displaced: &'a [bool],
     /// How it is seen.
     pub view: &'a View,
+    /// A hash of the camera's pose.
+    pub view_hash: u32,
     /// Where the tags for each light are.
     pub slots: &'a [TagSlot],
     /// What changed.
@@ -100,14 +102,11 @@ impl<'a> FrameView<'a> {
         let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples);
         let (x, y) = (left + x, top + y);
         let pixel = y / samples * grid.width + x / samples;
-        let camera = &self.view.camera;
-        let view = [camera.eye, camera.right, camera.up, camera.forward].map(|axis| axis.to_array());
-        let view = hash_of(view.as_flattened()) ^ camera.tan_half_fov.to_bits();
         let pose = match self.displaced.get(model as usize) {
             Some(true) => hash_of(&self.transform(model).to_world.to_cols_array()),
             _ => 0,
         };
-        SampleSeed::new(pixel, y % samples * samples + x % samples, view, pose)
+        SampleSeed::new(pixel, y % samples * samples + x % samples, self.view_hash, pose)
     }
 
     /// The model's place.

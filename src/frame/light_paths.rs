@@ -99,7 +99,7 @@ impl Asks {
 }
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
-pub const AT_ONCE: usize = 1024;
+pub const AT_ONCE: usize = 256;
 
 /// How many eights of hits ahead their triangles are fetched; half of that, their corners.
 const AHEAD: usize = 4;

@@ -77,6 +77,7 @@ use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
+use crate::shade::sampling::hash_of;
 use crate::shade::sky::SkyLight;
 use crate::stats::{FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
@@ -212,6 +213,7 @@ impl<'s> Renderer<'s> {
             displaced: &displaced,
             slots: &self.layout.slots,
             view: &view,
+            view_hash: view_hash(&pose.camera),
             plan,
             moved_bounds: &moved_bounds,
             dynamic_bounds: &dynamic_bounds,
@@ -357,6 +359,12 @@ fn begin<'c>(
         }
         None => (SampleStore::default(), Reused::None),
     }
+}
+
+/// A hash that changes when the camera does.
+fn view_hash(camera: &CameraPose) -> u32 {
+    let axes = [camera.eye, camera.right, camera.up, camera.forward].map(|axis| axis.to_array());
+    hash_of(axes.as_flattened()) ^ camera.tan_half_fov.to_bits()
 }
 
 /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
