@@ -4,7 +4,9 @@ CARGO := scripts/cargo
 SHELL := /bin/bash
 
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
-DEMO ?= compare scenes/city/city.toml --backend embree --samples 1 --audit --png -o out/city/city.\#\#\#\#.exr --report out/city/report.html
+DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x360 --samples 1 --audit --png -o out/city-sky/city.\#\#\#\#.exr --report out/city-sky/report.html
+# and then, for one line: a shot of which reuse saves little
+HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 -q)
 
 .PHONY: help setup build demo test bench compare-peers quality clean
 .DEFAULT_GOAL := help
@@ -18,8 +20,12 @@ setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree, Open
 build: setup ## build the program: target/release/afterimage
 	$(CARGO) build --release --locked
 
-demo: setup ## render the city with reuse and in full, and compare: out/city/
+demo: setup ## render the city with reuse and in full, and compare: out/city-sky/
 	$(CARGO) run --release --locked -- $(DEMO)
+ifneq ($(HARD),)
+	@echo; echo "The hard case, one hard light, mirrors and a camera that travels (scenes/city/city.toml):"
+	@set -o pipefail; $(CARGO) run --quiet --release --locked -- $(HARD) | grep "^in short"
+endif
 
 # cargo-nextest runs the tests faster, but no doctests.
 test: setup ## run all tests

@@ -467,7 +467,23 @@ fn summary(comparison: &Comparison) -> String {
         duration(comparison.build_seconds)
     ));
     lines.extend(backend_table::lines(&comparison.backends));
+    lines.push(in_short(comparison));
     lines.join("\n")
+}
+
+/// What a run takes from its start to its last file. Writing takes both ways the same time; it was measured once.
+fn in_short(comparison: &Comparison) -> String {
+    let (ours, full) = (&comparison.totals.reprojected.seconds, &comparison.totals.full.seconds);
+    let beside = ours.write + comparison.build_seconds;
+    let [ours, full] = [ours, full].map(|seconds| seconds.rendering() + beside);
+    let writing = if beside > comparison.build_seconds { "writing files and " } else { "" };
+    format!(
+        "\nin short {} frames take {} with reuse and {} without, {writing}building the scene included: {:.1} times as fast",
+        comparison.saved.frames,
+        duration(ours),
+        duration(full),
+        if ours > 0.0 { full / ours } else { 1.0 }
+    )
 }
 
 fn saving(name: &str, saving: &Saving) -> String {
@@ -502,6 +518,18 @@ mod tests {
         assert_eq!(shown(&steps[..4]), [3, 4]);
         assert_eq!(shown(&[step(7, false, true)]), [7]);
         assert!(shown(&[]).is_empty());
+    }
+
+    #[test]
+    fn in_short_both_ways_build_and_write() {
+        let mut comparison = crate::report::comparison::tests::comparison(Vec::new());
+        let totals = &mut comparison.totals;
+        (totals.reprojected.seconds.total, totals.reprojected.seconds.write) = (11.0, 3.0);
+        (totals.full.seconds.total, comparison.build_seconds) = (68.0, 2.0);
+        comparison.saved.frames = 9;
+        let text = in_short(&comparison);
+        assert!(text.contains("9 frames take 13.0 s with reuse and 73.0 s without"), "{text}");
+        assert!(text.ends_with("writing files and building the scene included: 5.6 times as fast"), "{text}");
     }
 
     #[test]
