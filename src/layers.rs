@@ -13,11 +13,11 @@ impl Layers {
     pub const NONE: Self = Self(0);
     /// Every layer that there is.
     pub const ALL: Self = Self((1 << Self::NAMES.len()) - 1);
-    /// What files hold if nobody says what: neither the parts of `diffuse` nor what denoisers are guided by.
+    /// What files hold if nobody says what: neither the parts of `diffuse`, nor what denoisers are guided by, nor occlusion.
     pub const USUAL: Self = Self((1 << 11) - 1);
 
     /// As files and the command line name them: what stands before the dot in the names of planes.
-    pub const NAMES: [&'static str; 17] = [
+    pub const NAMES: [&'static str; 18] = [
         "diffuse",
         "specular",
         "reflection",
@@ -35,6 +35,7 @@ impl Layers {
         "sky",
         "denoise_albedo",
         "denoise_normal",
+        "occlusion",
     ];
 
     /// Diffuse reflectance.
@@ -63,6 +64,8 @@ impl Layers {
     pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
     /// The parts of `diffuse`, and what denoisers are guided by.
     pub const PARTS: Self = Self(0b11_1111 << 11);
+    /// What share of the directions around is open.
+    pub const OCCLUSION: Self = Self(1 << 17);
     /// Those that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self =
         Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::ID.0 | Self::STATUS.0);
@@ -163,6 +166,7 @@ mod tests {
             ("indirect", Layers::INDIRECT),
             ("emission", Layers::EMISSION),
             ("sky", Layers::SKY),
+            ("occlusion", Layers::OCCLUSION),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("denoise_albedo").with(named("denoise_normal")), Layers::GUIDES);

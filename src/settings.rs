@@ -20,6 +20,9 @@ pub const DEFAULT_PATHS: u32 = 16;
 /// Most rays by which a rough surface may reflect: those of a tile are held at once.
 pub const MOST_REFLECTIONS: u32 = 64;
 
+/// Most rays by which a sample finds out how open it is.
+pub const MOST_OCCLUSION_RAYS: u32 = 256;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -140,6 +143,10 @@ pub struct Settings {
     pub budget: Budget,
     /// Surfaces that such a path may meet.
     pub bounces: u32,
+    /// Rays by which each sample finds out how open it is, where a layer or the ambient light asks for it.
+    pub occlusion_rays: u32,
+    /// How far these reach, in the units of the shot's files.
+    pub occlusion_radius: f64,
     /// Reuse or not.
     pub mode: Mode,
     /// Which kept samples serve the cells of an inferred frame.
@@ -168,6 +175,8 @@ impl Default for Settings {
             paths_per_frame: DEFAULT_PATHS,
             budget: Budget::None,
             bounces: 2,
+            occlusion_rays: 16,
+            occlusion_radius: 1.0,
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,

@@ -52,6 +52,10 @@ fn defaults_are_as_documented() {
     assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
     assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
     assert_eq!((settings.paths, settings.bounces, settings.reflections), (0, 2, 4));
+    // the model is 1 x 1 x 0
+    assert_eq!(settings.occlusion_rays, 16);
+    assert!((settings.occlusion_radius - 0.1 * 2.0_f64.sqrt()).abs() < 1e-12);
+    assert!(!shot.scene.ambient_is_occluded);
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
     assert_eq!((shot.output, shot.warnings.len()), (None, 0));
     assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
@@ -64,9 +68,10 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n[output]\npath = \"o.#.exr\"\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
+         [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"sky\", \"direct\"]\n\
-         [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\n\
+         [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\noccluded = true\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
          color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
          [[light]]\nname = \"sun\"\ntype = \"directional\"\ndirection = [0, -1, 0]\n{REST}"
@@ -84,6 +89,22 @@ fn every_key_is_read() {
     assert_eq!((spot.power.at(1.0), spot.power.at(2.0), spot.power.at(3.0)), (2.0, 3.0, 4.0));
     assert!(matches!(spot.kind, LightKind::Spot { cone: 30.0, soft: 0.5, .. }));
     assert_eq!(shot.scene.ambient, Vec3::splat(0.5));
+    assert!(shot.scene.ambient_is_occluded);
+    assert_eq!((shot.settings.occlusion_radius, shot.settings.occlusion_rays), (0.5, 32));
+}
+
+/// A tenth of the diagonal of all models, where they stand in the shot's first frame.
+#[test]
+fn the_usual_radius_of_occlusion_is_that_of_the_first_frame() {
+    let moved = "[[model]]\nobj = \"m.obj\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 3\ntranslate = [1, 0, 0]\n";
+    for (frames, width) in [("1-3", 1.0_f64), ("3,9", 2.0)] {
+        let shot = load(&format!("[render]\nframes = \"{frames}\"\n{REST}{moved}"));
+        let expected = 0.1 * width.hypot(1.0);
+        assert!((shot.settings.occlusion_radius - expected).abs() < 1e-12, "{frames}");
+    }
+    let folder = folder();
+    let turntable = scene::load(&folder.path().join("m.obj"), false).unwrap();
+    assert!((turntable.settings.occlusion_radius - 0.1 * 2.0_f64.sqrt()).abs() < 1e-12);
 }
 
 #[test]
@@ -335,6 +356,21 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:2:9: `paths` is -1: it must be a whole number from 0 to 1024",
         ),
         ("[indirect]\npaths = 1025\n".into(), "s.toml:2:9: `paths` is 1025"),
+        (
+            "[occlusion]\nradius = 0\n".into(),
+            "s.toml:2:10: `radius` is 0: it must be a length above 0, in the units of the models",
+        ),
+        ("[occlusion]\nradius = -0.5\n".into(), "s.toml:2:10: `radius` is -0.5: it must be a length above 0"),
+        ("[occlusion]\nradius = nan\n".into(), "s.toml:2:10: `radius` is NaN: it must be a length above 0"),
+        ("[occlusion]\nradius = inf\n".into(), "s.toml:2:10: `radius` is inf: it must be a length above 0"),
+        (
+            "[occlusion]\nrays = 0\n".into(),
+            "s.toml:2:8: `rays` is 0: it must be a whole number from 1 to 256",
+        ),
+        (
+            "[occlusion]\nrays = 257\n".into(),
+            "s.toml:2:8: `rays` is 257: it must be a whole number from 1 to 256",
+        ),
         (
             "[render]\nreflections = 65\n".into(),
             "s.toml:2:15: `reflections` is 65: it must be a whole number from 0 to 64",

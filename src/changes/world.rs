@@ -149,6 +149,7 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         textures: vec![],
         lights,
         ambient: Vec3::ZERO,
+        ambient_is_occluded: false,
         background: Background::uniform(Vec3::ONE),
         environment: None,
         space: RenderSpace::OF_FILES,

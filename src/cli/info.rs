@@ -10,6 +10,7 @@ use super::info_exr;
 use super::shot_args::{default_output, on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
+use crate::layers::Layers;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene};
@@ -124,6 +125,10 @@ fn described(shot: &Shot, path: &Path) -> String {
     if settings.paths > 0 {
         let (paths, bounces) = (settings.paths, settings.bounces);
         line(&mut text, "gathering", format!("{paths} paths a sample, {bounces} bounces"));
+    }
+    if scene.occludes_ambient() || settings.layers.has(Layers::OCCLUSION) {
+        let (rays, radius) = (settings.occlusion_rays, settings.occlusion_radius as f32);
+        line(&mut text, "occlusion", format!("{rays} rays a sample, up to {radius} away"));
     }
     surfaces(&mut text, scene);
     text

@@ -70,6 +70,8 @@ fn settings(job: &Job) -> Digest {
         paths_per_frame,
         budget,
         bounces,
+        occlusion_rays,
+        occlusion_radius,
         mode,
         reuse,
         base_every: _, // says which ancestry a frame has, which stands apart
@@ -82,7 +84,7 @@ fn settings(job: &Job) -> Digest {
     let reuse = (*mode != Mode::Full).then_some(reuse);
     let text = format!(
         "{width}x{height} {samples} {filter:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {mode:?} {reuse:?} {layers:?} {build:?} {backend} {:?} {:?}",
+         {occlusion_rays} {occlusion_radius} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

@@ -13,8 +13,8 @@ use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
 use crate::settings::{
-    Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse,
-    Settings,
+    Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
+    MOST_SAMPLES, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -69,6 +69,15 @@ pub struct ShotArgs {
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub bounces: Option<u32>,
 
+    /// How far away surfaces occlude, in the units of the models: for the layer `occlusion`, and for ambient light that is
+    /// `occluded` [default: the shot's]
+    #[arg(long, value_name = "LENGTH", value_parser = radius)]
+    pub occlusion_radius: Option<f64>,
+
+    /// Rays of ambient occlusion of each sample [default: the shot's]
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_OCCLUSION_RAYS)))]
+    pub occlusion_rays: Option<u32>,
+
     /// Which kept samples a cell shows [default: the shot's]
     #[arg(long, value_enum, value_name = "RULE")]
     pub reuse: Option<ReuseArg>,
@@ -80,7 +89,7 @@ pub struct ShotArgs {
 
     /// Layers to render and write beside R G B A: `all`, `none`, `usual` (diffuse to rays), or a comma-separated list of
     /// diffuse, specular, reflection, refraction, albedo, Z, P, N, id, status, rays, direct, indirect, emission, sky,
-    /// denoise_albedo, denoise_normal [default: the shot's]
+    /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 
@@ -241,6 +250,8 @@ impl ShotArgs {
             paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
             budget: self.budget.unwrap_or(settings.budget),
             bounces: self.bounces.unwrap_or(settings.bounces),
+            occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
+            occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             audit: self.audit || settings.audit,
@@ -326,6 +337,11 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| format!("write it as 1280x720, each side from 1 to {LONGEST_SIDE}"))
 }
 
+fn radius(text: &str) -> Result<f64, String> {
+    let radius = text.trim().parse().ok().filter(|radius: &f64| radius.is_finite() && *radius > 0.0);
+    radius.ok_or_else(|| String::from("a length above 0 is wanted, in the units of the models"))
+}
+
 fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let count = text.parse::<NonZeroUsize>().ok().filter(|count| count.get() <= 4096);
     count.ok_or_else(|| String::from("a whole number from 1 to 4096 is wanted"))
@@ -364,6 +380,8 @@ mod tests {
             paths_per_frame: 2,
             budget: Budget::Rays(5),
             bounces: 1,
+            occlusion_rays: 8,
+            occlusion_radius: 3.0,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
@@ -381,7 +399,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --reuse target --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -394,6 +412,8 @@ mod tests {
             paths_per_frame: 4,
             budget: Budget::Full,
             bounces: 1,
+            occlusion_rays: 32,
+            occlusion_radius: 0.25,
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,
@@ -418,6 +438,12 @@ mod tests {
             ("--backend cuda", "embree"),
             ("--progress loud", "plain"),
             ("--layers depth", "there are diffuse"),
+            ("--occlusion-rays 0", "1..=256"),
+            ("--occlusion-rays 257", "1..=256"),
+            ("--occlusion-radius 0", "above 0"),
+            ("--occlusion-radius=-1", "above 0"),
+            ("--occlusion-radius nan", "above 0"),
+            ("--occlusion-radius inf", "above 0"),
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");

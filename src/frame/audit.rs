@@ -5,7 +5,8 @@
 //! 2. what the store keeps of the surface must be what the mesh has there ([`check_surface`]);
 //! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
 //!    ([`check_shadows`]), and the light summed anew must be the light that was kept;
-//! 4. all paths by which it gathers light, traced anew, must bring what was kept ([`check_gathered`]).
+//! 4. all paths by which it gathers light, traced anew, must bring what was kept ([`check_gathered`]);
+//! 5. of its rays of ambient occlusion, all cast anew, as many must get away as was kept ([`check_openness`]).
 //!
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
 //! still they are not made anew; that this is right, and all else that stands in the film, is checked by making the
@@ -30,6 +31,7 @@ use super::gather::{self, start_at};
 use super::grid::place;
 use super::light::sum_light;
 use super::light_paths::{PathScratch, trace_paths};
+use super::occlusion::{OcclusionScratch, is_asked, look_around, look_from};
 use super::path_ends::PathStart;
 use super::placed::Placed;
 use super::plan::ShadowCheck;
@@ -149,6 +151,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         }
     }
     check_gathered(frame, tile, &mut raise);
+    check_openness(frame, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
@@ -321,7 +324,7 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
         let placed = Placed::of(frame, tile, first);
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
             let (cell, gathered) = (first + lane, &tile.gathered);
-            let start = start_at(frame, tile, cell, &placed);
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
             if frame.palette.is_diffuse(tile.record[cell].material) {
                 let known = 0..gathered.known(cell) as u32;
                 raise(cell, Verdict::of(known.end > 0));
@@ -337,6 +340,30 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
             let fresh = full_color(gather::kept(brought.radiance, brought.until).radiance);
             let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
             raise(cell, Verdict::of((known - fresh).abs().max_element() <= slack));
+        }
+    }
+}
+
+/// Whether as many rays get away from samples as they keep when all are cast again, against everything. Each is cast for itself:
+/// no tolerance is needed.
+fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    let Some(occlusion) = frame.occlusion else { return };
+    let (mut scratch, mut tally) = (OcclusionScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.looks.clear();
+        let placed = Placed::of(frame, tile, first);
+        let surfaces = set_bits(surface_bits(&tile.model[first..first + LANES]));
+        for cell in surfaces.map(|lane| first + lane) {
+            if is_asked(frame, tile.record[cell].material) {
+                scratch.looks.push(look_from(frame, tile, cell, &placed, occlusion.rays));
+            } else {
+                raise(cell, Verdict::of(tile.gathered.openness(cell).open == 0));
+            }
+        }
+        look_around(frame, &mut scratch, &mut tally);
+        for (look, found) in scratch.looks.iter().zip(&scratch.found) {
+            let cell = look.start.owner as usize;
+            raise(cell, Verdict::of(tile.gathered.openness(cell).open == found.open));
         }
     }
 }

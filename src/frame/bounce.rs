@@ -6,24 +6,27 @@ use glam::Vec3;
 use wide::u32x8;
 
 use super::bits::set_bits;
+use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
 use super::frame_view::FrameView;
 use super::light_paths::{PathScratch, trace_paths};
-use super::lighting::{Places, add_light, lights_passed, radiance_of_area, shows_highlight};
+use super::lighting::{
+    Places, add_light, emitted_and_ambient, lights_passed, radiance_of_area, shows_highlight,
+};
+use super::occlusion::{self, Look, OcclusionScratch};
 use super::parts;
 use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
-use super::radiance::{Layer, Radiance};
+use super::radiance::Radiance;
 use super::ray_tally::RayTally;
 use super::rough_sky::RoughSky;
 use super::shadow::{ShadowQueue, facing};
 use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
-use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
-use crate::shade::area::Glow;
 use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
@@ -32,92 +35,27 @@ use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
 
-/// A ray whose share in the picture is below this in all three colours is not followed: half the step of
-/// an 8-bit picture at full brightness.
-pub const LEAST_WEIGHT: f32 = 1.0 / 512.0;
-
-/// How a ray came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Bounced off.
-    Reflection,
-    /// Gone through.
-    Refraction,
-}
-
-/// A ray on its way.
-#[derive(Debug, Clone, Copy)]
-struct Bounce {
-    cell: u32,
-    /// Of the ray itself.
-    kind: Kind,
-    /// That of the first ray that left the sample.
-    layer: Layer,
-    /// The kinds of all rays from the sample to this one, a bit each, the first one highest.
-    path: u64,
-    weight: Vec3,
-    /// How many rays left the sample in its stead.
-    shared: u32,
-    /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
-    /// surface shows by a highlight, too. It stays as it is behind glass, which such a light shines through.
-    density: Option<f32>,
-    /// Whether the sky was asked from that surface, too.
-    asked_sky: bool,
-    origin: Vec3,
-    direction: Vec3,
-    /// Whether denoisers are told of the normals of what it meets.
-    guides: bool,
-}
-
-impl Bounce {
-    /// A ray that leaves the sample of `cell`, where to is not yet said.
-    fn from_sample(cell: u32, kind: Kind) -> Self {
-        let layer = match kind {
-            Kind::Reflection => Layer::Reflection,
-            Kind::Refraction => Layer::Refraction,
-        };
-        let (path, weight) = (kind as u64, Vec3::ONE);
-        let [origin, direction] = [Vec3::ZERO; 2];
-        let (shared, density, asked_sky, guides) = (1, None, false, false);
-        Self { cell, kind, layer, path, weight, shared, density, asked_sky, origin, direction, guides }
-    }
-
-    /// A ray that goes on from where this one ends, where to is not yet said.
-    fn onwards(&self, kind: Kind) -> Self {
-        let density = self.density.filter(|_| kind == Kind::Refraction);
-        Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
-    }
-
-    /// What it brings of the sky where it finds that, weighed by the balance heuristic.
-    fn light_of_sky(&self, frame: &FrameView) -> Vec3 {
-        match self.density.filter(|_| self.asked_sky) {
-            Some(density) => {
-                let light = frame.sky.light(self.direction);
-                light.radiance * (density / (density + light.pdf))
-            }
-            None => frame.sky.radiance(self.direction),
-        }
-    }
-
-    /// The weight of a light that it passes through.
-    fn weight_of_light(&self, glow: &Glow) -> f32 {
-        let Some(density) = self.density else { return 1.0 };
-        let by_rays = density * self.shared as f32;
-        by_rays / (by_rays + glow.density * glow.points as f32)
-    }
-
-    /// Whether what it brings can be told from nothing.
-    fn is_worth(&self, weight: Vec3) -> bool {
-        (weight * self.shared as f32).max_element() >= LEAST_WEIGHT
-    }
-}
-
 /// What a ray met.
 #[derive(Debug, Clone, Copy)]
 struct Met {
     bounce: Bounce,
     surface: Surface,
     light: Vec3,
+}
+
+impl Met {
+    /// The first path by which it gathers; `owner` is its number.
+    fn start(&self, owner: u32) -> PathStart {
+        let Surface { point, normal, geometric_normal, material, .. } = self.surface;
+        let sequence = PathSequence::of_seed(seed_of(point, material.into()));
+        let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
+        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal }
+    }
+
+    /// By how many it gathers where samples gather by so many.
+    fn share_of(&self, count: u32) -> u32 {
+        count.div_ceil(SHARE_OF_PATHS).div_ceil(self.bounce.shared)
+    }
 }
 
 /// A worker's memory for this phase.
@@ -135,6 +73,7 @@ pub struct Bounces {
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
     gathering: PathScratch,
+    occlusion: OcclusionScratch,
     /// Where the rays of the tile at work went, if the frame records that.
     pub paths: TilePaths,
 }
@@ -322,8 +261,13 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
     bounces.coats.clear();
-    for (eight, met) in bounces.eights.iter_mut().zip(bounces.met.chunks(LANES)) {
-        eight.light = frame.palette.emitted_and_ambient(&eight.materials, eight.reflectance);
+    look_around(frame, bounces, tally);
+    for (first, (eight, met)) in
+        (0..).step_by(LANES).zip(bounces.eights.iter_mut().zip(bounces.met.chunks(LANES)))
+    {
+        let share = |lane: usize| if lane < met.len() { bounces.occlusion.share(first + lane) } else { 0.0 };
+        let openness = || F32x8::of(std::array::from_fn(share));
+        eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
         let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
         let normals = [normal, geometric_normal];
         let rays = |lane: usize, seen: &SeenCoat| match met.get(lane) {
@@ -346,30 +290,30 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
     }
 }
 
+/// Finds out how open the surfaces are that were met, where that dims their ambient light: by fewer rays than samples have.
+fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
+    let Bounces { met, occlusion: scratch, paths, .. } = bounces;
+    scratch.looks.clear();
+    scratch.looks.extend((0..).zip(&*met).map(|(number, met)| {
+        let is_dimmed = frame.palette.has_ambient(met.surface.material);
+        Look { start: met.start(number), rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 } }
+    }));
+    occlusion::look_around(frame, scratch, tally);
+    scratch.found.iter().for_each(|found| paths.note_until(found.until));
+}
+
 /// Adds what the surfaces that were met gather from all around. It is made anew for each frame in which they are seen, by
 /// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, gathering, paths, .. } = bounces;
-    let count = |met: &Met| frame.first_paths.div_ceil(SHARE_OF_PATHS).div_ceil(met.bounce.shared as usize);
+    let count = |met: &Met| met.share_of(frame.first_paths as u32);
     let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
-            let Surface { point, normal, geometric_normal, .. } = met.surface;
-            let sequence = PathSequence::of_seed(seed_of(point, met.surface.material.into()));
-            let [tangent, _] = orthonormal(normal);
-            let cell = met.bounce.cell;
-            let start = PathStart {
-                owner: number,
-                cell,
-                index: 0,
-                sequence,
-                point,
-                normal,
-                tangent,
-                geometric_normal,
-            };
-            gathering.starts.extend((0..count(met) as u32).map(|index| PathStart { index, ..start }));
+            let start = met.start(number);
+            gathering.starts.extend((0..count(met)).map(|index| PathStart { index, ..start }));
         }
         trace_paths(frame, gathering, tally);
         let brought = gathering.starts.iter().zip(&gathering.brought);
@@ -388,9 +332,9 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     }
 }
 
-/// Of a sample's paths, one in so many is traced where a mirror or glass shows a surface; where several rays show one in its
-/// stead, they share them.
-const SHARE_OF_PATHS: usize = 4;
+/// Of a sample's paths, and of its rays of ambient occlusion, one in so many is traced where a mirror or glass shows a surface;
+/// where several rays show one in its stead, they share them.
+const SHARE_OF_PATHS: u32 = 4;
 
 /// Surfaces that gather light at once.
 const GATHER_AT_ONCE: usize = 256;

@@ -34,8 +34,10 @@ pub mod sums {
     pub const GUIDE_ALBEDO: usize = 40;
     /// For denoisers; the only sums that may be negative.
     pub const GUIDE_NORMAL: usize = 43;
+    /// What share of the directions around is open.
+    pub const OCCLUSION: usize = 46;
     /// All of them.
-    pub const COUNT: usize = 46;
+    pub const COUNT: usize = 47;
 }
 
 /// The planes of data: numbers of those that begin a vector or a table.
@@ -96,7 +98,7 @@ impl Channel {
     /// nor coverage of more than all.
     pub fn limits(&self) -> [f32; 2] {
         match self.source {
-            Source::Filtered([sums::ALPHA]) => [0.0, 1.0],
+            Source::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
             Source::Filtered([sum]) if *sum >= sums::GUIDE_NORMAL => [-1.0, 1.0],
             Source::Filtered([sum]) if *sum >= sums::GUIDE_ALBEDO => [0.0, 1.0],
             _ => [0.0, f32::INFINITY],
@@ -116,11 +118,11 @@ impl Channel {
 }
 
 /// The contract's planes.
-const CHANNELS: [Channel; 55] = {
+const CHANNELS: [Channel; 56] = {
     use Source::{Data, Filtered};
     use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
     use sums::{ALBEDO, ALPHA, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
-    use sums::{REFLECTION, REFRACTION, SKY, SPECULAR};
+    use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR};
     [
         Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
         Channel::half("G", Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
@@ -177,6 +179,7 @@ const CHANNELS: [Channel; 55] = {
         Channel::half("denoise_normal.X", Filtered(&[GUIDE_NORMAL])),
         Channel::half("denoise_normal.Y", Filtered(&[GUIDE_NORMAL + 1])),
         Channel::half("denoise_normal.Z", Filtered(&[GUIDE_NORMAL + 2])),
+        Channel::half("occlusion.V", Filtered(&[OCCLUSION])),
     ]
 };
 

@@ -32,6 +32,8 @@ mod cost {
     pub const MOVED: f32 = 0.5;
     /// The shadow ray to a light that did not move, which a surface that is traced needs.
     pub const SHADOW: f32 = 0.4;
+    /// A ray of ambient occlusion from a surface that is traced.
+    pub const OCCLUSION: f32 = 0.5;
     /// A path that gathers light for a surface that is traced, for each surface that it meets.
     pub const GATHER: f32 = 3.0;
 }
@@ -63,7 +65,9 @@ pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let kept = lights.filter(|(_, change)| **change != LightChange::Moved);
     let shadow_rays: usize = kept.map(|(light, _)| light.points).sum();
     let path_rays = frame.paths as f32 * frame.bounces as f32;
-    let surface = 1.0 + cost::SHADOW * shadow_rays as f32 + cost::GATHER * path_rays;
+    let occlusion_rays = frame.occlusion.map_or(0.0, |occlusion| occlusion.rays as f32);
+    let kept_rays = cost::SHADOW * shadow_rays as f32 + cost::OCCLUSION * occlusion_rays;
+    let surface = 1.0 + kept_rays + cost::GATHER * path_rays;
     let gained = share(sum.seen[AT_REST]) * surface
         + share(sum.seen[MOVED]) * cost::MOVED
         + share(sum.seen[BACKGROUND]) * cost::BACKGROUND;

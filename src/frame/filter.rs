@@ -29,6 +29,8 @@ pub struct Filtering {
     alpha: Column<f32>,
     /// Zero for the background.
     albedo: Light,
+    /// What share of the directions around is open: all around the background.
+    openness: Column<f32>,
     /// In cells, from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
@@ -46,6 +48,7 @@ impl Default for Filtering {
         Self {
             alpha: none,
             albedo: [none; 3],
+            openness: none,
             x: none,
             y: none,
             nearest: Vec::new(),
@@ -67,9 +70,10 @@ pub fn sum(
 ) {
     prepare(frame, tile, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, x, y, .. } = filtering;
+    let Filtering { alpha, albedo, openness, x, y, .. } = filtering;
     let mut columns = [None; sums::COUNT];
-    filtered(frame, radiance, alpha, albedo).for_each(|(plane, column)| columns[plane] = Some(column));
+    let planes = filtered(frame, radiance, [alpha, openness], albedo);
+    planes.for_each(|(plane, column)| columns[plane] = Some(column));
     spread(&frame.view.grid, tile, [x, y], &columns, film);
 }
 
@@ -105,8 +109,8 @@ pub fn filter(
         if shows_samples && grid.samples > 1 {
             locate(frame, number, tile, filtering);
         }
-        let Filtering { alpha, albedo, sums, .. } = filtering;
-        for (plane, column) in filtered(frame, radiance, alpha, albedo) {
+        let Filtering { alpha, albedo, openness, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, [alpha, openness], albedo) {
             reduce(grid, column, |sum, value| sum + value, sums.open(plane));
         }
     }
@@ -225,6 +229,10 @@ fn prepare(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
             let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));
             is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
         }
+        if frame.layers.has(Layers::OCCLUSION) {
+            let kept = tile.gathered.opennesses(first);
+            is_surface.select(kept, F32x8::ONE).store(&mut filtering.openness, first);
+        }
     }
 }
 
@@ -249,7 +257,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
 fn filtered<'a>(
     frame: &FrameView,
     shown: &'a Radiance,
-    alpha: &'a Column<f32>,
+    [alpha, openness]: [&'a Column<f32>; 2],
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let parts = &shown.parts;
@@ -270,5 +278,6 @@ fn filtered<'a>(
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
     let planes =
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
-    std::iter::once((sums::ALPHA, alpha)).chain(planes)
+    let openness = has(Layers::OCCLUSION).then_some((sums::OCCLUSION, openness));
+    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(planes)
 }

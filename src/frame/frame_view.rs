@@ -22,6 +22,17 @@ use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
 use crate::trace::{SceneSubset, Tracer};
 
+/// How samples find out how open they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Occlusion {
+    /// Of each sample.
+    pub rays: u32,
+    /// How far they reach, world space.
+    pub radius: f32,
+    /// Whether ambient light is dimmed by what they find.
+    pub dims_ambient: bool,
+}
+
 /// The scene in one frame. Built once a frame; no phase writes to it.
 #[derive(Clone, Copy)]
 pub struct FrameView<'a> {
@@ -65,6 +76,8 @@ pub struct FrameView<'a> {
     pub samples: u64,
     /// Surfaces that a path may meet.
     pub bounces: u32,
+    /// How samples find out how open they are, if they do.
+    pub occlusion: Option<Occlusion>,
     /// All motion of the shot.
     pub motion: &'a Motion,
     /// For each light, the first later frame in which it changes.

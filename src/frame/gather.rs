@@ -52,7 +52,7 @@ pub fn gather(
             let wanted = tile.gathered.known(cell).max(frame.first_paths);
             let paths = &tile.gathered.paths(cell)[..wanted];
             let expired = (0..).zip(paths).filter(|(_, path)| frame.has_expired(path.until));
-            let start = start_at(frame, tile, cell, &placed);
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
             scratch.starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
             if scratch.starts.len() >= AT_ONCE {
                 traced += scratch.starts.len() as u64;
@@ -137,7 +137,8 @@ fn fill_in(
                 return (any_changed, false);
             }
             let placed = placed.get(frame, tile, cell - cell % LANES);
-            scratch.starts.push(PathStart { index: index as u32, ..start_at(frame, tile, *cell, &placed) });
+            let start = start_at(frame, tile, *cell, &placed, frame.paths);
+            scratch.starts.push(PathStart { index: index as u32, ..start });
             if scratch.starts.len() == AT_ONCE {
                 let before = rays_of(tally);
                 spent.paths += scratch.starts.len() as u64;
@@ -150,15 +151,15 @@ fn fill_in(
     (any_changed, true)
 }
 
-/// The first path of the sample in `cell`, where `placed` says that its eight cells are.
-pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> PathStart {
+/// The first of so many `paths` of the sample in `cell`, where `placed` says that its eight cells are.
+pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, paths: usize) -> PathStart {
     let (lane, model) = (cell % LANES, tile.model[cell]);
     let normal = placed.normal.lane(lane);
     PathStart {
         owner: cell as u32,
         cell: cell as u32,
         index: 0,
-        sequence: PathSequence::of_sample(tile.gathered.seed(cell), frame.paths),
+        sequence: PathSequence::of_sample(tile.gathered.seed(cell), paths),
         point: placed.point.lane(lane),
         normal,
         tangent: tangent(frame, model, tile.record[cell].normal.unfold(), normal),

@@ -3,7 +3,7 @@
 
 use super::bits::{count_bits, set_bits, status_bits, surface_bits};
 use super::frame_view::FrameView;
-use super::lighting::{Places, add_light};
+use super::lighting::{Places, add_light, emitted_and_ambient};
 use super::placed::{Placed, PlacedTile};
 use super::plan::{LightChange, ShadowCheck};
 use super::ray_tally::RayTally;
@@ -299,7 +299,7 @@ impl Lighting {
 pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
     let albedo = frame.palette.albedo(&materials, reflectance);
-    let mut sum = frame.palette.emitted_and_ambient(&materials, reflectance);
+    let mut sum = emitted_and_ambient(frame, (&materials, reflectance), || tile.gathered.opennesses(first));
     for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);

@@ -133,8 +133,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     for (path, start) in (0..).zip(&*starts) {
         let random = start.random();
         let [along, above, across, up] = random.four(0);
-        let axes = [start.tangent, start.normal.cross(start.tangent), start.normal];
-        let direction = cosine_direction([along, above], axes);
+        let direction = start.direction([along, above]);
         let mut until = Until::FOREVER;
         if start.geometric_normal.dot(direction) > 0.0 {
             let origin = off_surface(start.point, start.geometric_normal);

@@ -1,10 +1,11 @@
-//! Direct light on surfaces, whether the eye sees them or a ray that has bounced: all of it is summed here.
+//! Light on surfaces, whether the eye sees them or a ray that has bounced: direct light is summed here, and ambient light is
+//! dimmed.
 
 use glam::Vec3;
 use wide::u32x8;
 
-use super::frame_view::FrameView;
-use crate::lanes::{Mask, Vec3x8};
+use super::frame_view::{FrameView, Occlusion};
+use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::shade::area::{Glow, glow, radiance};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
@@ -32,6 +33,21 @@ pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
 #[inline(always)]
 pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> Mask {
     if frame.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
+}
+
+/// What eight surfaces emit, and the ambient light that they reflect: as far as they are open, where that dims it.
+#[inline]
+pub fn emitted_and_ambient(
+    frame: &FrameView,
+    (materials, reflectance): (&[u16], Vec3x8),
+    openness: impl FnOnce() -> F32x8,
+) -> Vec3x8 {
+    match frame.occlusion {
+        Some(Occlusion { dims_ambient: true, .. }) => {
+            frame.palette.emitted_and_occluded(materials, reflectance, openness())
+        }
+        _ => frame.palette.emitted_and_ambient(materials, reflectance),
+    }
 }
 
 /// Where eight surfaces are.

@@ -15,6 +15,7 @@ pub mod audit;
 mod bins;
 mod bits;
 mod bounce;
+mod bounced_ray;
 mod candidates;
 mod cells;
 mod channels;
@@ -35,6 +36,7 @@ mod mitchell;
 mod moved_bounds;
 mod need;
 mod next_event;
+mod occlusion;
 mod parts;
 mod path_bounds;
 mod path_ends;
@@ -86,7 +88,7 @@ use crate::trace::{Backend, BackendKind, TraceError};
 use audit::audit_tiles;
 use bins::Bins;
 use estimate::{Estimate, estimate};
-use frame_view::FrameView;
+use frame_view::{FrameView, Occlusion};
 use grid::Grid;
 use moved_bounds::MovedBounds;
 pub use need::need;
@@ -108,6 +110,7 @@ pub struct Renderer<'s> {
     palette: Palette,
     /// Of the store's tags.
     layout: TagLayout,
+    occlusion: Option<Occlusion>,
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
@@ -122,7 +125,7 @@ pub struct Renderer<'s> {
     film: Option<Arc<Film>>,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
-    /// All that moves in the shot, if samples gather light.
+    /// All that moves in the shot, if samples gather light or find out how open they are.
     motion: Motion,
 }
 
@@ -154,6 +157,8 @@ impl<'s> Renderer<'s> {
         let start = Instant::now();
         let backend = kind.build(scene, settings.build)?;
         let layout = TagLayout::for_scene(scene, settings);
+        let occlusion = occlusion(scene, settings, &layout);
+        let keeps_answers = layout.paths > 0 || occlusion.is_some();
         Ok(Self {
             scene,
             settings: settings.clone(),
@@ -162,8 +167,9 @@ impl<'s> Renderer<'s> {
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
             buffers: FrameBuffers::new(layout.clone()),
-            motion: if layout.paths > 0 { Motion::of(scene) } else { Motion::default() },
+            motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
             layout,
+            occlusion,
             kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
@@ -225,6 +231,7 @@ impl<'s> Renderer<'s> {
             budget: self.settings.budget,
             samples: self.settings.samples_a_frame(),
             bounces: self.settings.bounces,
+            occlusion: self.occlusion,
             motion: &self.motion,
             light_changes: &light_changes,
             area_light_change,
@@ -318,6 +325,19 @@ impl<'s> Renderer<'s> {
             bytes_per_sample: bytes as f64 / self.settings.samples_a_frame() as f64,
         }
     }
+}
+
+/// How samples of `scene` find out how open they are, if anybody asks for it.
+fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<Occlusion> {
+    /// Far beyond every shot in the space in which it is rendered, and far below what overflows.
+    const FARTHEST: f32 = 1e30;
+    let radius = scene.space.length(settings.occlusion_radius).max(f32::MIN_POSITIVE).min(FARTHEST);
+    let dims_ambient = scene.occludes_ambient();
+    (layout.occlusion_rays > 0).then_some(Occlusion {
+        rays: layout.occlusion_rays as u32,
+        radius,
+        dims_ambient,
+    })
 }
 
 /// Samples of a frame, and where everything was in it.

@@ -44,6 +44,8 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let pixels = u64::from(settings.width) * u64::from(settings.height);
     let (width, height, edge) = (settings.width, settings.height, settings.samples);
 
+    let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
+
     const SMALLER: &str = "a smaller --size or fewer --samples";
     let parts = vec![
         Part::new(
@@ -52,7 +54,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
             SMALLER,
         ),
         Part::new(
-            format!("what they keep of {} lights and {} paths", lights.len(), layout.paths),
+            format!("what they keep of {} lights{occlusion} and {} paths", lights.len(), layout.paths),
             (tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes()),
             "fewer lights or --paths",
         ),

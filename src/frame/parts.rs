@@ -2,7 +2,7 @@
 //! for. Samples keep nothing more for it.
 
 use super::frame_view::FrameView;
-use super::lighting::{Places, add_light};
+use super::lighting::{Places, add_light, emitted_and_ambient};
 use super::placed::PlacedTile;
 use super::radiance::{Light, Parts, Radiance, cut};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -24,7 +24,8 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
     if layers.has(LIGHT) {
         let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
         if layers.has(Layers::EMISSION) {
-            write(frame.palette.emitted_and_ambient(&materials, reflectance), &mut parts.emission);
+            let openness = || tile.gathered.opennesses(first);
+            write(emitted_and_ambient(frame, (&materials, reflectance), openness), &mut parts.emission);
         }
         let albedo = frame.palette.albedo(&materials, reflectance);
         if layers.has(Layers::INDIRECT) {

@@ -1,9 +1,9 @@
-//! Where a light path starts, and what it brings back.
+//! Where a light path starts, and what it brings back. Rays of ambient occlusion start in the same way.
 
 use glam::Vec3;
 
 use crate::changes::Until;
-use crate::shade::sampling::{PathRandom, PathSequence};
+use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
 
 /// Where a path starts.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +31,12 @@ impl PathStart {
     #[inline]
     pub fn random(&self) -> PathRandom {
         self.sequence.path(self.index)
+    }
+
+    /// A direction by the cosine law about the normal, of two random numbers. Unit length.
+    #[inline]
+    pub fn direction(&self, random: [f32; 2]) -> Vec3 {
+        cosine_direction(random, [self.tangent, self.normal.cross(self.tangent), self.normal])
     }
 }
 

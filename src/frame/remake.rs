@@ -69,7 +69,7 @@ pub struct SampleFacts {
     pub any_light_changed: bool,
     /// Whether what moved may hide a sample or change its light, has left the tile, or has come into it.
     pub may_be_reached: bool,
-    /// Whether light that the samples have gathered may not hold any more.
+    /// Whether light that the samples have gathered, or how open they are, may not hold any more.
     pub has_expired: bool,
 }
 

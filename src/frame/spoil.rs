@@ -39,6 +39,8 @@ pub enum Spoil {
     Gathered,
     /// What paths have brought is held to hold for a frame longer than it does.
     Until,
+    /// Rays of ambient occlusion are held to find for a frame longer what they found.
+    Openness,
     /// The rays that go on from mirrors and glass are held to bring what they brought, whatever moves.
     Paths,
 }
@@ -56,6 +58,9 @@ impl Renderer<'_> {
         self.buffers.forget();
         if what == Spoil::Until {
             return Ok(last.0.tiles.iter_mut().map(|tile| tile.gathered.delay()).sum());
+        }
+        if what == Spoil::Openness {
+            return Ok(last.0.tiles.iter_mut().map(|tile| tile.gathered.delay_openness()).sum());
         }
         if what == Spoil::Sight {
             return hide(self.scene, &mut *self.backend, last);
@@ -126,7 +131,7 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             tile.gathered.update_mean(cell);
             true
         }
-        Spoil::Sight | Spoil::Paths | Spoil::Until => false,
+        Spoil::Sight | Spoil::Paths | Spoil::Until | Spoil::Openness => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -4,6 +4,7 @@ use super::bounce::Bounces;
 use super::filter::Filtering;
 use super::light::Lighting;
 use super::light_paths::PathScratch;
+use super::occlusion::OcclusionScratch;
 use super::placed::PlacedTile;
 use super::radiance::Radiance;
 use super::serve::Serving;
@@ -43,6 +44,8 @@ pub struct ThreadScratch {
     pub trace: TraceScratch,
     /// Of the phase that gathers light.
     pub paths: PathScratch,
+    /// Of the phase that finds out how open samples are.
+    pub occlusion: OcclusionScratch,
     /// Of the phase that lights samples.
     pub lighting: Lighting,
     /// The tile's surfaces in world space.

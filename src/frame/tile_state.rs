@@ -27,7 +27,7 @@ pub struct TileState {
     paths_may_differ: bool,
     /// Whether what moved may concern its samples.
     may_be_reached: bool,
-    /// The first frame in which light that they have gathered may not hold any more.
+    /// The first frame in which what its samples have gathered may not hold any more.
     pub until: Until,
     /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
     pub bounds: Option<TileBounds>,

@@ -23,7 +23,7 @@ use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
 use super::verify::Request;
 use super::window::{Window, cut};
-use super::{enhance, gather, light, reproject, trace_missed, verify};
+use super::{enhance, gather, light, occlusion, reproject, trace_missed, verify};
 use crate::film::Film;
 use crate::samples::{Flags, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::{Filter, Reuse, Settings};
@@ -385,7 +385,7 @@ fn update_samples(
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
-    let ThreadScratch { trace, seconds, serving, before, lighting, placed, paths, .. } = scratch;
+    let ThreadScratch { trace, seconds, serving, before, lighting, placed, paths, occlusion, .. } = scratch;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let counts_before = trace.tally.counts;
@@ -437,13 +437,15 @@ fn update_samples(
     trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
     seconds.trace += lap();
     let (gathered_changed, until) = gather::gather(frame, tile, placed, paths, &mut trace.tally);
-    flags = flags.with(Flags::STALE.when(gathered_changed));
-    state.until = until;
+    let (openness_changed, open_until) =
+        occlusion::find_openness(frame, tile, placed, occlusion, &mut trace.tally);
+    flags = flags.with(Flags::STALE.when(gathered_changed || openness_changed));
+    state.until = until.min(open_until);
     let (light_changed, bounds) = light::light(frame, tile, flags, lighting, placed, &mut trace.tally);
     state.bounds = bounds;
     seconds.enhance += lap();
     let counts = trace.tally.counts;
-    if took_cells || light_changed || counts.primary != counts_before.primary {
+    if took_cells || light_changed || openness_changed || counts.primary != counts_before.primary {
         Change::Samples
     } else if counts != counts_before {
         Change::Rays

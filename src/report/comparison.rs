@@ -67,6 +67,8 @@ pub(crate) mod tests {
             paths_per_frame: 16,
             budget: Budget::None,
             bounces: 2,
+            occlusion_rays: 16,
+            occlusion_radius: 1.0,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,

@@ -1,14 +1,14 @@
-//! Light that samples gather from all around, path by path: what each path brought, and how long that holds.
+//! What samples gather from all around: light, path by path, and how open they are; and how long that holds.
 //!
 //! Paths are functions of the sample, its seed among what it keeps, and of the scene in a frame. So one that holds is not traced
 //! again, however often the sample is handed on, and one that does not is replaced alone.
 
 use wide::u32x8;
 
-use super::TagLayout;
 use super::store::{HalfColor, full_color, half_colors};
+use super::{Openness, TagLayout};
 use crate::changes::Until;
-use crate::lanes::{LANES, Vec3x8};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::shade::sampling::SampleSeed;
 
 /// What a path, or the mean of a sample's paths, brings.
@@ -27,18 +27,22 @@ impl PathLight {
     pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
 }
 
-/// The gathered light of a list of samples, and the seeds of their random numbers: nothing where samples gather none, and where
-/// nothing of theirs is random.
+/// The gathered light of a list of samples, how open they are, and the seeds of their random numbers: nothing of what samples do
+/// not gather, and no seeds where nothing of theirs is random.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GatheredLight {
     /// Whether samples have seeds.
     is_seeded: bool,
     /// Paths of each sample.
     paths: usize,
+    /// Rays by which each sample finds out how open it is.
+    rays: usize,
     /// Sample by sample.
     of_paths: Vec<PathLight>,
     /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
     means: Vec<PathLight>,
+    /// How open each sample is.
+    openness: Vec<Openness>,
     /// Of each sample's random numbers.
     seeds: Vec<SampleSeed>,
 }
@@ -46,12 +50,14 @@ pub struct GatheredLight {
 impl GatheredLight {
     /// Of `count` samples, of which nothing is known, as `layout` says.
     pub fn unknown(layout: &TagLayout, count: usize) -> Self {
-        let (paths, is_seeded) = (layout.paths, layout.is_seeded);
+        let TagLayout { paths, occlusion_rays: rays, is_seeded, .. } = *layout;
         Self {
             is_seeded,
             paths,
+            rays,
             of_paths: vec![PathLight::UNKNOWN; paths * count],
             means: vec![PathLight::UNKNOWN; if paths == 0 { 0 } else { count }],
+            openness: vec![Openness::UNKNOWN; if rays == 0 { 0 } else { count }],
             seeds: vec![SampleSeed::default(); if is_seeded { count } else { 0 }],
         }
     }
@@ -59,12 +65,14 @@ impl GatheredLight {
     /// Bytes for a sample.
     pub fn bytes_of_sample(layout: &TagLayout) -> usize {
         let of_light = if layout.paths == 0 { 0 } else { (layout.paths + 1) * size_of::<PathLight>() };
-        of_light + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
+        let of_openness = if layout.occlusion_rays == 0 { 0 } else { size_of::<Openness>() };
+        of_light + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
     /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
         (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
+            + self.openness.capacity() * size_of::<Openness>()
             + self.seeds.capacity() * size_of::<SampleSeed>()
     }
 
@@ -73,7 +81,7 @@ impl GatheredLight {
         self.paths != 0
     }
 
-    /// Whether samples have seeds: all have that gather light.
+    /// Whether samples have seeds: all have that gather anything.
     pub fn is_seeded(&self) -> bool {
         self.is_seeded
     }
@@ -126,6 +134,31 @@ impl GatheredLight {
         before.radiance != mean.radiance || before.until == Until::UNKNOWN
     }
 
+    /// How open a sample is.
+    pub fn openness(&self, sample: usize) -> Openness {
+        self.openness[sample]
+    }
+
+    /// Keeps how open a sample is; whether that is news.
+    pub fn set_openness(&mut self, sample: usize, openness: Openness) -> bool {
+        let before = std::mem::replace(&mut self.openness[sample], openness);
+        before.until == Until::UNKNOWN || before.open != openness.open
+    }
+
+    /// Which share of their rays gets away from eight samples, from `first` on. Samples must find out.
+    #[inline(always)]
+    pub fn opennesses(&self, first: usize) -> F32x8 {
+        let (eight, rays) = (&self.openness[first..first + LANES], self.rays as f32);
+        F32x8::of(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
+    }
+
+    /// Forgets how open those samples are whose number `is_doubtful`.
+    pub fn forget_openness(&mut self, is_doubtful: impl Fn(usize) -> bool) {
+        for (_, openness) in self.openness.iter_mut().enumerate().filter(|(number, _)| is_doubtful(*number)) {
+            *openness = Openness::UNKNOWN;
+        }
+    }
+
     /// Of a sample's random numbers.
     pub fn seed(&self, sample: usize) -> SampleSeed {
         self.seeds[sample]
@@ -137,6 +170,9 @@ impl GatheredLight {
         if self.is_some() {
             self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
             self.means[sample] = PathLight::UNKNOWN;
+        }
+        if self.rays != 0 {
+            self.openness[sample] = Openness::UNKNOWN;
         }
     }
 
@@ -153,19 +189,21 @@ impl GatheredLight {
     pub fn delay(&mut self) -> u64 {
         let mut count = 0;
         for light in self.of_paths.iter_mut().chain(&mut self.means) {
-            let bits = light.until.to_bits();
-            if light.until != Until::FOREVER && light.until != Until::UNKNOWN {
-                light.until = Until::from_bits(bits.saturating_add(1));
-                count += 1;
-            }
+            count += u64::from(delay(&mut light.until));
         }
         count
+    }
+
+    /// The same of how open samples are.
+    pub fn delay_openness(&mut self) -> u64 {
+        self.openness.iter_mut().map(|openness| u64::from(delay(&mut openness.until))).sum()
     }
 
     /// Forgets what is known of all of them.
     pub fn forget_all(&mut self) {
         self.of_paths.fill(PathLight::UNKNOWN);
         self.means.fill(PathLight::UNKNOWN);
+        self.openness.fill(Openness::UNKNOWN);
     }
 
     /// Copies sample number `at` of `from` to `sample`.
@@ -175,6 +213,9 @@ impl GatheredLight {
             let paths = self.paths;
             self.of_paths[sample * paths..(sample + 1) * paths].copy_from_slice(from.paths(at));
             self.means[sample] = from.means[at];
+        }
+        if self.rays != 0 {
+            self.openness[sample] = from.openness[at];
         }
         if self.is_seeded {
             self.seeds[sample] = from.seeds[at];
@@ -187,6 +228,9 @@ impl GatheredLight {
             self.of_paths.extend_from_slice(from.paths(at));
             self.means.push(from.means[at]);
         }
+        if self.rays != 0 {
+            self.openness.push(from.openness[at]);
+        }
         if self.is_seeded {
             self.seeds.push(from.seeds[at]);
         }
@@ -196,8 +240,18 @@ impl GatheredLight {
     pub fn clear(&mut self) {
         self.of_paths.clear();
         self.means.clear();
+        self.openness.clear();
         self.seeds.clear();
     }
+}
+
+/// Has what does not hold forever hold a frame longer; whether it did not.
+fn delay(until: &mut Until) -> bool {
+    let ends = *until != Until::FOREVER && *until != Until::UNKNOWN;
+    if ends {
+        *until = Until::from_bits(until.to_bits().saturating_add(1));
+    }
+    ends
 }
 
 /// Those that are known: the first ones.
@@ -252,6 +306,27 @@ mod tests {
         gathered.copy(2, &spares, 0);
         assert_eq!((gathered.mean(2), gathered.paths(2)[3]), (light(1.5), light(3.0)));
         assert_eq!(gathered.seed(2), seed, "wherever it goes");
+    }
+
+    #[test]
+    fn openness_goes_with_its_sample() {
+        let layout = TagLayout::default().with_occlusion(8);
+        let mut gathered = GatheredLight::unknown(&layout, 16);
+        let half = Openness { open: 4, until: Until::FOREVER };
+        assert!(gathered.set_openness(9, Openness::CLOSED), "nothing was known");
+        assert!(gathered.set_openness(9, half) && !gathered.set_openness(9, half));
+        assert_eq!(gathered.opennesses(8).lane(1), 0.5);
+        let mut spares = GatheredLight::unknown(&layout, 0);
+        spares.push(&gathered, 3);
+        spares.push(&gathered, 9);
+        gathered.begin(9, SampleSeed::default());
+        assert_eq!(gathered, GatheredLight::unknown(&layout, 16));
+        gathered.copy(2, &spares, 1);
+        assert_eq!(gathered.openness(2), half);
+        spares.forget_openness(|number| number == 1);
+        assert_eq!(spares.openness(1), Openness::UNKNOWN);
+        assert!(!gathered.is_some() && gathered.is_seeded());
+        assert_eq!(GatheredLight::bytes_of_sample(&layout), 8);
     }
 
     #[test]

@@ -10,6 +10,7 @@
 
 mod gathered;
 mod octahedral;
+mod openness;
 mod pool;
 mod spare;
 mod store;
@@ -17,6 +18,7 @@ mod tag;
 
 pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
+pub use openness::Openness;
 pub use pool::{LeavingStore, TilePool};
 pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{

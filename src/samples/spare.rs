@@ -123,6 +123,12 @@ impl Spares {
         }
     }
 
+    /// Forgets how open those are that `is_doubtful` names.
+    pub fn forget_openness(&mut self, is_doubtful: impl Fn(&Spare) -> bool) {
+        let samples = &self.samples;
+        self.gathered.forget_openness(|number| is_doubtful(&samples[number]));
+    }
+
     /// Forgets what has been gathered.
     pub fn forget_gathered(&mut self) {
         self.gathered.forget_all();

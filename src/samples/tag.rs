@@ -2,8 +2,9 @@
 
 use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
+use crate::layers::Layers;
 use crate::scene::{Light, Scene};
-use crate::settings::Settings;
+use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
 
 /// Points of an area light for which a sample keeps tags: the bits of a word.
 pub const AREA_POINTS: usize = u16::BITS as usize;
@@ -124,7 +125,7 @@ pub enum TagSlot {
     Area(usize),
 }
 
-/// What samples keep of light: where the tags for each light of a scene are, and how many paths.
+/// What samples keep of light: where the tags for each light of a scene are, and how many paths and rays they gather by.
 #[derive(Debug, Clone, Default)]
 pub struct TagLayout {
     /// By light.
@@ -133,7 +134,9 @@ pub struct TagLayout {
     area: usize,
     /// Paths by which a sample gathers light.
     pub paths: usize,
-    /// Whether samples have seeds: of their paths, and of the places in area lights that they ask.
+    /// Rays by which a sample finds out how open it is.
+    pub occlusion_rays: usize,
+    /// Whether samples have seeds: of their paths and rays, and of the places in area lights that they ask.
     pub is_seeded: bool,
 }
 
@@ -157,7 +160,10 @@ impl TagLayout {
         let points = scene.lights.iter().map(Light::points);
         let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
         let has_areas = scene.lights.iter().any(|light| light.kind.is_area());
-        let layout = Self::of(points).with_paths(paths);
+        let is_occluded = settings.layers.has(Layers::OCCLUSION) || scene.occludes_ambient();
+        let rays = settings.occlusion_rays.clamp(1, MOST_OCCLUSION_RAYS) as usize;
+        let rays = if is_occluded { rays } else { 0 };
+        let layout = Self::of(points).with_paths(paths).with_occlusion(rays);
         Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }
 
@@ -166,12 +172,17 @@ impl TagLayout {
         Self { paths, is_seeded: self.is_seeded || paths > 0, ..self }
     }
 
+    /// The same for samples that find out how open they are by so many rays.
+    pub fn with_occlusion(self, occlusion_rays: usize) -> Self {
+        Self { occlusion_rays, is_seeded: self.is_seeded || occlusion_rays > 0, ..self }
+    }
+
     /// How many columns of each sort there are: of lights with one shadow ray a sample, and with more.
     pub fn columns(&self) -> (usize, usize) {
         (self.single, self.area)
     }
 
-    /// Bytes of a sample's tags and paths.
+    /// Bytes of a sample's tags, and of what it gathers.
     pub fn bytes(&self) -> usize {
         let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
         tags + GatheredLight::bytes_of_sample(self)

@@ -67,6 +67,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light that reaches everything: multiplies a material's `ambient`.
     pub ambient: Vec3,
+    /// Whether it reaches surfaces as far as these are open alone: ambient occlusion.
+    pub ambient_is_occluded: bool,
     /// What a ray sees that meets nothing.
     pub background: Background,
     /// Light from all around; the eye sees it instead of the background where it is visible.
@@ -89,6 +91,13 @@ pub struct Model {
 }
 
 impl Scene {
+    /// Whether occlusion dims ambient light that anything reflects.
+    pub fn occludes_ambient(&self) -> bool {
+        self.ambient_is_occluded
+            && self.ambient != Vec3::ZERO
+            && self.materials.iter().any(|material| material.ambient != Vec3::ZERO)
+    }
+
     /// The meshes that tracers build: one that moves at several places is built once.
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
         let mut moving = HashSet::new();

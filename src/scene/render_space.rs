@@ -7,7 +7,7 @@
 //!
 //! Everywhere else *world space* is the space in which the shot is rendered.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
 use super::camera::Aim;
 use super::{CameraTrack, Light, LightKind};
@@ -49,8 +49,20 @@ impl Extent {
         self.low.abs().max(self.high.abs()).max_element()
     }
 
+    /// How far it is from one of its corners to the opposite one.
+    pub fn diagonal(&self) -> f64 {
+        (self.high - self.low).length()
+    }
+
     /// With a model in it, wherever its track's keys put it. `bounds`: of its mesh, object space.
-    pub fn with_model(self, (low, high): (DVec3, DVec3), track: &TransformTrack) -> Self {
+    pub fn with_model(self, bounds: (DVec3, DVec3), track: &TransformTrack) -> Self {
+        let frames = track.key_frames().into_iter();
+        frames.fold(self, |extent, frame| extent.with_model_at(bounds, track, frame))
+    }
+
+    /// With a model in it as it stands at a frame.
+    pub fn with_model_at(self, (low, high): (DVec3, DVec3), track: &TransformTrack, frame: f64) -> Self {
+        let map = track.map_at(frame);
         let corner = |i: u8| {
             DVec3::new(
                 [low.x, high.x][usize::from(i & 1)],
@@ -58,10 +70,7 @@ impl Extent {
                 [low.z, high.z][usize::from(i >> 2)],
             )
         };
-        let maps: Vec<DAffine3> = track.key_frames().into_iter().map(|frame| track.map_at(frame)).collect();
-        maps.iter().fold(self, |extent, map| {
-            (0..8).fold(extent, |extent, i| extent.with(map.transform_point3(corner(i))))
-        })
+        (0..8).fold(self, |extent, i| extent.with(map.transform_point3(corner(i))))
     }
 
     /// With all places of the eye in it.
@@ -110,6 +119,11 @@ impl RenderSpace {
     /// A point, converted back.
     pub fn point_of_files(&self, point: Vec3) -> DVec3 {
         point.as_dvec3() / self.scale + self.origin
+    }
+
+    /// A length, converted from the space of the files.
+    pub fn length(&self, length: f64) -> f32 {
+        (length * self.scale) as f32
     }
 
     /// A length, converted back.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override};
 use super::frames::Run;
@@ -12,16 +12,19 @@ use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
-    BackgroundTable, BudgetValue, IndirectTable, MaterialTable, ModelTable, OutputTable, Rate, RenderTable,
-    ShotFile, Three,
+    BackgroundTable, BudgetValue, IndirectTable, MaterialTable, ModelTable, OcclusionTable, OutputTable,
+    Rate, ShotFile, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
-use super::{Background, Frames, Light, Model, Scene, SceneError, Warning, shot_environment, shot_tracks};
+use super::{
+    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, shot_environment, shot_tracks,
+};
 use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
-    Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
+    Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
+    MOST_SAMPLES, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -57,7 +60,7 @@ pub struct Shot {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Content {
     /// Of what the shot file says, in whatever layout, but for its title and the tables of settings: `[render]`,
-    /// `[indirect]` and `[output]`.
+    /// `[indirect]`, `[occlusion]` and `[output]`.
     pub shot: Digest,
     /// Of what is in the files that it names, and that those name.
     pub inputs: Digest,
@@ -92,7 +95,7 @@ impl Shot {
 /// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
 pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
-    let (mut settings, frames, rate) = render(text, &file.render, &file.indirect, &file.output)?;
+    let (mut settings, frames, rate) = render(text, &file)?;
     if file.environment.is_some() && file.indirect.paths.is_none() {
         // without any the environment would light nothing
         settings.paths = DEFAULT_PATHS;
@@ -119,7 +122,11 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let mut assembly = Assembly::new(strict, overrides);
     let models: Vec<Model> =
         file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
-    let extent = extent(text, &file.model, &models)?;
+    let bounds = bounds_of_meshes(&models);
+    let extent = extent(text, &file.model, &models, &bounds)?;
+    if file.occlusion.radius.is_none() {
+        settings.occlusion_radius = usual_occlusion_radius(&extent_at(&models, &bounds, frames.first()));
+    }
     let space = RenderSpace::fit_for(extent.with_camera(&camera));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
     let models = models.collect::<Result<_, _>>()?;
@@ -145,7 +152,18 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
-        scene: Scene { camera, models, materials, textures, lights, ambient, background, environment, space },
+        scene: Scene {
+            camera,
+            models,
+            materials,
+            textures,
+            lights,
+            ambient,
+            ambient_is_occluded: file.ambient.occluded,
+            background,
+            environment,
+            space,
+        },
         settings,
         frames,
         says_frames: file.render.frames.is_some(),
@@ -162,19 +180,15 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
 /// A digest of what the file says, but for its title and settings.
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
-    for settings in ["title", "render", "indirect", "output"] {
+    for settings in ["title", "render", "indirect", "occlusion", "output"] {
         tables.remove(settings);
     }
     // keys are in order
     Ok(Digest::of(tables.to_string().as_bytes()))
 }
 
-fn render(
-    text: TomlText<'_>,
-    table: &RenderTable,
-    indirect: &IndirectTable,
-    output: &OutputTable,
-) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
+fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
+    let ShotFile { render: table, indirect, occlusion, output, .. } = file;
     let whole = |key, value: &Option<At<i64>>, default, range| {
         value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
     };
@@ -207,6 +221,13 @@ fn render(
         )?,
         budget: budget(text, indirect)?,
         bounces: whole("bounces", &indirect.bounces, default.bounces, 0..65)?,
+        occlusion_rays: whole(
+            "rays",
+            &occlusion.rays,
+            default.occlusion_rays,
+            1..i64::from(MOST_OCCLUSION_RAYS) + 1,
+        )?,
+        occlusion_radius: occlusion_radius(text, occlusion)?.unwrap_or(default.occlusion_radius),
         mode: table.mode,
         reuse: table.reuse,
         base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
@@ -229,6 +250,17 @@ fn render(
         None => (24, 1),
     };
     Ok((settings, frames, rate))
+}
+
+fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option<f64>, SceneError> {
+    let wanted = "a length above 0, in the units of the models";
+    let read = |radius| text.number("radius", radius, wanted, |radius| radius > 0.0);
+    table.radius.as_ref().map(read).transpose()
+}
+
+/// How far rays of ambient occlusion reach in a shot that does not say so; `extent`: of all its models.
+pub(super) fn usual_occlusion_radius(extent: &Extent) -> f64 {
+    extent.diagonal() / 10.0
 }
 
 fn budget(text: TomlText<'_>, table: &IndirectTable) -> Result<Budget, SceneError> {
@@ -344,12 +376,34 @@ fn settled(
     model.settled().ok_or_else(|| text.fault(table.obj.span(), "the model is too far from all others"))
 }
 
-/// Around all models, in the space of the files.
-fn extent(text: TomlText<'_>, tables: &[ModelTable], models: &[Model]) -> Result<Extent, SceneError> {
+/// Around all models as they stand at a frame, in the space of the files.
+fn extent_at(models: &[Model], bounds: &MeshBounds, frame: i32) -> Extent {
+    models.iter().fold(Extent::NONE, |all, model| {
+        all.with_model_at(bounds[&Arc::as_ptr(&model.mesh)], &model.track, frame.into())
+    })
+}
+
+/// Around meshes, object space, by their addresses: models may share one.
+type MeshBounds = HashMap<*const Mesh, (DVec3, DVec3)>;
+
+fn bounds_of_meshes(models: &[Model]) -> MeshBounds {
     let mut bounds = HashMap::new();
+    for model in models {
+        bounds.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| model.mesh.bounds());
+    }
+    bounds
+}
+
+/// Around all models, in the space of the files.
+fn extent(
+    text: TomlText<'_>,
+    tables: &[ModelTable],
+    models: &[Model],
+    bounds: &MeshBounds,
+) -> Result<Extent, SceneError> {
     let mut all = Extent::NONE;
     for (table, model) in tables.iter().zip(models) {
-        let bounds = *bounds.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| model.mesh.bounds());
+        let bounds = bounds[&Arc::as_ptr(&model.mesh)];
         if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
             let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
             return Err(text.fault(table.obj.span(), message));

@@ -15,7 +15,8 @@ use super::toml_text::{At, List};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    DenoiseQuality, Filter, LONGEST_SIDE, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+    DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES,
+    Mode, Reuse,
 };
 
 /// Linear RGB, or coordinates.
@@ -90,6 +91,9 @@ pub(crate) struct ShotFile {
     /// Light that reaches surfaces from the sky and from other surfaces
     #[serde(default)]
     pub indirect: IndirectTable,
+    /// How open surfaces are: ambient occlusion
+    #[serde(default)]
+    pub occlusion: OcclusionTable,
     /// Overrides of MTL materials
     #[serde(default)]
     pub material: Vec<MaterialTable>,
@@ -142,6 +146,17 @@ pub(crate) struct IndirectTable {
     /// With a budget: paths that a new sample gets at once (16)
     #[schemars(range(min = 1, max = MOST_PATHS))]
     pub paths_per_frame: Option<At<i64>>,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OcclusionTable {
+    /// How far away surfaces occlude (a tenth of the diagonal of all models at the first frame)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<At<f64>>,
+    /// Rays of each sample (16)
+    #[schemars(range(min = 1, max = MOST_OCCLUSION_RAYS))]
+    pub rays: Option<At<i64>>,
 }
 
 /// `"full"`, or a number of rays.
@@ -361,6 +376,9 @@ pub(crate) struct AmbientTable {
     /// Multiply by Kd instead of Ka
     #[serde(default)]
     pub everywhere: bool,
+    /// Multiply by how open the surface is: see `[occlusion]`
+    #[serde(default)]
+    pub occluded: bool,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

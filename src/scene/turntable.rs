@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::assemble::{Assembled, Assembly};
 use super::camera::Aim;
 use super::render_space::{Extent, RenderSpace};
-use super::shot::{Content, Shot};
+use super::shot::{Content, Shot, usual_occlusion_radius};
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError, Warning};
 use crate::animation::{Interpolation, Track, TransformTrack};
 use crate::digest::Digest;
@@ -38,7 +38,8 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let camera = around(&mesh);
     let track = TransformTrack::identity();
-    let space = RenderSpace::fit_for(Extent::NONE.with_model(mesh.bounds(), &track).with_camera(&camera));
+    let extent = Extent::NONE.with_model(mesh.bounds(), &track);
+    let space = RenderSpace::fit_for(extent.with_camera(&camera));
     let camera = space.camera(camera);
     let model = Model { name: name.clone(), path: path.to_path_buf(), mesh, track: space.track(track) };
     let too_far = || SceneError::new(path, "the model reaches too far from the origin: move it there");
@@ -53,6 +54,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
             light("fill", DVec3::new(0.8, -0.35, 0.4), Vec3::new(0.85, 0.92, 1.0), 0.3),
         ],
         ambient: Vec3::splat(0.2),
+        ambient_is_occluded: false,
         background: Background {
             zenith: Vec3::splat(0.12),
             horizon: Vec3::splat(0.35),
@@ -64,7 +66,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     Ok(Shot {
         title: name,
         scene,
-        settings: Settings::default(),
+        settings: Settings { occlusion_radius: usual_occlusion_radius(&extent), ..Settings::default() },
         frames: Frames::between(1, FRAMES),
         says_frames: true,
         rate: (24, 1),

@@ -13,8 +13,12 @@ use super::light::LightSample;
 /// What lighting needs to know of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Paint {
-    /// Leaves whatever the light and the eye: emission, and ambient light where no texture colours it.
+    /// Leaves whatever the light and the eye: the sum of the next two.
     base: Vec3,
+    /// Emission.
+    emission: Vec3,
+    /// Ambient light where no texture colours it.
+    plain_ambient: Vec3,
     /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the ambient
     /// one as well.
     ambient: Vec3,
@@ -90,22 +94,44 @@ impl Palette {
         self.paints[usize::from(material)].goes_on
     }
 
+    /// Whether a material reflects ambient light.
+    #[inline]
+    pub fn has_ambient(&self, material: u16) -> bool {
+        let Paint { plain_ambient, ambient, .. } = self.paints[usize::from(material)];
+        plain_ambient != Vec3::ZERO || ambient != Vec3::ZERO
+    }
+
     /// Light that leaves whatever the eye's place: emission and ambient light.
     #[inline(always)]
     pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
-        let (base, ambient) = match self.one_for_all(materials) {
-            Some(paint) => (Vec3x8::splat(paint.base), Vec3x8::splat(paint.ambient)),
-            None => {
-                let (mut base, mut ambient) = (Vec3x8::ZERO, Vec3x8::ZERO);
-                for (lane, material) in materials.iter().enumerate() {
-                    let paint = &self.paints[usize::from(*material)];
-                    base.set_lane(lane, paint.base);
-                    ambient.set_lane(lane, paint.ambient);
-                }
-                (base, ambient)
-            }
-        };
+        let [base, ambient] = self.of_materials(materials, |paint| [paint.base, paint.ambient]);
         base + ambient * reflectance
+    }
+
+    /// The same where ambient light reaches surfaces as far as they are open.
+    #[inline(always)]
+    pub fn emitted_and_occluded(&self, materials: &[u16], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
+        let of = |paint: &Paint| [paint.emission, paint.plain_ambient, paint.ambient];
+        let [emission, plain, ambient] = self.of_materials(materials, of);
+        emission + (plain + ambient * reflectance) * openness
+    }
+
+    /// Values of eight materials, side by side.
+    #[inline(always)]
+    fn of_materials<const N: usize>(
+        &self,
+        materials: &[u16],
+        values: impl Fn(&Paint) -> [Vec3; N],
+    ) -> [Vec3x8; N] {
+        if let Some(paint) = self.one_for_all(materials) {
+            return values(paint).map(Vec3x8::splat);
+        }
+        let mut all = [Vec3x8::ZERO; N];
+        for (lane, material) in materials.iter().enumerate() {
+            let values = values(&self.paints[usize::from(*material)]);
+            all.iter_mut().zip(values).for_each(|(all, value)| all.set_lane(lane, value));
+        }
+        all
     }
 
     /// What highlights need.
@@ -140,7 +166,7 @@ impl Palette {
 fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
-    let (base, ambient, diffuse) = match material.diffuse_map {
+    let (plain_ambient, ambient, diffuse) = match material.diffuse_map {
         // what is black altogether may be as diffuse as it likes
         Some(_) => (
             Vec3::ZERO,
@@ -150,7 +176,9 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         None => (material.ambient * light, Vec3::ZERO, Vec3::ONE),
     };
     Paint {
-        base: material.emission + base,
+        base: material.emission + plain_ambient,
+        emission: material.emission,
+        plain_ambient,
         ambient,
         diffuse,
         specular: material.specular,

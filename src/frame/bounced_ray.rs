@@ -1,0 +1,91 @@
+//! A ray beyond the first surface: how it came about, and what it stands for.
+
+use glam::Vec3;
+
+use super::frame_view::FrameView;
+use super::radiance::Layer;
+use crate::shade::area::Glow;
+
+/// A ray whose share in the picture is below this in all three colours is not followed: half the step of
+/// an 8-bit picture at full brightness.
+pub const LEAST_WEIGHT: f32 = 1.0 / 512.0;
+
+/// How a ray came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Bounced off.
+    Reflection,
+    /// Gone through.
+    Refraction,
+}
+
+/// A ray on its way.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounce {
+    /// For which it is cast.
+    pub cell: u32,
+    /// Of the ray itself.
+    pub kind: Kind,
+    /// That of the first ray that left the sample.
+    pub layer: Layer,
+    /// The kinds of all rays from the sample to this one, a bit each, the first one highest.
+    pub path: u64,
+    /// Of what it brings, in what its cell shows.
+    pub weight: Vec3,
+    /// How many rays left the sample in its stead.
+    pub shared: u32,
+    /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
+    /// surface shows by a highlight, too. It stays as it is behind glass, which such a light shines through.
+    pub density: Option<f32>,
+    /// Whether the sky was asked from that surface, too.
+    pub asked_sky: bool,
+    /// World space.
+    pub origin: Vec3,
+    /// World space, unit length.
+    pub direction: Vec3,
+    /// Whether denoisers are told of the normals of what it meets.
+    pub guides: bool,
+}
+
+impl Bounce {
+    /// A ray that leaves the sample of `cell`, where to is not yet said.
+    pub fn from_sample(cell: u32, kind: Kind) -> Self {
+        let layer = match kind {
+            Kind::Reflection => Layer::Reflection,
+            Kind::Refraction => Layer::Refraction,
+        };
+        let (path, weight) = (kind as u64, Vec3::ONE);
+        let [origin, direction] = [Vec3::ZERO; 2];
+        let (shared, density, asked_sky, guides) = (1, None, false, false);
+        Self { cell, kind, layer, path, weight, shared, density, asked_sky, origin, direction, guides }
+    }
+
+    /// A ray that goes on from where this one ends, where to is not yet said.
+    pub fn onwards(&self, kind: Kind) -> Self {
+        let density = self.density.filter(|_| kind == Kind::Refraction);
+        Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
+    }
+
+    /// What it brings of the sky where it finds that, weighed by the balance heuristic.
+    pub fn light_of_sky(&self, frame: &FrameView) -> Vec3 {
+        match self.density.filter(|_| self.asked_sky) {
+            Some(density) => {
+                let light = frame.sky.light(self.direction);
+                light.radiance * (density / (density + light.pdf))
+            }
+            None => frame.sky.radiance(self.direction),
+        }
+    }
+
+    /// The weight of a light that it passes through.
+    pub fn weight_of_light(&self, glow: &Glow) -> f32 {
+        let Some(density) = self.density else { return 1.0 };
+        let by_rays = density * self.shared as f32;
+        by_rays / (by_rays + glow.density * glow.points as f32)
+    }
+
+    /// Whether what it brings can be told from nothing.
+    pub fn is_worth(&self, weight: Vec3) -> bool {
+        (weight * self.shared as f32).max_element() >= LEAST_WEIGHT
+    }
+}
