@@ -119,14 +119,15 @@ impl Corners {
         let across = (self.second - self.first).cross(self.third - self.first);
         let squared = across.dot(across);
         let mut geometric_normal = across * (F32x8::splat(1.0) / squared.sqrt());
-        let too_short = !squared.gt(F32x8::splat(LEAST_SQUARE));
-        for lane in (0..LANES).filter(|lane| too_short.lane(*lane)) {
+        let fits = squared.gt(F32x8::splat(LEAST_SQUARE)) & squared.lt(F32x8::splat(f32::INFINITY));
+        for lane in (0..LANES).filter(|lane| !fits.lane(*lane)) {
             geometric_normal.set_lane(lane, self.exact_geometric_normal(lane));
         }
         geometric_normal
     }
 
-    /// For tiny triangles: the cross product of edges of 1e-10 is all but 0 in single floats.
+    /// For tiny and huge triangles: in single floats the cross product of edges of 1e-10 is all but 0, and the square of that of
+    /// edges of 1e10 is infinite.
     #[cold]
     fn exact_geometric_normal(&self, lane: usize) -> Vec3 {
         let [a, b, c] = [self.first, self.second, self.third].map(|corner| corner.lane(lane).as_dvec3());
@@ -319,6 +320,16 @@ mod tests {
                 let [u, v] = [u.lane(0), v.lane(0)];
                 assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.000_001, "{third} {aside}: {u} {v}");
             }
+        }
+    }
+
+    #[test]
+    fn triangles_of_all_sizes_have_normals() {
+        for scale in [1e-12_f32, 1e-3, 1e6, 1e10, 1e12] {
+            let mut corners = Corners::NONE;
+            (corners.second, corners.third) =
+                (Vec3x8::splat(Vec3::X * scale), Vec3x8::splat(Vec3::Y * scale));
+            assert!((corners.geometric_normal().lane(5) - Vec3::Z).length() < 1e-6, "{scale}");
         }
     }
 
