@@ -357,6 +357,9 @@ mod tests {
                     "{kd}, {ka}: {seen}"
                 );
             }
+            let open = palette.emitted_and_occluded(&[1; 8], kept, F32x8::splat(0.5)).lane(3);
+            assert!((open - 0.5 * ambient).abs().max_element() <= 1e-6, "{kd}, {ka}: {open}");
+            assert_eq!(palette.has_ambient(1), ka > 0.0);
         }
     }
 
