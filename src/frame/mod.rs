@@ -331,7 +331,7 @@ impl<'s> Renderer<'s> {
 fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<Occlusion> {
     /// Far beyond every shot in the space in which it is rendered, and far below what overflows.
     const FARTHEST: f32 = 1e30;
-    let radius = scene.space.length(settings.occlusion_radius).max(f32::MIN_POSITIVE).min(FARTHEST);
+    let radius = scene.space.length(settings.occlusion_radius).clamp(f32::MIN_POSITIVE, FARTHEST);
     let dims_ambient = scene.occludes_ambient();
     (layout.occlusion_rays > 0).then_some(Occlusion {
         rays: layout.occlusion_rays as u32,

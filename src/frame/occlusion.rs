@@ -56,6 +56,29 @@ impl OcclusionScratch {
     pub fn share(&self, number: usize) -> f32 {
         f32::from(self.found[number].open) / self.looks[number].rays.max(1) as f32
     }
+
+    /// Makes the rays of all surfaces, so long, and counts them.
+    fn queue(&mut self, radius: f32, tally: &mut RayTally) {
+        let Self { looks, waiting, rays, .. } = self;
+        waiting.clear();
+        rays.clear();
+        for (number, Look { start, rays: count }) in (0..).zip(&*looks) {
+            let origin = off_surface(start.point, start.geometric_normal);
+            let before = waiting.len();
+            let directions = (0..*count).map(|index| {
+                let [along, above, ..] = PathStart { index, ..*start }.random().four(RANDOM_SET);
+                start.direction([along, above])
+            });
+            // below the surface nothing is open
+            for direction in directions.filter(|direction| start.geometric_normal.dot(*direction) > 0.0) {
+                rays.push(origin, direction, 0.0, radius);
+                waiting.push(OcclusionRay { look: number, origin, direction });
+            }
+            let counted = &mut tally.cells.shadow[start.cell as usize];
+            *counted = counted.saturating_add((waiting.len() - before) as u16);
+        }
+        tally.counts.shadow += waiting.len() as u64;
+    }
 }
 
 /// Rays that are cast at once, about: they fit into a second-level cache.
@@ -132,25 +155,8 @@ pub fn look_around(frame: &FrameView, scratch: &mut OcclusionScratch, tally: &mu
     scratch.found.clear();
     scratch.found.resize(scratch.looks.len(), Openness::CLOSED);
     let Some(occlusion) = frame.occlusion else { return };
-    let OcclusionScratch { looks, found, waiting, rays, by_still, blocked } = scratch;
-    waiting.clear();
-    rays.clear();
-    for (number, Look { start, rays: count }) in (0..).zip(&*looks) {
-        let origin = off_surface(start.point, start.geometric_normal);
-        let before = waiting.len();
-        let directions = (0..*count).map(|index| {
-            let [along, above, ..] = PathStart { index, ..*start }.random().four(RANDOM_SET);
-            start.direction([along, above])
-        });
-        // below the surface nothing is open
-        for direction in directions.filter(|direction| start.geometric_normal.dot(*direction) > 0.0) {
-            rays.push(origin, direction, 0.0, occlusion.radius);
-            waiting.push(OcclusionRay { look: number, origin, direction });
-        }
-        let counted = &mut tally.cells.shadow[start.cell as usize];
-        *counted = counted.saturating_add((waiting.len() - before) as u16);
-    }
-    tally.counts.shadow += waiting.len() as u64;
+    scratch.queue(occlusion.radius, tally);
+    let OcclusionScratch { found, waiting, rays, by_still, blocked, .. } = scratch;
     by_still.clear();
     by_still.resize(rays.packet_count(), 0);
     let ask = |by: Occluders, blocked: &mut [u16]| {
