@@ -7,8 +7,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterimage::animation::Track;
+use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{LightKind, Material, Scene, Texture};
+use afterimage::settings::Settings;
 use glam::{DVec3, Vec2, Vec3};
 use toy::{color, pixel};
 
@@ -92,7 +94,9 @@ fn a_panel_lights_the_floor_as_the_integral_over_it_does() {
     };
     for (samples, noise) in [(16, 0.01), (4, 0.02), (1, 0.05)] {
         scene.lights[0].samples = samples;
-        let frame = one(&scene);
+        // rays of occlusion count as shadow rays
+        let settings = Settings { layers: Layers::USUAL, ..toy::settings(1) };
+        let frame = toy::render(&scene, &settings, 1).remove(0);
         for x in [0, 20, 48, 80] {
             // so many points stand for the panel, others for each sample
             let places = (x..x + 8).flat_map(|x| (6..66).map(move |y| (x, y)));

@@ -250,6 +250,12 @@ fn frames_of_another_shot_are_made_again_and_the_reason_is_told() {
     assert_renders(&place, "", ALL, &["textures or maps)"]);
     assert_renders(&place, "--samples 2", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --size 17x9", ALL, &["(made with other settings)"]);
+    // nobody asks for occlusion
+    assert_renders(&place, "--samples 2 --size 17x9 --occlusion-rays 3 --occlusion-radius 9", &[], &[]);
+    for more in ["", " --occlusion-rays 3", " --occlusion-radius 9"] {
+        let options = format!("--samples 2 --size 17x9 --layers occlusion{more}");
+        assert_renders(&place, &options, ALL, &["(made with other settings)"]);
+    }
     assert_renders(
         &place,
         "--samples 2 --size 17x9 --backend rust",

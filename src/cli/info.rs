@@ -10,7 +10,6 @@ use super::info_exr;
 use super::shot_args::{default_output, on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
-use crate::layers::Layers;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene};
@@ -126,7 +125,7 @@ fn described(shot: &Shot, path: &Path) -> String {
         let (paths, bounces) = (settings.paths, settings.bounces);
         line(&mut text, "gathering", format!("{paths} paths a sample, {bounces} bounces"));
     }
-    if scene.occludes_ambient() || settings.layers.has(Layers::OCCLUSION) {
+    if scene.asks_openness(settings.layers) {
         let (rays, radius) = (settings.occlusion_rays, settings.occlusion_radius as f32);
         line(&mut text, "occlusion", format!("{rays} rays a sample, up to {radius} away"));
     }

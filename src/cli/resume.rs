@@ -82,9 +82,11 @@ fn settings(job: &Job) -> Digest {
     let backend = job.backend.unwrap_or_default().name();
     // without reuse its rule does not matter
     let reuse = (*mode != Mode::Full).then_some(reuse);
+    // and that of occlusion, where nobody asks for it, follows from the models alone
+    let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let text = format!(
         "{width}x{height} {samples} {filter:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion_rays} {occlusion_radius} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

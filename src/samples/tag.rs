@@ -2,7 +2,6 @@
 
 use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
-use crate::layers::Layers;
 use crate::scene::{Light, Scene};
 use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
 
@@ -160,9 +159,8 @@ impl TagLayout {
         let points = scene.lights.iter().map(Light::points);
         let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
         let has_areas = scene.lights.iter().any(|light| light.kind.is_area());
-        let is_occluded = settings.layers.has(Layers::OCCLUSION) || scene.occludes_ambient();
         let rays = settings.occlusion_rays.clamp(1, MOST_OCCLUSION_RAYS) as usize;
-        let rays = if is_occluded { rays } else { 0 };
+        let rays = if scene.asks_openness(settings.layers) { rays } else { 0 };
         let layout = Self::of(points).with_paths(paths).with_occlusion(rays);
         Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }

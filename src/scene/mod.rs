@@ -51,6 +51,7 @@ pub use shot_file::schema;
 pub use texture::Texture;
 
 use crate::animation::TransformTrack;
+use crate::layers::Layers;
 
 /// All that a shot shows. Ids are indices into these lists.
 #[derive(Debug, Clone)]
@@ -96,6 +97,11 @@ impl Scene {
         self.ambient_is_occluded
             && self.ambient != Vec3::ZERO
             && self.materials.iter().any(|material| material.ambient != Vec3::ZERO)
+    }
+
+    /// Whether somebody wants to know how open surfaces are: one of these layers, or the ambient light.
+    pub fn asks_openness(&self, layers: Layers) -> bool {
+        layers.has(Layers::OCCLUSION) || self.occludes_ambient()
     }
 
     /// The meshes that tracers build: one that moves at several places is built once.
