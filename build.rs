@@ -25,7 +25,15 @@ fn scene_collection() {
 
 /// Tests start no program from outside the checkout but those that a variable names: without it they are ignored.
 fn programs_of_tests() {
-    let named = [("AFTERIMAGE_OPENEXR_TOOLS", "openexr_tools"), ("AFTERIMAGE_PYTHON", "python_with_openexr")];
+    let named = [
+        ("AFTERIMAGE_OPENEXR_TOOLS", "openexr_tools"),
+        ("AFTERIMAGE_PYTHON", "python_with_openexr"),
+        ("AFTERIMAGE_BPY", "python_with_bpy"),
+        ("AFTERIMAGE_BLENDER", "blender"),
+        ("AFTERIMAGE_OIIO", "python_with_openimageio"),
+        ("AFTERIMAGE_FFMPEG", "ffmpeg"),
+        ("AFTERIMAGE_CONVERT", "imagemagick"),
+    ];
     for (variable, cfg) in named {
         println!("cargo::rerun-if-env-changed={variable}");
         println!("cargo::rustc-check-cfg=cfg({cfg})");

@@ -105,7 +105,7 @@ pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
 /// One channel of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
-    /// Its name in the EXR file: `R`, `Z`, `P.X`, `status.good`.
+    /// Its name in the EXR file: `R`, `Z`, `P.X`, `status_good.V`.
     pub name: &'static str,
     /// How it is stored.
     pub kind: PlaneKind,

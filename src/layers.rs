@@ -4,6 +4,13 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+/// Selected as one, by the name before the underscore: a layer of a file has four channels at most (Blender takes no more),
+/// of one letter each.
+const GROUPS: [&str; 2] = ["status", "rays"];
+
+/// Names of earlier versions, and those that are theirs now.
+const RENAMED: [(&str, &str); 1] = [("id", "object")];
+
 /// A set of layers. What nobody asked for is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Layers(u32);
@@ -16,7 +23,8 @@ impl Layers {
     /// What files hold if nobody says what: neither the parts of `diffuse`, nor what denoisers are guided by, nor occlusion.
     pub const USUAL: Self = Self((1 << 11) - 1);
 
-    /// As files and the command line name them: what stands before the dot in the names of planes.
+    /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
+    /// ([`GROUPS`]).
     pub const NAMES: [&'static str; 18] = [
         "diffuse",
         "specular",
@@ -26,7 +34,7 @@ impl Layers {
         "Z",
         "P",
         "N",
-        "id",
+        "object",
         "status",
         "rays",
         "direct",
@@ -47,7 +55,7 @@ impl Layers {
     /// Normals.
     pub const NORMAL: Self = Self(1 << 7);
     /// Models.
-    pub const ID: Self = Self(1 << 8);
+    pub const OBJECT: Self = Self(1 << 8);
     /// What became of the samples, and their age.
     pub const STATUS: Self = Self(1 << 9);
     /// Rays cast.
@@ -68,7 +76,7 @@ impl Layers {
     pub const OCCLUSION: Self = Self(1 << 17);
     /// Those that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self =
-        Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::ID.0 | Self::STATUS.0);
+        Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::OBJECT.0 | Self::STATUS.0);
 
     /// With `others` as well.
     #[must_use]
@@ -86,7 +94,7 @@ impl Layers {
     pub fn has_plane(self, name: &str) -> bool {
         match name.split_once('.').map_or(name, |(layer, _)| layer) {
             "R" | "G" | "B" | "A" => true,
-            layer => Self::named(layer).is_some_and(|layer| self.has(layer)),
+            layer => Self::named(group_of(layer).unwrap_or(layer)).is_some_and(|selected| self.has(selected)),
         }
     }
 
@@ -116,7 +124,12 @@ impl Layers {
 
     /// What to say of a name that is none.
     pub fn unknown(name: &str) -> String {
-        format!("there is no layer `{name}`; there are {}", Self::NAMES.join(", "))
+        let renamed = RENAMED.iter().find(|(old, _)| *old == name);
+        match (renamed, group_of(name)) {
+            (Some((_, new)), _) => format!("the layer `{name}` is called `{new}` now"),
+            (_, Some(group)) => format!("`{name}` is selected with the others of its group, as `{group}`"),
+            _ => format!("there is no layer `{name}`; there are {}", Self::NAMES.join(", ")),
+        }
     }
 
     /// Their names.
@@ -127,6 +140,12 @@ impl Layers {
             .filter(move |(number, _)| self.0 >> number & 1 != 0)
             .map(|(_, name)| name)
     }
+}
+
+/// The group that a layer of a file belongs to.
+fn group_of(layer: &str) -> Option<&'static str> {
+    let (start, _) = layer.split_once('_')?;
+    GROUPS.into_iter().find(|group| *group == start)
 }
 
 impl Default for Layers {
@@ -159,7 +178,7 @@ mod tests {
             ("Z", Layers::Z),
             ("P", Layers::POSITION),
             ("N", Layers::NORMAL),
-            ("id", Layers::ID),
+            ("object", Layers::OBJECT),
             ("status", Layers::STATUS),
             ("rays", Layers::RAYS),
             ("direct", Layers::DIRECT),
@@ -178,11 +197,21 @@ mod tests {
     fn lists_are_read_and_wrong_names_told() {
         let some = Layers::parse("N, Z,status").expect("all are there");
         assert_eq!(some.names().collect::<Vec<_>>(), ["Z", "N", "status"]);
-        assert!(some.has_plane("N.X") && some.has_plane("status.age") && some.has_plane("Z"));
+        assert!(some.has_plane("N.X") && some.has_plane("status_age.V") && some.has_plane("Z"));
+        assert!(!some.has_plane("rays_shadow.V") && Layers::GUIDES.has_plane("denoise_normal.X"));
         assert!(some.has_plane("R") && some.has_plane("A") && !some.has_plane("P.X"));
         assert_eq!((Layers::parse("all"), Layers::parse("none")), (Ok(Layers::ALL), Ok(Layers::NONE)));
         assert_eq!(Layers::parse("usual"), Ok(Layers::default()));
         let wrong = Layers::parse("Z,depth").expect_err("there is no such layer");
         assert!(wrong.starts_with("there is no layer `depth`; there are diffuse, "), "{wrong}");
+    }
+
+    #[test]
+    fn names_of_before_and_parts_of_groups_are_told_what_to_say_instead() {
+        let wrong = |text: &str| Layers::parse(text).expect_err("it is no selection");
+        assert_eq!(wrong("Z,id"), "the layer `id` is called `object` now");
+        assert!(wrong("status_missed").ends_with("as `status`"));
+        assert!(wrong("rays_shadow").ends_with("as `rays`"));
+        assert!(wrong("denoise_depth").starts_with("there is no layer"));
     }
 }

@@ -48,7 +48,7 @@ fn distance_position_and_normal_are_those_of_the_floor() {
     let p =
         Vec3::new(pixel(&frame, "P.X", 72, 36), pixel(&frame, "P.Y", 72, 36), pixel(&frame, "N.Y", 72, 36));
     near(p, Vec3::new(x, 0.0, 1.0));
-    assert_eq!(pixel(&frame, "id.object", 72, 36), 1.0);
+    assert_eq!(pixel(&frame, "object.V", 72, 36), 1.0);
 }
 
 #[test]

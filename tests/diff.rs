@@ -52,7 +52,7 @@ fn a_frame_is_the_same_as_itself() {
     let place = Place::new();
     place.render("-o a.####.exr --frames 1-2").done();
     let ran = run(&place, "diff a.0001.exr a.0001.exr");
-    assert_says(&ran, 0, &["R G B A 0 - - 0 0", "status 0", "Z 0", "same"]);
+    assert_says(&ran, 0, &["R G B A 0 - - 0 0", "status_age 0", "Z 0", "same"]);
     assert_says(&run(&place, "diff a.0001.exr a.0002.exr"), 1, &["R G B A", "differ: "]);
     assert_eq!(run(&place, "diff a.0001.exr a.0002.exr -q").stdout, "");
 }

@@ -162,7 +162,7 @@ fn light_of_what_emits_has_little_noise_near_and_far() {
         let [few, many] = [16, 1024].map(|paths| first(&dark, &settings(paths, 1)));
         let of_floor = |finished: &Finished| -> Vec<f32> {
             let [green, id] =
-                ["G", "id.object"].map(|plane| finished.film.values(plane).expect("it is there"));
+                ["G", "object.V"].map(|plane| finished.film.values(plane).expect("it is there"));
             green.iter().zip(&id).filter(|(_, id)| **id == 1.0).map(|(green, _)| *green).collect()
         };
         let [few, many] = [few, many].map(|finished| of_floor(&finished));

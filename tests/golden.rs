@@ -51,8 +51,8 @@ const PANELS: [([&str; 3], Scale); 9] = [
     (["refraction.R", "refraction.G", "refraction.B"], Scale::Color),
     (["albedo.R", "albedo.G", "albedo.B"], Scale::Color),
     (["N.X", "N.Y", "N.Z"], Scale::Direction),
-    (["Z", "id.object", "status.age"], Scale::Distance),
-    (["status.good", "status.missed", "status.obscured"], Scale::Share),
+    (["Z", "object.V", "status_age.V"], Scale::Distance),
+    (["status_good.V", "status_missed.V", "status_obscured.V"], Scale::Share),
 ];
 
 fn byte(value: f32, scale: Scale) -> u8 {

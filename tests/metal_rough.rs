@@ -71,7 +71,7 @@ fn a_white_body_in_a_furnace_is_white() {
         scene.background = Background::uniform(Vec3::ONE);
         scene.environment = Some(Environment::from_background(&scene.background));
         let finished = first(&scene, &Settings { paths: 16, ..settings(64) });
-        let alpha = finished.film.values("id.object").expect("the plane is there");
+        let alpha = finished.film.values("object.V").expect("the plane is there");
         let colors = finished.film.values("G").expect("the plane is there");
         let body: Vec<f32> = colors
             .iter()

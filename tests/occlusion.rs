@@ -17,7 +17,7 @@ use toy::worlds::*;
 
 /// One sample a pixel, and the layer with what tells where it is; no mirror shows anything.
 fn settings(rays: u32, radius: f64) -> Settings {
-    let layers = Layers::OCCLUSION.with(Layers::POSITION).with(Layers::ID);
+    let layers = Layers::OCCLUSION.with(Layers::POSITION).with(Layers::OBJECT);
     Settings { occlusion_rays: rays, occlusion_radius: radius, layers, depth: 0, ..toy::settings(1) }
 }
 
@@ -36,7 +36,7 @@ fn plane(finished: &Finished, name: &str) -> Vec<f32> {
 /// Where the samples of model number `model` are, and how open.
 fn of_model(finished: &Finished, model: f32) -> Vec<(Vec3, f32)> {
     let [x, y, z, id, open] =
-        ["P.X", "P.Y", "P.Z", "id.object", "occlusion.V"].map(|name| plane(finished, name));
+        ["P.X", "P.Y", "P.Z", "object.V", "occlusion.V"].map(|name| plane(finished, name));
     let shown = (0..id.len()).filter(|pixel| id[*pixel] == model);
     shown.map(|pixel| (Vec3::new(x[pixel], y[pixel], z[pixel]), open[pixel])).collect()
 }

@@ -221,45 +221,6 @@ fn exrheader_reads_every_channel() {
     }
 }
 
-/// Prints type and sum of each channel.
-const READER: &str = "\
-import sys, OpenEXR
-file = OpenEXR.File(sys.argv[1], separate_channels=True)
-for name, channel in file.channels().items():
-    print(name, channel.pixels.dtype, channel.pixels.shape[1], float(channel.pixels.astype('float64').sum()))
-";
-
-#[test]
-#[cfg_attr(
-    not(python_with_openexr),
-    ignore = "needs Python with OpenEXR 3.3 or later: set AFTERIMAGE_PYTHON"
-)]
-fn python_reads_the_same_values() {
-    let python = std::env::var("AFTERIMAGE_PYTHON").expect("it names a Python that has OpenEXR");
-    let place = Place::new();
-    place.render("-o a.####.exr --frames 2").done();
-    let path = place.path("a.0002.exr");
-    let output = Command::new(&python).args(["-c", READER]).arg(&path).output();
-    let output = output.unwrap_or_else(|error| panic!("{python}: {error}"));
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_channels(&path, &text);
-}
-
-fn assert_channels(path: &Path, text: &str) {
-    let frame = whole(path);
-    assert_eq!(text.lines().count(), frame.channels.len());
-    for line in text.lines() {
-        let [name, kind, width, sum] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
-        let channel = frame.channel(name).unwrap();
-        let stored = if channel.stored == openexr::SampleType::Half { "float16" } else { "float32" };
-        assert_eq!((kind, width), (stored, "64"), "{name}");
-        let expected: f64 = channel.data.iter().map(|value| f64::from(*value)).sum();
-        let sum: f64 = sum.parse().unwrap();
-        assert!((sum - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{name}: {sum}, not {expected}");
-    }
-}
-
 /// A shot of one triangle whose two materials ask for the same picture, which is not there.
 fn without_its_texture(place: &Place) {
     let write = |name: &str, text: &str| std::fs::write(place.path(name), text).unwrap();

@@ -241,7 +241,7 @@ fn tags_save_rays_and_change_no_pixel() {
             frames.collect::<Vec<_>>()
         };
         for (kept, forgotten) in run(false).iter().zip(&run(true)) {
-            for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays.shadow") {
+            for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays_shadow.V") {
                 let other = forgotten.film.values(plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
@@ -269,7 +269,7 @@ fn layers_that_are_left_out_change_no_other() {
             "none",
             "Z",
             "N,albedo",
-            "P,id",
+            "P,object",
             "status",
             "rays,specular",
             "direct",
@@ -280,7 +280,7 @@ fn layers_that_are_left_out_change_no_other() {
             for (some, (all, without)) in render(layers).iter().zip(all.iter().zip(&without_occlusion)) {
                 assert!(some.film.planes.len() < 12);
                 for plane in &some.film.planes {
-                    let all = if plane.name == "rays.shadow" { without } else { all };
+                    let all = if plane.name == "rays_shadow.V" { without } else { all };
                     assert_eq!(all.film.values(plane.name), Some(plane.values.to_floats()), "{}", plane.name);
                 }
             }
@@ -340,7 +340,7 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
             beyond += stats.rays.reflection + stats.rays.refraction;
             beyond_fresh += fresh_stats.rays.reflection + fresh_stats.rays.refraction;
             // what a film shows in mirrors and glass casts no rays
-            let may_differ = |name: &str| has_mirrors && name.starts_with("rays.");
+            let may_differ = |name: &str| has_mirrors && name.starts_with("rays_");
             for plane in kept.planes.iter().filter(|plane| !may_differ(plane.name)) {
                 let other = fresh.values(plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();

@@ -15,9 +15,9 @@ use afterimage::stats::FrameStats;
 /// Names that other programs rely on.
 const CHANNELS: &str = "R G B A Z P.X P.Y P.Z N.X N.Y N.Z albedo.R albedo.G albedo.B \
     diffuse.R diffuse.G diffuse.B specular.R specular.G specular.B \
-    reflection.R reflection.G reflection.B refraction.R refraction.G refraction.B id.object \
-    status.base status.good status.overlapped status.missed status.obscured status.age \
-    rays.primary rays.verification rays.shadow rays.secondary";
+    reflection.R reflection.G reflection.B refraction.R refraction.G refraction.B object.V \
+    status_base.V status_good.V status_overlapped.V status_missed.V status_obscured.V status_age.V \
+    rays_primary.V rays_verification.V rays_shadow.V rays_secondary.V";
 
 /// Beyond this, 16-bit floats are infinite.
 const MOST_HALF: f32 = 65504.0;
@@ -70,7 +70,9 @@ fn check_planes(film: &Film, what: &str) {
         let bad = values.iter().find(|value| !value.is_finite() || value.abs() > most);
         assert_eq!(bad, None, "{what}: {}", plane.name);
     }
-    for name in ["A", "status.base", "status.good", "status.overlapped", "status.missed", "status.obscured"] {
+    for name in
+        ["A", "status_base.V", "status_good.V", "status_overlapped.V", "status_missed.V", "status_obscured.V"]
+    {
         let values = film.values(name).unwrap();
         let outside = values.iter().find(|value| !(0.0..=1.0).contains(*value));
         assert_eq!(outside, None, "{what}: {name}");
@@ -79,7 +81,7 @@ fn check_planes(film: &Film, what: &str) {
 
 /// Per pixel the fractions are whole; over the frame they are the statistics.
 fn check_status(film: &Film, stats: &FrameStats, what: &str) {
-    let values = |name: &str| film.values(&format!("status.{name}")).unwrap();
+    let values = |name: &str| film.values(&format!("status_{name}.V")).unwrap();
     let planes = ["base", "good", "overlapped", "missed", "obscured"].map(values);
     for pixel in 0..planes[0].len() {
         let sum: f32 = planes.iter().map(|plane| plane[pixel]).sum();
@@ -96,10 +98,10 @@ fn check_rays(film: &Film, stats: &FrameStats, what: &str) {
     let sum = |name: &str| film.values(name).unwrap().iter().map(|rays| f64::from(*rays)).sum::<f64>();
     let rays = &stats.rays;
     for (name, expected) in [
-        ("rays.primary", rays.primary),
-        ("rays.verification", rays.verification),
-        ("rays.shadow", rays.shadow),
-        ("rays.secondary", rays.reflection + rays.refraction + rays.gathering),
+        ("rays_primary.V", rays.primary),
+        ("rays_verification.V", rays.verification),
+        ("rays_shadow.V", rays.shadow),
+        ("rays_secondary.V", rays.reflection + rays.refraction + rays.gathering),
     ] {
         assert_eq!(sum(name), expected as f64, "{what}: {name}");
     }

@@ -42,7 +42,7 @@ impl Sequence {
         frames: impl IntoIterator<Item = i32>,
         side: u32,
     ) -> Result<Self, RenderError> {
-        let layers = Layers::of(["P", "Z", "id"]).expect("these are layers");
+        let layers = Layers::of(["P", "Z", "object"]).expect("these are layers");
         let mut renderer = Renderer::new(scene, &Settings { samples: side, layers, ..settings.clone() })?;
         let is_still = |id: f32| {
             let model = (id as usize).checked_sub(1).and_then(|number| scene.models.get(number));
@@ -57,7 +57,7 @@ impl Sequence {
                 camera: finished.camera,
                 points: (0..x.len()).map(|pixel| Vec3::new(x[pixel], y[pixel], z[pixel])).collect(),
                 depths: plane("Z"),
-                are_still: plane("id.object").into_iter().map(is_still).collect(),
+                are_still: plane("object.V").into_iter().map(is_still).collect(),
             };
             Ok((number, frame))
         };

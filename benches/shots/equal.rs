@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     let (mut scene, settings) = under_a_sky(&place, arguments)?;
     scene.camera = Flow::DollyIn.camera(&place, &scene.space);
     let mut denoiser = Denoiser::new(0, DenoiseQuality::High).ok();
-    let settings = Settings { bounces: 2, layers: Layers::parse("P,id")?, ..settings };
+    let settings = Settings { bounces: 2, layers: Layers::parse("P,object")?, ..settings };
     let settings = if denoiser.is_some() { denoise::with_guides(&settings) } else { settings };
     let of_reference = Settings { samples: 16, paths: 4, mode: Mode::Full, ..settings.clone() };
     let mut renderer = Renderer::new(&scene, &of_reference)?;
@@ -185,7 +185,7 @@ impl Picture {
             denoised: denoised.map(|planes| vectors(planes.map(|plane| plane.values.to_floats()))),
             colors: three(["R", "G", "B"]),
             points: three(["P.X", "P.Y", "P.Z"]),
-            is_surface: plane("id.object").iter().map(|object| *object > 0.0).collect(),
+            is_surface: plane("object.V").iter().map(|object| *object > 0.0).collect(),
         }
     }
 

@@ -209,7 +209,7 @@ mod tests {
         ReadImage {
             width: 2,
             height: 1,
-            channels: ["G", "R", "status.good"].map(channel).to_vec(),
+            channels: ["G", "R", "status_good.V"].map(channel).to_vec(),
             attributes: vec![
                 ("framesPerSecond".into(), Attribute::Rational { numerator: 24000, denominator: 1001 }),
                 ("imageCounter".into(), Attribute::Int(7)),
@@ -239,7 +239,7 @@ mod tests {
             "channels 3",
             "R half 2 2 2 1 0",
             "G half 0.5 1 0.75 0 0",
-            "status good half 0.25 0.75 0.5 0 0",
+            "status_good V half 0.25 0.75 0.5 0 0",
             "imageCounter 7",
         ] {
             assert!(words.contains(&line.split(' ').collect()), "{line} is not in\n{text}");

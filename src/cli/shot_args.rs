@@ -88,7 +88,7 @@ pub struct ShotArgs {
     pub base_every: Option<u32>,
 
     /// Layers to render and write beside R G B A: `all`, `none`, `usual` (diffuse to rays), or a comma-separated list of
-    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, id, status, rays, direct, indirect, emission, sky,
+    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, sky,
     /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,

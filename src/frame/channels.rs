@@ -150,17 +150,17 @@ const CHANNELS: [Channel; 56] = {
         Channel::half("N.X", Data(NORMAL)),
         Channel::half("N.Y", Data(NORMAL + 1)),
         Channel::half("N.Z", Data(NORMAL + 2)),
-        Channel::float("id.object", Data(ID)),
-        Channel::half("status.age", Data(AGE)),
-        Channel::half("status.base", Data(STATUS)),
-        Channel::half("status.good", Data(STATUS + 1)),
-        Channel::half("status.overlapped", Data(STATUS + 2)),
-        Channel::half("status.missed", Data(STATUS + 3)),
-        Channel::half("status.obscured", Data(STATUS + 4)),
-        Channel::half("rays.primary", Data(RAYS)),
-        Channel::half("rays.verification", Data(RAYS + 1)),
-        Channel::half("rays.shadow", Data(RAYS + 2)),
-        Channel::half("rays.secondary", Data(RAYS + 3)),
+        Channel::float("object.V", Data(ID)),
+        Channel::half("status_age.V", Data(AGE)),
+        Channel::half("status_base.V", Data(STATUS)),
+        Channel::half("status_good.V", Data(STATUS + 1)),
+        Channel::half("status_overlapped.V", Data(STATUS + 2)),
+        Channel::half("status_missed.V", Data(STATUS + 3)),
+        Channel::half("status_obscured.V", Data(STATUS + 4)),
+        Channel::half("rays_primary.V", Data(RAYS)),
+        Channel::half("rays_verification.V", Data(RAYS + 1)),
+        Channel::half("rays_shadow.V", Data(RAYS + 2)),
+        Channel::half("rays_secondary.V", Data(RAYS + 3)),
         Channel::half("direct.R", Filtered(&[DIRECT])),
         Channel::half("direct.G", Filtered(&[DIRECT + 1])),
         Channel::half("direct.B", Filtered(&[DIRECT + 2])),
@@ -239,5 +239,31 @@ impl Written {
     /// Whether plane `number` is zero throughout now.
     pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
         self.some >> number & 1 == 0 && (was_zero || !self.any_shown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// What Blender 3.4 and 5 show: longer names of channels are scrambled by one and dropped by the other, and a fifth channel
+    /// of a layer takes the place of another.
+    #[test]
+    fn names_are_such_as_other_programs_read() {
+        let mut layers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let denoised = crate::denoise::PLANES;
+        for name in channels(Layers::ALL).map(|channel| channel.name).chain(denoised) {
+            let (layer, letter) = name.rsplit_once('.').unwrap_or(("", name));
+            assert!(name.len() <= 31 && !layer.contains('.'), "{name}");
+            // a picture and its depth: the one layer in which Z is no part of a vector
+            let layer = if name == "Z" { "Z" } else { layer };
+            layers.entry(layer).or_default().push(letter);
+        }
+        for (layer, letters) in layers {
+            let known = [&["R", "G", "B", "A"][..], &["R", "G", "B"], &["X", "Y", "Z"], &["V"], &["Z"]];
+            assert!(known.contains(&&letters[..]), "{layer}: {letters:?}");
+        }
     }
 }

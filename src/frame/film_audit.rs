@@ -41,7 +41,7 @@ pub fn differing_pixels(
 }
 
 fn counts_rays(channel: &Channel) -> bool {
-    channel.name.starts_with("rays.")
+    channel.name.starts_with("rays_")
 }
 
 fn is_other(shown: &Plane, anew: &Plane, pixel: usize) -> bool {

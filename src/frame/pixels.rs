@@ -163,7 +163,7 @@ pub fn take_data(
             is_surface(first).select(F32x8::load(column, first), F32x8::ZERO).store(column, first);
         }
     }
-    if frame.layers.has(Layers::ID) {
+    if frame.layers.has(Layers::OBJECT) {
         // the background's number is the greatest: one more is none
         for (id, model) in data.open(data::ID).iter_mut().zip(&models) {
             *id = model.wrapping_add(1) as f32;

@@ -158,7 +158,7 @@ mod tests {
             plane("R", PlaneKind::Half, 0.5),
             plane("Z", PlaneKind::Float, 1e6),
             plane("P.X", PlaneKind::Float, 0.1),
-            plane("status.good", PlaneKind::Half, 1.0),
+            plane("status_good.V", PlaneKind::Half, 1.0),
         ];
         Film { width: 3, height: 2, planes }
     }

@@ -58,7 +58,7 @@ pub fn beauty(film: &Film) -> Option<String> {
 
 /// Each pixel in the colours of its samples' statuses. `None` where the film has no statuses.
 pub fn status_map(film: &Film) -> Option<String> {
-    let names = STATUSES.map(|status| format!("status.{}", status.name));
+    let names = STATUSES.map(|status| format!("status_{}.V", status.name));
     let planes = names.iter().map(|name| film.values(name)).collect::<Option<Vec<_>>>()?;
     let colors = STATUSES.map(|status| status.color.map(|byte| linear(f32::from(byte) / 255.0)));
     Some(data_uri(film, |pixel| {
@@ -160,7 +160,8 @@ mod tests {
         let color = STATUSES[1].color.map(|byte| linear(f32::from(byte) / 255.0));
         let back = color.map(|part| (encoded(part) * 255.0 + 0.5) as u8);
         assert_eq!(back, STATUSES[1].color);
-        let names = ["status.base", "status.good", "status.overlapped", "status.missed", "status.obscured"];
+        let names =
+            ["status_base.V", "status_good.V", "status_overlapped.V", "status_missed.V", "status_obscured.V"];
         let planes = names.map(|name| (name, 0.2));
         assert!(status_map(&film(3, 2, &planes)).is_some());
         assert!(status_map(&film(3, 2, &planes[1..])).is_none());

@@ -1,0 +1,192 @@
+//! Do other programs see every layer of our files, with its values? A variable names each program (CONTRIBUTING.md); without
+//! it its tests are ignored.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+mod program;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use program::Place;
+
+/// Of the analytic shot.
+const PIXELS: usize = 64 * 36;
+
+/// Values by the whole names of their channels.
+type Channels = BTreeMap<String, Vec<f32>>;
+
+/// All parts of a file.
+fn channels(path: &Path) -> Channels {
+    let mut all = Channels::new();
+    for part in 0..openexr::part_count(path).unwrap() {
+        let mut planes: Vec<Vec<f32>> = Vec::new();
+        let image = openexr::scan_part(path, part, |channel, values| {
+            planes.resize(planes.len().max(channel + 1), Vec::new());
+            planes[channel].extend_from_slice(values);
+        });
+        let names = image.unwrap().channels.into_iter().map(|channel| channel.name);
+        all.extend(names.zip(planes));
+    }
+    all
+}
+
+/// A frame that has samples of every status but `base`, with all layers.
+fn frame(place: &Place) -> (PathBuf, Channels) {
+    place.render("-o a.####.exr --frames 2 --layers all --mode reproject").done();
+    let path = place.path("a.0002.exr");
+    let channels = channels(&path);
+    assert!(channels.len() >= 55, "all of them: {:?}", channels.keys());
+    (path, channels)
+}
+
+/// The program that `variable` names.
+fn named(variable: &str) -> Command {
+    Command::new(std::env::var(variable).unwrap_or_else(|_| panic!("{variable} names a program")))
+}
+
+/// What the program says on stdout.
+fn said(command: &mut Command) -> Vec<u8> {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers").join(name)
+}
+
+/// What a program makes of the frame: it is given the frame and a folder for the one file that it writes.
+fn made_by(place: &Place, command: &mut Command, path: &Path) -> Channels {
+    let folder = place.path("read");
+    std::fs::create_dir(&folder).unwrap();
+    let said = said(command.arg(path).arg(&folder));
+    let [file] = &place.names("read")[..] else { panic!("{}", String::from_utf8_lossy(&said)) };
+    channels(&folder.join(file))
+}
+
+#[track_caller]
+fn assert_same(name: &str, ours: &[f32], theirs: &[f32]) {
+    assert_eq!(ours.len(), theirs.len(), "{name}");
+    let off = ours.iter().zip(theirs).filter(|(ours, theirs)| ours != theirs).count();
+    assert_eq!(off, 0, "{name}: values that differ");
+}
+
+/// The names that an output of Blender's Image node may have for one of our channels.
+fn in_blender(name: &str) -> Vec<String> {
+    match (name, name.split_once('.')) {
+        ("Z", _) => vec!["Depth.V".to_owned()],
+        (color, None) => vec![format!("Combined.{color}")],
+        // vectors are colours for Blender 3
+        (_, Some((layer, axis @ ("X" | "Y" | "Z")))) => {
+            let color = ["R", "G", "B"][usize::from(axis.as_bytes()[0] - b'X')];
+            vec![name.to_owned(), format!("{layer}.{color}")]
+        }
+        _ => vec![name.to_owned()],
+    }
+}
+
+fn assert_blender_shows_all(ours: &Channels, theirs: &Channels) {
+    for (name, values) in ours {
+        let known = in_blender(name);
+        let found = known.iter().find_map(|known| theirs.get(known));
+        let found = found.unwrap_or_else(|| panic!("{name} is not in {:?}", theirs.keys()));
+        assert_same(name, values, found);
+    }
+}
+
+#[test]
+#[cfg_attr(not(python_with_bpy), ignore = "needs Python with bpy 5: set AFTERIMAGE_BPY")]
+fn blender_as_a_python_module_shows_every_layer() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let theirs = made_by(&place, named("AFTERIMAGE_BPY").arg(script("blender.py")), &path);
+    assert_blender_shows_all(&ours, &theirs);
+}
+
+#[test]
+#[cfg_attr(not(blender), ignore = "needs Blender 3.4 or later: set AFTERIMAGE_BLENDER")]
+fn blender_shows_every_layer() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let mut blender = named("AFTERIMAGE_BLENDER");
+    blender.args(["--background", "--factory-startup", "--python"]).arg(script("blender.py")).arg("--");
+    assert_blender_shows_all(&ours, &made_by(&place, &mut blender, &path));
+}
+
+#[test]
+#[cfg_attr(not(python_with_openimageio), ignore = "needs Python with OpenImageIO: set AFTERIMAGE_OIIO")]
+fn openimageio_reads_every_channel() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let theirs = made_by(&place, named("AFTERIMAGE_OIIO").arg(script("openimageio.py")), &path);
+    assert!(theirs.keys().eq(ours.keys()), "{:?}", theirs.keys());
+    ours.iter().for_each(|(name, values)| assert_same(name, values, &theirs[name]));
+}
+
+#[test]
+#[cfg_attr(
+    not(python_with_openexr),
+    ignore = "needs Python with OpenEXR 3.3 or later: set AFTERIMAGE_PYTHON"
+)]
+fn python_reads_every_channel() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let text =
+        String::from_utf8(said(named("AFTERIMAGE_PYTHON").arg(script("openexr.py")).arg(&path))).unwrap();
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(' ').collect()).collect();
+    assert_eq!(lines.len(), ours.len());
+    let stored = openexr::read_header(&path).unwrap().channels;
+    for line in lines {
+        let [name, kind, width, sum] = line[..] else { panic!("{line:?}") };
+        let channel = stored.iter().find(|channel| channel.name == name).unwrap();
+        let is_half = channel.stored == openexr::SampleType::Half;
+        assert_eq!((kind, width), (if is_half { "float16" } else { "float32" }, "64"), "{name}");
+        let expected: f64 = ours[name].iter().map(|value| f64::from(*value)).sum();
+        let sum: f64 = sum.parse().unwrap();
+        assert!((sum - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{name}: {sum}, not {expected}");
+    }
+}
+
+/// FFmpeg knows pictures: the main one, and layers of three channels.
+#[test]
+#[cfg_attr(not(ffmpeg), ignore = "needs FFmpeg: set AFTERIMAGE_FFMPEG")]
+fn ffmpeg_reads_every_layer_of_three_channels() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let layers: Vec<&str> = ours.keys().filter_map(|name| name.strip_suffix(".R")).collect();
+    assert!(layers.len() >= 10, "{layers:?}");
+    let vectors = ["N", "P", "denoise_normal"].map(|layer| (layer, ["X", "Y", "Z"], "gbrpf32le"));
+    let colors = layers.into_iter().map(|layer| (layer, ["R", "G", "B"], "gbrpf32le"));
+    for (layer, channels, format) in colors.chain(vectors).chain([("", ["R", "G", "B"], "gbrapf32le")]) {
+        let mut ffmpeg = named("AFTERIMAGE_FFMPEG");
+        ffmpeg.args(["-v", "error", "-layer", layer, "-i"]).arg(&path);
+        let bytes = said(ffmpeg.args(["-f", "rawvideo", "-pix_fmt", format, "-"]));
+        let values: Vec<f32> =
+            bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap())).collect();
+        // in its order: green, blue, red
+        for (channel, values) in [1, 2, 0].into_iter().zip(values.chunks(PIXELS)) {
+            let name = [layer, channels[channel]].join(if layer.is_empty() { "" } else { "." });
+            assert_same(&name, &ours[&name], values);
+        }
+    }
+}
+
+/// ImageMagick knows the main picture alone, and Debian's has whole numbers of 16 bits.
+#[test]
+#[cfg_attr(not(imagemagick), ignore = "needs ImageMagick with OpenEXR: set AFTERIMAGE_CONVERT")]
+fn imagemagick_reads_the_picture() {
+    let place = Place::new();
+    let (path, ours) = frame(&place);
+    let mut convert = named("AFTERIMAGE_CONVERT");
+    // the values as they are: without this it would encode them for a screen
+    convert.arg(&path).args(["-set", "colorspace", "sRGB", "-depth", "16", "-endian", "LSB", "rgba:-"]);
+    let bytes = said(&mut convert);
+    assert_eq!(bytes.len(), PIXELS * 8);
+    for (place, bytes) in bytes.chunks_exact(2).enumerate() {
+        let value = f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0;
+        let name = ["R", "G", "B", "A"][place % 4];
+        let wanted = ours[name][place / 4].clamp(0.0, 1.0);
+        assert!((value - wanted).abs() < 1e-5, "{name} of pixel {}: {value}, not {wanted}", place / 4);
+    }
+}
