@@ -82,6 +82,13 @@ impl Budget {
     }
 }
 
+/// How the file of a frame is made. The values in it do not depend on that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FileFormat {
+    /// A part for each layer, where files have one part otherwise.
+    pub multipart: bool,
+}
+
 /// What denoising a picture is worth: time, or quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -58,6 +58,27 @@ fn a_frame_is_the_same_as_itself() {
 }
 
 #[test]
+fn parts_are_compared_as_one_picture() {
+    let place = Place::new();
+    let options = "--frames 1 --layers Z,status";
+    place.render(&format!("-o a.####.exr {options}")).done();
+    place.render(&format!("-o parts.####.exr {options} --multipart")).done();
+    assert_eq!(openexr::part_count(&place.path("parts.0001.exr")).unwrap(), 8);
+    let ran = run(&place, "diff a.0001.exr parts.0001.exr");
+    assert_says(&ran, 0, &["R G B A 0 - - 0 0", "status_missed 0", "Z 0", "same"]);
+    // names that say nothing without the part's; and a part elsewhere
+    let part = |name, window, value| Part { name, kind: "scanlineimage", window, channels: value };
+    let zero: &[(&str, &[f32])] = &[("R", &[0.0; 4])];
+    let one: &[(&str, &[f32])] = &[("R", &[1.0; 4])];
+    for (name, second, window) in [("a", zero, WINDOW), ("b", one, WINDOW), ("c", zero, [1, 0, 2, 1])] {
+        let parts = [part("left", WINDOW, zero), part("right", window, second)];
+        fs::write(place.path(&format!("{name}.exr")), file(&parts)).unwrap();
+    }
+    assert_says(&run(&place, "diff a.exr b.exr"), 1, &["R 0 - -", "right 1.000 R (0, 0) 1.000 4 100.000"]);
+    assert_says(&run(&place, "diff a.exr c.exr"), 2, &["c.exr", "part 2 has another size or place"]);
+}
+
+#[test]
 fn what_differs_is_told_layer_by_layer() {
     let place = Place::new();
     two(&place);
@@ -169,8 +190,9 @@ fn what_cannot_be_compared_is_an_error_with_the_file() {
     for (name, kind) in [("tiled.exr", "tiledimage"), ("deep.exr", "deepscanline")] {
         write_part(&place, name, Part { name: "a", kind, window: WINDOW, channels });
     }
-    let part = |name| Part { name, kind: "scanlineimage", window: WINDOW, channels };
-    fs::write(place.path("parts.exr"), file(&[part("one"), part("two")])).unwrap();
+    let part = |name, kind| Part { name, kind, window: WINDOW, channels };
+    let parts = [part("one", "scanlineimage"), part("two", "tiledimage")];
+    fs::write(place.path("parts.exr"), file(&parts)).unwrap();
     for (name, words) in [
         ("none.exr", "check the name"),
         ("short.exr", "short.exr"),
@@ -178,7 +200,7 @@ fn what_cannot_be_compared_is_an_error_with_the_file() {
         ("folder", "is a folder"),
         ("tiled.exr", "it is tiled"),
         ("deep.exr", "it is deep"),
-        ("parts.exr", "2 parts"),
+        ("parts.exr", "it is tiled"),
     ] {
         for line in [format!("diff a.exr {name}"), format!("diff {name} a.exr")] {
             assert_says(&run(&place, &line), 2, &[name, words]);

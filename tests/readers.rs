@@ -31,10 +31,15 @@ fn channels(path: &Path) -> Channels {
     all
 }
 
-/// A frame that has samples of every status but `base`, with all layers.
-fn frame(place: &Place) -> (PathBuf, Channels) {
-    place.render("-o a.####.exr --frames 2 --layers all --mode reproject").done();
-    let path = place.path("a.0002.exr");
+/// A frame that has samples of every status but `base`, with all layers: in one part, and in a part for each.
+fn frames(place: &Place) -> [(PathBuf, Channels); 2] {
+    ["", "--multipart"].map(|format| frame(place, format))
+}
+
+fn frame(place: &Place, format: &str) -> (PathBuf, Channels) {
+    let name = if format.is_empty() { "one" } else { "parts" };
+    place.render(&format!("-o {name}.####.exr --frames 2 --layers all --mode reproject {format}")).done();
+    let path = place.path(&format!("{name}.0002.exr"));
     let channels = channels(&path);
     assert!(channels.len() >= 55, "all of them: {:?}", channels.keys());
     (path, channels)
@@ -58,10 +63,11 @@ fn script(name: &str) -> PathBuf {
 
 /// What a program makes of the frame: it is given the frame and a folder for the one file that it writes.
 fn made_by(place: &Place, command: &mut Command, path: &Path) -> Channels {
-    let folder = place.path("read");
+    let name = format!("read {}", path.file_stem().unwrap().to_string_lossy());
+    let folder = place.path(&name);
     std::fs::create_dir(&folder).unwrap();
     let said = said(command.arg(path).arg(&folder));
-    let [file] = &place.names("read")[..] else { panic!("{}", String::from_utf8_lossy(&said)) };
+    let [file] = &place.names(&name)[..] else { panic!("{}", String::from_utf8_lossy(&said)) };
     channels(&folder.join(file))
 }
 
@@ -75,8 +81,9 @@ fn assert_same(name: &str, ours: &[f32], theirs: &[f32]) {
 /// The names that an output of Blender's Image node may have for one of our channels.
 fn in_blender(name: &str) -> Vec<String> {
     match (name, name.split_once('.')) {
-        ("Z", _) => vec!["Depth.V".to_owned()],
-        (color, None) => vec![format!("Combined.{color}")],
+        // of a file in parts Blender 5 shows the parts' names
+        ("Z", _) => vec!["Depth.V".to_owned(), "Z.V".to_owned()],
+        (color, None) => vec![format!("Combined.{color}"), format!("rgba.{color}")],
         // vectors are colours for Blender 3
         (_, Some((layer, axis @ ("X" | "Y" | "Z")))) => {
             let color = ["R", "G", "B"][usize::from(axis.as_bytes()[0] - b'X')];
@@ -99,29 +106,32 @@ fn assert_blender_shows_all(ours: &Channels, theirs: &Channels) {
 #[cfg_attr(not(python_with_bpy), ignore = "needs Python with bpy 5: set AFTERIMAGE_BPY")]
 fn blender_as_a_python_module_shows_every_layer() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
-    let theirs = made_by(&place, named("AFTERIMAGE_BPY").arg(script("blender.py")), &path);
-    assert_blender_shows_all(&ours, &theirs);
+    for (path, ours) in frames(&place) {
+        let theirs = made_by(&place, named("AFTERIMAGE_BPY").arg(script("blender.py")), &path);
+        assert_blender_shows_all(&ours, &theirs);
+    }
 }
 
 #[test]
 #[cfg_attr(not(blender), ignore = "needs Blender 3.4 or later: set AFTERIMAGE_BLENDER")]
 fn blender_shows_every_layer() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
-    let mut blender = named("AFTERIMAGE_BLENDER");
-    blender.args(["--background", "--factory-startup", "--python"]).arg(script("blender.py")).arg("--");
-    assert_blender_shows_all(&ours, &made_by(&place, &mut blender, &path));
+    for (path, ours) in frames(&place) {
+        let mut blender = named("AFTERIMAGE_BLENDER");
+        blender.args(["--background", "--factory-startup", "--python"]).arg(script("blender.py")).arg("--");
+        assert_blender_shows_all(&ours, &made_by(&place, &mut blender, &path));
+    }
 }
 
 #[test]
 #[cfg_attr(not(python_with_openimageio), ignore = "needs Python with OpenImageIO: set AFTERIMAGE_OIIO")]
 fn openimageio_reads_every_channel() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
-    let theirs = made_by(&place, named("AFTERIMAGE_OIIO").arg(script("openimageio.py")), &path);
-    assert!(theirs.keys().eq(ours.keys()), "{:?}", theirs.keys());
-    ours.iter().for_each(|(name, values)| assert_same(name, values, &theirs[name]));
+    for (path, ours) in frames(&place) {
+        let theirs = made_by(&place, named("AFTERIMAGE_OIIO").arg(script("openimageio.py")), &path);
+        assert!(theirs.keys().eq(ours.keys()), "{:?}", theirs.keys());
+        ours.iter().for_each(|(name, values)| assert_same(name, values, &theirs[name]));
+    }
 }
 
 #[test]
@@ -131,14 +141,20 @@ fn openimageio_reads_every_channel() {
 )]
 fn python_reads_every_channel() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
-    let text =
-        String::from_utf8(said(named("AFTERIMAGE_PYTHON").arg(script("openexr.py")).arg(&path))).unwrap();
-    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(' ').collect()).collect();
-    assert_eq!(lines.len(), ours.len());
-    let stored = openexr::read_header(&path).unwrap().channels;
-    for line in lines {
-        let [name, kind, width, sum] = line[..] else { panic!("{line:?}") };
+    for (path, ours) in frames(&place) {
+        let mut python = named("AFTERIMAGE_PYTHON");
+        let text = said(python.arg(script("openexr.py")).arg(&path));
+        assert_python_said(&String::from_utf8(text).unwrap(), &path, &ours);
+    }
+}
+
+fn assert_python_said(text: &str, path: &Path, ours: &Channels) {
+    assert_eq!(text.lines().count(), ours.len());
+    let parts =
+        (0..openexr::part_count(path).unwrap()).map(|part| openexr::read_header_of(path, part).unwrap());
+    let stored: Vec<_> = parts.flat_map(|part| part.channels).collect();
+    for line in text.lines() {
+        let [name, kind, width, sum] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
         let channel = stored.iter().find(|channel| channel.name == name).unwrap();
         let is_half = channel.stored == openexr::SampleType::Half;
         assert_eq!((kind, width), (if is_half { "float16" } else { "float32" }, "64"), "{name}");
@@ -153,7 +169,7 @@ fn python_reads_every_channel() {
 #[cfg_attr(not(ffmpeg), ignore = "needs FFmpeg: set AFTERIMAGE_FFMPEG")]
 fn ffmpeg_reads_every_layer_of_three_channels() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
+    let (path, ours) = frame(&place, "");
     let layers: Vec<&str> = ours.keys().filter_map(|name| name.strip_suffix(".R")).collect();
     assert!(layers.len() >= 10, "{layers:?}");
     let vectors = ["N", "P", "denoise_normal"].map(|layer| (layer, ["X", "Y", "Z"], "gbrpf32le"));
@@ -177,16 +193,17 @@ fn ffmpeg_reads_every_layer_of_three_channels() {
 #[cfg_attr(not(imagemagick), ignore = "needs ImageMagick with OpenEXR: set AFTERIMAGE_CONVERT")]
 fn imagemagick_reads_the_picture() {
     let place = Place::new();
-    let (path, ours) = frame(&place);
-    let mut convert = named("AFTERIMAGE_CONVERT");
-    // the values as they are: without this it would encode them for a screen
-    convert.arg(&path).args(["-set", "colorspace", "sRGB", "-depth", "16", "-endian", "LSB", "rgba:-"]);
-    let bytes = said(&mut convert);
-    assert_eq!(bytes.len(), PIXELS * 8);
-    for (place, bytes) in bytes.chunks_exact(2).enumerate() {
-        let value = f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0;
-        let name = ["R", "G", "B", "A"][place % 4];
-        let wanted = ours[name][place / 4].clamp(0.0, 1.0);
-        assert!((value - wanted).abs() < 1e-5, "{name} of pixel {}: {value}, not {wanted}", place / 4);
+    for (path, ours) in frames(&place) {
+        let mut convert = named("AFTERIMAGE_CONVERT");
+        // the values as they are: without this it would encode them for a screen
+        convert.arg(&path).args(["-set", "colorspace", "sRGB", "-depth", "16", "-endian", "LSB", "rgba:-"]);
+        let bytes = said(&mut convert);
+        assert_eq!(bytes.len(), PIXELS * 8);
+        for (place, bytes) in bytes.chunks_exact(2).enumerate() {
+            let value = f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0;
+            let name = ["R", "G", "B", "A"][place % 4];
+            let wanted = ours[name][place / 4].clamp(0.0, 1.0);
+            assert!((value - wanted).abs() < 1e-5, "{name} of pixel {}: {value}, not {wanted}", place / 4);
+        }
     }
 }

@@ -15,7 +15,7 @@ use super::target::{Left, Target};
 use crate::digest::Digest;
 use crate::output::Fingerprint;
 use crate::report::versions;
-use crate::settings::{Mode, Settings};
+use crate::settings::{FileFormat, Mode, Settings};
 use crate::trace::BackendKind;
 
 /// What each frame of a run is made from.
@@ -56,7 +56,7 @@ fn version(backend: BackendKind) -> Digest {
     Digest::of(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
 }
 
-/// What changes pixels, or the header's frame rate. Each setting is named here, or left out for a reason: a new one does not
+/// What changes pixels, the header's frame rate, or how files are made. Each setting is named here, or left out for a reason: a new one does not
 /// compile until somebody has decided.
 fn settings(job: &Job) -> Digest {
     let Settings {
@@ -80,13 +80,14 @@ fn settings(job: &Job) -> Digest {
         build,
     } = &job.settings;
     let backend = job.backend.unwrap_or_default().name();
+    let FileFormat { multipart } = job.format;
     // without reuse its rule does not matter
     let reuse = (*mode != Mode::Full).then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let text = format!(
         "{width}x{height} {samples} {filter:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {multipart} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

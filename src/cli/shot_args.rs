@@ -13,8 +13,8 @@ use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
 use crate::settings::{
-    Budget, Build, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
-    MOST_SAMPLES, Reuse, Settings,
+    Budget, Build, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
+    MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -92,6 +92,10 @@ pub struct ShotArgs {
     /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
+
+    /// Write each layer as a part of its own into the EXR files [default: the shot's]
+    #[arg(long)]
+    pub multipart: bool,
 
     /// Trace every sample of every frame again and count differences; any difference is a failure
     #[arg(long)]
@@ -208,6 +212,8 @@ pub struct Job {
     pub settings: Settings,
     /// Asked for; the chains of a schedule need the runs.
     pub frames: Frames,
+    /// How files are made.
+    pub format: FileFormat,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
     /// With what quality frames are denoised as well, if they are.
@@ -224,6 +230,7 @@ impl ShotArgs {
         Ok(Job {
             path: self.shot.clone(),
             denoise: shot.denoise.then_some(shot.denoise_quality),
+            format: FileFormat { multipart: self.multipart || shot.format.multipart },
             shot,
             settings,
             frames,
@@ -287,7 +294,7 @@ impl Job {
             self.frames.list(),
             png,
             self.shot.rate,
-            self.settings.layers,
+            (self.settings.layers, self.format),
         )
     }
 }

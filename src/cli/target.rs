@@ -10,6 +10,7 @@ use crate::frame::Finished;
 use crate::layers::Layers;
 use crate::output::fingerprint::Kind;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
+use crate::settings::FileFormat;
 
 /// Names that are fit for the frames of a run.
 #[derive(Debug, Clone)]
@@ -22,6 +23,7 @@ pub struct Target {
     shot: String,
     rate: (i32, u32),
     layers: Layers,
+    format: FileFormat,
 }
 
 /// What is there of a frame before a run.
@@ -44,14 +46,14 @@ pub enum Left {
 impl Target {
     /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
     /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
-    /// frames a second; `layers` are those that are written.
+    /// frames a second; `layers` are those that are written, and `format` how.
     pub fn new(
         text: &str,
         shot: &str,
         frames: Vec<i32>,
         png: bool,
         rate: (i32, u32),
-        layers: Layers,
+        (layers, format): (Layers, FileFormat),
     ) -> Result<Self, Failure> {
         let pattern = OutputPattern::parse(text, shot, "exr")
             .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
@@ -63,7 +65,8 @@ impl Target {
             )));
         }
         let previews = png.then(|| pattern.with_extension("png"));
-        Ok(Self { pattern, previews, frames, text: text.to_owned(), shot: shot.to_owned(), rate, layers })
+        let (text, shot) = (text.to_owned(), shot.to_owned());
+        Ok(Self { pattern, previews, frames, text, shot, rate, layers, format })
     }
 
     /// As it was named.
@@ -174,7 +177,7 @@ impl Target {
         let path = self.exr(frame);
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(plane.name));
-        exr::write_planes(&path, size, planes.chain(denoised.into_iter().flatten()), &meta)
+        exr::write_planes(&path, size, planes.chain(denoised.into_iter().flatten()), &meta, self.format)
             .map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();
         finished.stats.seconds.write += seconds;
@@ -193,7 +196,7 @@ mod tests {
     use super::*;
 
     fn target(text: &str) -> Result<Target, Failure> {
-        Target::new(text, "city", vec![1, 2], false, (24, 1), Layers::ALL)
+        Target::new(text, "city", vec![1, 2], false, (24, 1), (Layers::ALL, FileFormat::default()))
     }
 
     #[test]

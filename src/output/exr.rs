@@ -1,4 +1,4 @@
-//! One frame as one EXR file: a single scanline part that holds all layers.
+//! One frame as one EXR file: a single scanline part that holds all layers, or a part for each.
 
 use std::fmt;
 use std::path::Path;
@@ -10,6 +10,7 @@ use super::fingerprint::{self, Fingerprint};
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
+use crate::settings::FileFormat;
 
 /// Why there is no frame.
 #[derive(Debug)]
@@ -53,10 +54,10 @@ impl std::error::Error for ExrError {}
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
 pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
-    write_planes(path, [film.width, film.height], film.planes.iter(), meta)
+    write_planes(path, [film.width, film.height], film.planes.iter(), meta, FileFormat::default())
 }
 
-/// The same with these planes, of a picture of `size` (columns and rows).
+/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says.
 ///
 /// # Errors
 /// The same.
@@ -65,6 +66,7 @@ pub fn write_planes<'p>(
     size: [u32; 2],
     planes: impl Iterator<Item = &'p Plane>,
     meta: &FrameMeta,
+    format: FileFormat,
 ) -> Result<(), ExrError> {
     let channels = planes.map(|plane| {
         let stored = match plane.kind {
@@ -84,7 +86,8 @@ pub fn write_planes<'p>(
         attributes: attributes(meta, SystemTime::now()),
         compression: Compression::Zips,
     };
-    write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
+    let write = if format.multipart { openexr::write_parts } else { openexr::write };
+    write_whole(path, |file| write(file, path, &image).map_err(ExrError::from))
 }
 
 /// Writes planes of any names as floats, whole or not at all: a picture of `size` (columns and rows) that is no frame.
@@ -113,7 +116,8 @@ pub fn write_floats(
 
 /// Whether `path` is an EXR file that can be read to its end: left by a run that finished the frame.
 pub fn is_whole(path: &Path) -> bool {
-    openexr::scan(path, |_, _| {}).is_ok()
+    let is_whole = |part| openexr::scan_part(path, part, |_, _| {}).is_ok();
+    openexr::part_count(path).is_ok_and(|parts| (0..parts).all(is_whole))
 }
 
 /// What the frame at `path` was made from, as far as its header says: `None` inside for what has no fingerprint. The pixels
@@ -187,6 +191,23 @@ mod tests {
         assert_eq!(fingerprint(&path).unwrap(), None);
         std::fs::write(&path, "no picture").unwrap();
         assert!(fingerprint(&path).is_err() && !is_whole(&path));
+    }
+
+    #[test]
+    fn a_part_for_each_layer_is_whole_or_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.1042.exr");
+        let film = film();
+        let format = FileFormat { multipart: true };
+        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format).unwrap();
+        assert_eq!(openexr::part_count(&path).unwrap(), 4);
+        assert_eq!(openexr::read(&path).unwrap().channels[0].name, "R");
+        assert_eq!(fingerprint(&path).unwrap(), meta().fingerprint);
+        assert!(is_whole(&path));
+        // the last part alone lacks something
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+        assert!(openexr::read(&path).is_ok() && !is_whole(&path));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use openexr::ReadImage;
 use rayon::prelude::*;
 
 use super::values::{layer_of, reading_order};
+use super::whole_file;
 
 /// Two files that were compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,13 +104,13 @@ impl LayerDifference {
 /// is noted of the largest differences.
 ///
 /// # Errors
-/// A file that cannot be read: see [`openexr::read`].
+/// A file that cannot be read: see [`whole_file::read`].
 pub fn between(
     [a, b]: [&Path; 2],
     tolerance: f64,
     frame: Option<i32>,
 ) -> Result<(FileDifference, Picture), openexr::Error> {
-    let (head, other_head) = (openexr::read_header(a)?, openexr::read_header(b)?);
+    let (head, other_head) = (whole_file::header(a)?, whole_file::header(b)?);
     let size = [head.width, head.height];
     let windows = [window(&head), window(&other_head)];
     if windows[0] != windows[1] {
@@ -118,7 +119,7 @@ pub fn between(
         let difference = FileDifference { size, windows: Some(windows), layers, alone, pixels_off };
         return Ok((difference, Picture { size, planes: Vec::new() }));
     }
-    let mut first = openexr::read(a)?;
+    let mut first = whole_file::read(a)?;
     let second = subtract(&mut first, b)?;
     let alone = alone(&first, &second);
     first.channels.retain(|channel| second.channel(&channel.name).is_some());
@@ -149,14 +150,14 @@ fn alone(first: &ReadImage, second: &ReadImage) -> [Vec<String>; 2] {
 
 /// Makes the values of `first` their differences from the file at `path`, of which the header comes back.
 fn subtract(first: &mut ReadImage, path: &Path) -> Result<ReadImage, openexr::Error> {
-    let head = openexr::read_header(path)?;
+    let head = whole_file::header(path)?;
     let places: Vec<Option<usize>> = head
         .channels
         .iter()
         .map(|channel| first.channels.iter().position(|own| own.name == channel.name))
         .collect();
     let mut done = vec![0; places.len()];
-    openexr::scan(path, |channel, values| {
+    whole_file::scan(path, |channel, values| {
         // a file that was changed meanwhile may have other channels, or more lines
         let Some(Some(place)) = places.get(channel) else { return };
         let from = done[channel];

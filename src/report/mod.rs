@@ -12,3 +12,4 @@ pub mod picture;
 pub mod reference;
 pub mod values;
 pub mod versions;
+pub mod whole_file;

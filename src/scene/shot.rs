@@ -23,8 +23,8 @@ use super::{
 use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
-    Budget, DEFAULT_PATHS, DenoiseQuality, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
-    MOST_SAMPLES, Settings,
+    Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
+    MOST_REFLECTIONS, MOST_SAMPLES, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -44,6 +44,8 @@ pub struct Shot {
     pub rate: (i32, u32),
     /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
     pub output: Option<String>,
+    /// How files are made.
+    pub format: FileFormat,
     /// Whether files hold a denoised picture as well.
     pub denoise: bool,
     /// With what quality, if so.
@@ -168,6 +170,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         frames,
         says_frames: file.render.frames.is_some(),
         rate,
+        format: FileFormat { multipart: file.output.multipart },
         denoise: file.output.denoise,
         denoise_quality: file.output.denoise_quality,
         output: output(text, file.output.path)?,

@@ -175,6 +175,9 @@ pub(crate) struct OutputTable {
     /// Layers beside R G B A (diffuse to rays)
     #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
+    /// Write each layer as a part of its own
+    #[serde(default)]
+    pub multipart: bool,
     /// Also write a denoised picture, as the layer `denoised`
     #[serde(default)]
     pub denoise: bool,

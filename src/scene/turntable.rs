@@ -12,7 +12,7 @@ use super::shot::{Content, Shot, usual_occlusion_radius};
 use super::{Background, CameraTrack, Frames, Light, LightKind, Mesh, Model, Scene, SceneError, Warning};
 use crate::animation::{Interpolation, Track, TransformTrack};
 use crate::digest::Digest;
-use crate::settings::{DenoiseQuality, Settings};
+use crate::settings::{DenoiseQuality, FileFormat, Settings};
 
 /// Frames of one turn.
 const FRAMES: i32 = 120;
@@ -73,6 +73,7 @@ pub(crate) fn shot(path: &Path, strict: bool) -> Result<Shot, SceneError> {
         output: None,
         denoise: false,
         denoise_quality: DenoiseQuality::default(),
+        format: FileFormat::default(),
         warnings: findings.warnings,
         files,
         // the version of the program says what a turntable is

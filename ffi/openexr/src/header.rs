@@ -1,4 +1,4 @@
-//! The header of a new file: channels, windows, attributes.
+//! The headers of a new file: parts, channels, windows, attributes.
 
 use std::ffi::CString;
 use std::path::Path;
@@ -6,12 +6,10 @@ use std::path::Path;
 use openexr_sys as sys;
 
 use crate::library::check;
+use crate::parts::Part;
 use crate::{Attribute, Channel, Compression, Error, Image, SampleType};
 
-/// This crate writes one part.
-pub(crate) const PART: i32 = 0;
-
-/// Declares the part and writes the header; chunks may follow.
+/// Declares the parts and writes their headers, each with all attributes; chunks may follow.
 ///
 /// # Safety
 /// `context` is open for writing, and nothing was declared in it yet.
@@ -19,28 +17,46 @@ pub(crate) unsafe fn write_header(
     path: &Path,
     context: sys::exr_context_t,
     image: &Image<'_>,
-    channels: &[Channel<'_>],
+    parts: &[Part<'_>],
 ) -> Result<(), Error> {
-    let mut part = PART;
-    let scanlines = sys::EXR_STORAGE_SCANLINE;
-    // SAFETY: the caller's promise; a part needs no name, and `part` lives through the call.
-    let code = unsafe { sys::exr_add_part(context, std::ptr::null(), scanlines, &mut part) };
-    check(path, "begin the part", code)?;
-    let (width, height) = (image.width as i32, image.height as i32); // `check_size` saw to it
-    let compression = compression_code(image.compression);
-    // SAFETY: the caller's promise.
-    let code = unsafe { sys::exr_initialize_required_attr_simple(context, PART, width, height, compression) };
-    check(path, "set the size", code)?;
-    for channel in channels {
+    for part in parts {
         // SAFETY: the caller's promise.
-        unsafe { add_channel(path, context, channel)? };
-    }
-    for (name, value) in &image.attributes {
-        // SAFETY: the caller's promise.
-        unsafe { set_attribute(path, context, name, value)? };
+        unsafe { add_part(path, context, image, part)? };
     }
     // SAFETY: the caller's promise.
     check(path, "write the header", unsafe { sys::exr_write_header(context) })
+}
+
+/// # Safety
+/// `context` is open for writing, and its header is not written yet.
+unsafe fn add_part(
+    path: &Path,
+    context: sys::exr_context_t,
+    image: &Image<'_>,
+    part: &Part<'_>,
+) -> Result<(), Error> {
+    let name = part.name.map(|name| c_string(path, name)).transpose()?;
+    let name = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
+    let mut number = 0;
+    let scanlines = sys::EXR_STORAGE_SCANLINE;
+    // SAFETY: the caller's promise; the name is copied, and `number` lives through the call.
+    let code = unsafe { sys::exr_add_part(context, name, scanlines, &mut number) };
+    check(path, "begin a part", code)?;
+    let (width, height) = (image.width as i32, image.height as i32); // `check_size` saw to it
+    let compression = compression_code(image.compression);
+    // SAFETY: the caller's promise.
+    let code =
+        unsafe { sys::exr_initialize_required_attr_simple(context, number, width, height, compression) };
+    check(path, "set the size", code)?;
+    for channel in &part.channels {
+        // SAFETY: the caller's promise.
+        unsafe { add_channel(path, context, number, channel)? };
+    }
+    for (name, value) in &image.attributes {
+        // SAFETY: the caller's promise.
+        unsafe { set_attribute(path, context, number, (name, value))? };
+    }
+    Ok(())
 }
 
 fn compression_code(compression: Compression) -> sys::exr_compression_t {
@@ -52,7 +68,12 @@ fn compression_code(compression: Compression) -> sys::exr_compression_t {
     }
 }
 
-unsafe fn add_channel(path: &Path, context: sys::exr_context_t, channel: &Channel<'_>) -> Result<(), Error> {
+unsafe fn add_channel(
+    path: &Path,
+    context: sys::exr_context_t,
+    part: i32,
+    channel: &Channel<'_>,
+) -> Result<(), Error> {
     let name = c_string(path, channel.name)?;
     let kind = match channel.stored {
         SampleType::Half => sys::EXR_PIXEL_HALF,
@@ -61,7 +82,7 @@ unsafe fn add_channel(path: &Path, context: sys::exr_context_t, channel: &Channe
     };
     let perception = sys::EXR_PERCEPTUALLY_LOGARITHMIC; // matters to lossy methods only
     // SAFETY: the context is open for writing (the caller's promise); the name is copied.
-    let code = unsafe { sys::exr_add_channel(context, PART, name.as_ptr(), kind, perception, 1, 1) };
+    let code = unsafe { sys::exr_add_channel(context, part, name.as_ptr(), kind, perception, 1, 1) };
     check(path, "add a channel", code)
 }
 
@@ -69,8 +90,8 @@ unsafe fn add_channel(path: &Path, context: sys::exr_context_t, channel: &Channe
 unsafe fn set_attribute(
     path: &Path,
     context: sys::exr_context_t,
-    name: &str,
-    value: &Attribute,
+    part: i32,
+    (name, value): (&str, &Attribute),
 ) -> Result<(), Error> {
     if let Some(fault) = crate::check::fault_of_name(name) {
         return Err(Error::image(path, format!("attribute {name:?}: {fault}")));
@@ -83,32 +104,32 @@ unsafe fn set_attribute(
         match value {
             Attribute::Text(text) => {
                 let text = c_string(path, text)?;
-                sys::exr_attr_set_string(context, PART, key, text.as_ptr())
+                sys::exr_attr_set_string(context, part, key, text.as_ptr())
             }
-            Attribute::Float(number) => sys::exr_attr_set_float(context, PART, key, *number),
-            Attribute::Int(number) => sys::exr_attr_set_int(context, PART, key, *number),
+            Attribute::Float(number) => sys::exr_attr_set_float(context, part, key, *number),
+            Attribute::Int(number) => sys::exr_attr_set_int(context, part, key, *number),
             Attribute::Rational { numerator, denominator } => {
                 let value = sys::exr_attr_rational_t { num: *numerator, denom: *denominator };
-                sys::exr_attr_set_rational(context, PART, key, &value)
+                sys::exr_attr_set_rational(context, part, key, &value)
             }
-            Attribute::M44f(m) => sys::exr_attr_set_m44f(context, PART, key, &sys::exr_attr_m44f_t { m: *m }),
+            Attribute::M44f(m) => sys::exr_attr_set_m44f(context, part, key, &sys::exr_attr_m44f_t { m: *m }),
             Attribute::V2f(value) => {
-                sys::exr_attr_set_v2f(context, PART, key, std::ptr::from_ref(value).cast())
+                sys::exr_attr_set_v2f(context, part, key, std::ptr::from_ref(value).cast())
             }
             Attribute::V2i(value) => {
-                sys::exr_attr_set_v2i(context, PART, key, std::ptr::from_ref(value).cast())
+                sys::exr_attr_set_v2i(context, part, key, std::ptr::from_ref(value).cast())
             }
             Attribute::V3f(value) => {
-                sys::exr_attr_set_v3f(context, PART, key, std::ptr::from_ref(value).cast())
+                sys::exr_attr_set_v3f(context, part, key, std::ptr::from_ref(value).cast())
             }
             Attribute::Chromaticities(value) => {
                 let value = std::ptr::from_ref(value).cast();
-                sys::exr_attr_set_chromaticities(context, PART, key, value)
+                sys::exr_attr_set_chromaticities(context, part, key, value)
             }
             Attribute::TimeCode { time_and_flags, user_data } => {
                 let (time_and_flags, user_data) = (*time_and_flags, *user_data);
                 let value = sys::exr_attr_timecode_t { time_and_flags, user_data };
-                sys::exr_attr_set_timecode(context, PART, key, &value)
+                sys::exr_attr_set_timecode(context, part, key, &value)
             }
             Attribute::Other(kind) => {
                 let what = format!("attribute {name:?}: type {kind:?} cannot be written");

@@ -1,6 +1,6 @@
 //! Writes multi-layer EXR files, and reads them back.
 //!
-//! [`write()`] makes one scanline part. Its chunks are packed and compressed on all threads of rayon's
+//! [`write()`] makes one scanline part, [`write_parts()`] one for each layer. Their chunks are packed and compressed on all threads of rayon's
 //! pool; OpenEXR's C library makes the header and the file's structure. The caller opens the file, and
 //! gives it its name when it is complete. [`read()`] takes every scanline file's first part,
 //! [`scan()`] goes through it line by line, [`scan_part()`] through any part.
@@ -15,6 +15,7 @@ mod error;
 mod header;
 mod library;
 mod pack;
+mod parts;
 mod piz;
 mod read;
 mod sink;
@@ -22,8 +23,8 @@ mod write;
 
 pub use error::Error;
 pub use library::version;
-pub use read::{ReadChannel, ReadImage, part_count, read, read_header, scan, scan_part};
-pub use write::{write, write_at_level};
+pub use read::{ReadChannel, ReadImage, part_count, read, read_header, read_header_of, scan, scan_part};
+pub use write::{write, write_at_level, write_parts};
 
 /// How a channel's samples are stored in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,22 +5,21 @@ use std::path::Path;
 use openexr_sys as sys;
 
 use crate::Error;
-use crate::header::PART;
 use crate::library::{Context, check};
 
-/// The chunk that begins at line `first`, or `None` if it would not be smaller.
+/// The chunk of `part` that begins at line `first`, or `None` if it would not be smaller.
 ///
 /// The library's compressor is called directly, because `exr_encoding_run` would pack the lines again,
 /// under a lock that keeps all other threads waiting.
 pub(crate) fn compress_piz(
     path: &Path,
     context: &Context<'_>,
-    first: usize,
+    (part, first): (i32, usize),
     packed: &mut [u8],
 ) -> Result<Option<Vec<u8>>, Error> {
     let mut pipeline = sys::encode_pipeline();
     // SAFETY: the context is open for writing and its header is written; the pipeline is empty.
-    let begun = unsafe { begin(path, context, first, &mut pipeline, packed) };
+    let begun = unsafe { begin(path, context, (part, first), &mut pipeline, packed) };
     // SAFETY: begun, and `packed` is borrowed through the call.
     let outcome = begun.and_then(|()| unsafe { run(path, &mut pipeline, packed) });
     // The packed bytes are ours: the library must not free them.
@@ -35,7 +34,7 @@ pub(crate) fn compress_piz(
 unsafe fn begin(
     path: &Path,
     context: &Context<'_>,
-    first: usize,
+    (part, first): (i32, usize),
     pipeline: &mut sys::exr_encode_pipeline_t,
     packed: &mut [u8],
 ) -> Result<(), Error> {
@@ -43,13 +42,13 @@ unsafe fn begin(
     let mut chunk: sys::exr_chunk_info_t = unsafe { std::mem::zeroed() };
     let raw = context.raw();
     // SAFETY: the context is open for writing (the caller's promise), `chunk` lives through the call.
-    let code = unsafe { sys::exr_write_scanline_chunk_info(raw, PART, first as i32, &mut chunk) };
+    let code = unsafe { sys::exr_write_scanline_chunk_info(raw, part, first as i32, &mut chunk) };
     check(path, "begin a PIZ chunk", code)?;
     // SAFETY: as above; the pipeline is empty (the caller's promise).
-    let code = unsafe { sys::exr_encoding_initialize(raw, PART, &chunk, pipeline) };
+    let code = unsafe { sys::exr_encoding_initialize(raw, part, &chunk, pipeline) };
     check(path, "begin a PIZ chunk", code)?;
     // SAFETY: as above. The routine that packs is chosen too, but never called.
-    let code = unsafe { sys::exr_encoding_choose_default_routines(raw, PART, pipeline) };
+    let code = unsafe { sys::exr_encoding_choose_default_routines(raw, part, pipeline) };
     check(path, "begin a PIZ chunk", code)?;
     pipeline.packed_buffer = packed.as_mut_ptr().cast();
     pipeline.packed_bytes = packed.len() as u64;

@@ -95,6 +95,18 @@ pub fn read_header(path: &Path) -> Result<ReadImage, Error> {
     begin(path, FIRST).map(|(_, image)| image)
 }
 
+/// [`read_header`] of the part of that number; the first is 0.
+///
+/// # Errors
+/// As [`read_header`]; and where there is no such part.
+pub fn read_header_of(path: &Path, part: usize) -> Result<ReadImage, Error> {
+    begin(path, number(path, part)?).map(|(_, image)| image)
+}
+
+fn number(path: &Path, part: usize) -> Result<i32, Error> {
+    i32::try_from(part).map_err(|_| refuse(path, "it has no such part"))
+}
+
 /// Reads all pixels but holds few: gives the lines of each chunk from top to bottom, channel by channel (by its number), to
 /// `visit`. The planes of what is returned are empty.
 ///
@@ -109,7 +121,7 @@ pub fn scan(path: &Path, visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, 
 /// # Errors
 /// As [`read`]; and where there is no such part.
 pub fn scan_part(path: &Path, part: usize, mut visit: impl FnMut(usize, &[f32])) -> Result<ReadImage, Error> {
-    let part = i32::try_from(part).map_err(|_| refuse(path, "it has no such part"))?;
+    let part = number(path, part)?;
     let (context, image) = begin(path, part)?;
     read_pixels(path, &context, part, &image, &mut visit)?;
     Ok(image)

@@ -12,9 +12,10 @@ use rayon::prelude::*;
 
 use crate::check::sorted_channels;
 use crate::compress::Deflater;
-use crate::header::{PART, write_header};
+use crate::header::write_header;
 use crate::library::{Context, check, initializer};
 use crate::pack::pack_lines;
+use crate::parts::{Part, by_layer};
 use crate::piz::compress_piz;
 use crate::sink::Sink;
 use crate::{Channel, Compression, Error, Image};
@@ -38,14 +39,34 @@ pub fn write(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Error> {
     write_at_level(file, path, image, DEFLATE_LEVEL)
 }
 
+/// [`write()`] with a part for each layer, of its name: first `rgba`, the channels without a layer, but for `Z`, which has a part
+/// of its own. Channels keep their whole names. Parts have all attributes each.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_parts(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Error> {
+    let parts = by_layer(sorted_channels(path, image)?);
+    write_to(file, path, image, &parts, DEFLATE_LEVEL)
+}
+
 /// [`write()`] with a deflate level of 1 to 9 for ZIP and ZIPS, to measure what it is worth.
 ///
 /// # Errors
 /// Those of [`write()`].
 pub fn write_at_level(file: &File, path: &Path, image: &Image<'_>, level: u32) -> Result<(), Error> {
-    let channels = sorted_channels(path, image)?;
+    let part = Part { name: None, channels: sorted_channels(path, image)? };
+    write_to(file, path, image, &[part], level.clamp(1, 9))
+}
+
+fn write_to(
+    file: &File,
+    path: &Path,
+    image: &Image<'_>,
+    parts: &[Part<'_>],
+    level: u32,
+) -> Result<(), Error> {
     let sink = Sink::new(file);
-    write_all(path, image, &channels, level.clamp(1, 9), &sink).map_err(|error| {
+    write_all(path, image, parts, level, &sink).map_err(|error| {
         // If the operating system refused, then that is the reason, not what OpenEXR made of it.
         sink.take_failure().map_or(error, |reason| Error::writing(path, reason))
     })?;
@@ -55,14 +76,16 @@ pub fn write_at_level(file: &File, path: &Path, image: &Image<'_>, level: u32) -
 fn write_all(
     path: &Path,
     image: &Image<'_>,
-    channels: &[Channel<'_>],
+    parts: &[Part<'_>],
     level: u32,
     sink: &Sink<'_>,
 ) -> Result<(), Error> {
     let context = open(path, sink)?;
     // SAFETY: `open` has just opened the context for writing.
-    unsafe { write_header(path, context.raw(), image, channels)? };
-    write_chunks(&context, &Encoder { path, context: &context, image, channels, level })?;
+    unsafe { write_header(path, context.raw(), image, parts)? };
+    for (part, Part { channels, .. }) in (0..).zip(parts) {
+        write_chunks(&context, &Encoder { path, context: &context, image, part, channels, level })?;
+    }
     context.finish(path, "complete the file")
 }
 
@@ -111,7 +134,7 @@ unsafe extern "C" fn write_at(
 /// Compresses on all threads, writes in the order of the lines.
 fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Error> {
     let height = encoder.image.height as usize;
-    let step = context.lines_per_chunk(encoder.path, PART)?;
+    let step = context.lines_per_chunk(encoder.path, encoder.part)?;
     let starts: Vec<usize> = (0..height).step_by(step).collect();
     // buffers are used again: new ones of this size are new pages from the system every time
     let scratches = Mutex::new(Vec::new());
@@ -126,16 +149,17 @@ fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Erro
             done
         })?;
         for (&first, chunk) in some.iter().zip(&chunks) {
-            write_chunk(encoder.path, context, first, chunk)?;
+            write_chunk(encoder, first, chunk)?;
         }
     }
     Ok(())
 }
 
-fn write_chunk(path: &Path, context: &Context<'_>, first: usize, chunk: &[u8]) -> Result<(), Error> {
+fn write_chunk(encoder: &Encoder<'_>, first: usize, chunk: &[u8]) -> Result<(), Error> {
+    let &Encoder { path, context, part, .. } = encoder;
     let (bytes, size) = (chunk.as_ptr().cast::<c_void>(), chunk.len() as u64);
     // SAFETY: the header is written, and the library is done with the bytes when it returns.
-    let code = unsafe { sys::exr_write_scanline_chunk(context.raw(), PART, first as i32, bytes, size) };
+    let code = unsafe { sys::exr_write_scanline_chunk(context.raw(), part, first as i32, bytes, size) };
     check(path, "write the pixels", code)
 }
 
@@ -144,6 +168,8 @@ struct Encoder<'a> {
     path: &'a Path,
     context: &'a Context<'a>,
     image: &'a Image<'a>,
+    /// Its number, and its channels.
+    part: i32,
     channels: &'a [Channel<'a>],
     level: u32,
 }
@@ -170,7 +196,7 @@ impl Encoder<'_> {
         let is_smaller = match self.image.compression {
             Compression::None => false,
             Compression::Zips | Compression::Zip => scratch.deflater.deflate(packed, chunk),
-            Compression::Piz => match compress_piz(self.path, self.context, first, packed)? {
+            Compression::Piz => match compress_piz(self.path, self.context, (self.part, first), packed)? {
                 Some(compressed) => {
                     *chunk = compressed;
                     true

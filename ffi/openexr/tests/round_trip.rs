@@ -69,7 +69,7 @@ fn planes_of_all_types_come_back_with_every_compression() {
     for compression in methods {
         let path = folder.path().join(format!("{compression:?}.exr"));
         let channels = vec![
-            Channel { name: "id.object", stored: SampleType::Uint, data: Data::Floats(&uint) },
+            Channel { name: "object.V", stored: SampleType::Uint, data: Data::Floats(&uint) },
             Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&half) },
             Channel { name: "P.X", stored: SampleType::Float, data: Data::Floats(&float) },
         ];
@@ -78,12 +78,52 @@ fn planes_of_all_types_come_back_with_every_compression() {
         assert_eq!((back.width, back.height), (WIDTH, HEIGHT));
         assert_eq!(back.compression, Some(compression));
         let names: Vec<&str> = back.channels.iter().map(|channel| channel.name.as_str()).collect();
-        assert_eq!(names, ["P.X", "R", "id.object"], "sorted by name");
+        assert_eq!(names, ["P.X", "R", "object.V"], "sorted by name");
         let kinds: Vec<SampleType> = back.channels.iter().map(|channel| channel.stored).collect();
         assert_eq!(kinds, [SampleType::Float, SampleType::Half, SampleType::Uint]);
         assert!(back.channel("P.X").unwrap().data == float, "{compression:?}");
         assert!(back.channel("R").unwrap().data == half, "{compression:?}");
-        assert!(back.channel("id.object").unwrap().data == uint, "{compression:?}");
+        assert!(back.channel("object.V").unwrap().data == uint, "{compression:?}");
+    }
+}
+
+#[test]
+fn a_part_for_each_layer_comes_back_with_every_compression() {
+    let (half, float, uint) = (exact_halves(), noise(), numbers());
+    let folder = tempdir().unwrap();
+    for compression in [Compression::None, Compression::Zips, Compression::Zip, Compression::Piz] {
+        let path = folder.path().join(format!("{compression:?}.exr"));
+        let channel = |name, stored, data| Channel { name, stored, data: Data::Floats(data) };
+        let channels = vec![
+            channel("P.Y", SampleType::Float, &float),
+            channel("Z", SampleType::Float, &float),
+            channel("P.X", SampleType::Float, &half),
+            channel("object.V", SampleType::Uint, &uint),
+            channel("R", SampleType::Half, &half),
+            channel("A", SampleType::Half, &half),
+        ];
+        let mut image = image(channels.clone(), compression);
+        image.attributes = all_attributes();
+        openexr::write_parts(&File::create(&path).unwrap(), &path, &image).unwrap();
+        let mut names = Vec::new();
+        for number in 0..openexr::part_count(&path).unwrap() {
+            let mut planes = vec![Vec::new(); 2];
+            let visit = |channel: usize, lines: &[f32]| planes[channel].extend_from_slice(lines);
+            let part = openexr::scan_part(&path, number, visit).unwrap();
+            let head = openexr::read_header_of(&path, number).unwrap();
+            assert_eq!((&head.part_name, &head.channels), (&part.part_name, &part.channels));
+            assert_eq!(part.compression, Some(compression));
+            assert_eq!(part.attribute("timeCode"), Some(&all_attributes()[10].1));
+            for (read, values) in part.channels.iter().zip(&planes) {
+                let given = channels.iter().find(|channel| channel.name == read.name).unwrap();
+                let Data::Floats(data) = given.data else { unreachable!("all are floats") };
+                assert!(data == values, "{compression:?}, {}", read.name);
+                assert_eq!(read.stored, given.stored);
+                names.push(format!("{} {}", part.part_name, read.name));
+            }
+        }
+        assert_eq!(names, ["rgba A", "rgba R", "P P.X", "P P.Y", "Z Z", "object object.V"]);
+        assert!(openexr::read_header_of(&path, 4).is_err(), "there is no fifth part");
     }
 }
 
