@@ -2,6 +2,7 @@
 
 use half::f16;
 use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
 
 use crate::aligned::Aligned;
 
@@ -52,6 +53,11 @@ impl Values {
             Self::Half(values) => values.len(),
             Self::Float(values) => values.len(),
         }
+    }
+
+    /// Whether both are of one type, and as many.
+    fn is_like(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other) && self.len() == other.len()
     }
 
     /// Whether there is none.
@@ -120,6 +126,19 @@ impl Plane {
     pub fn new(name: &'static str, kind: PlaneKind, values: &[f32]) -> Self {
         Self { name, kind, values: Values::of(kind, values), is_zero: false }
     }
+
+    /// A copy of it, in the memory of another one of its name, kind and length.
+    fn copied_into(&self, other: Option<Self>) -> Self {
+        let Some(mut other) = other else { return self.clone() };
+        if !(self.is_zero && other.is_zero) {
+            match (&mut other.values, &self.values) {
+                (Values::Half(to), Values::Half(from)) => to.copy_from_slice(from),
+                (Values::Float(to), Values::Float(from)) => to.copy_from_slice(from),
+                _ => return self.clone(),
+            }
+        }
+        Self { is_zero: self.is_zero, ..other }
+    }
 }
 
 /// A finished frame.
@@ -134,6 +153,26 @@ pub struct Film {
 }
 
 impl Film {
+    /// Without a pixel and without a plane.
+    pub fn empty() -> Self {
+        Self { width: 0, height: 0, planes: Vec::new() }
+    }
+
+    /// Becomes `other`, but for planes that `keeps` refuses by name. What memory there is is used again.
+    pub fn copy_from(&mut self, other: &Self, keeps: impl Fn(&str) -> bool) {
+        let mut unused = std::mem::take(&mut self.planes);
+        let kept = other.planes.iter().filter(|plane| keeps(plane.name));
+        let own = kept.map(|plane| {
+            let own = unused.iter().position(|own| {
+                own.name == plane.name && own.kind == plane.kind && own.values.is_like(&plane.values)
+            });
+            (own.map(|own| unused.swap_remove(own)), plane)
+        });
+        let planes: Vec<(Option<Plane>, &Plane)> = own.collect();
+        self.planes = planes.into_par_iter().map(|(own, plane)| plane.copied_into(own)).collect();
+        (self.width, self.height) = (other.width, other.height);
+    }
+
     /// The plane of that name.
     #[must_use]
     pub fn plane(&self, name: &str) -> Option<&Plane> {
@@ -150,6 +189,28 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_copy_is_the_same_whatever_was_there_before() {
+        let film = |value: f32, is_zero| {
+            let plane = |name, kind| Plane { is_zero, ..Plane::new(name, kind, &[value; 4]) };
+            let planes = vec![
+                plane("R", PlaneKind::Half),
+                plane("Z", PlaneKind::Float),
+                plane("P.X", PlaneKind::Float),
+            ];
+            Film { width: 2, height: 2, planes }
+        };
+        let keeps = |name: &str| name != "P.X";
+        let films = [film(1.0, false), film(0.0, true), film(0.0, true), film(0.0, false), film(3.0, false)];
+        let small = Film { width: 1, height: 1, planes: vec![Plane::new("R", PlaneKind::Half, &[5.0])] };
+        let mut copy = Film::empty();
+        for film in films.iter().chain([&small, &films[0]]) {
+            copy.copy_from(film, keeps);
+            let planes = film.planes.iter().filter(|plane| keeps(plane.name)).cloned().collect();
+            assert_eq!(copy, Film { planes, ..*film });
+        }
+    }
 
     #[test]
     fn halves_are_rounded_and_end_where_they_end() {

@@ -20,8 +20,8 @@ impl Layers {
     pub const NONE: Self = Self(0);
     /// Every layer that there is.
     pub const ALL: Self = Self((1 << Self::NAMES.len()) - 1);
-    /// What files hold if nobody says what: neither the parts of `diffuse`, nor what denoisers are guided by, nor occlusion.
-    pub const USUAL: Self = Self((1 << 11) - 1);
+    /// What files hold if nobody says what: what compositors need most, and little to write (docs/layers.md).
+    pub const USUAL: Self = Self(Self::Z.0 | Self::OBJECT.0 | Self::STATUS.0);
 
     /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
     /// ([`GROUPS`]).
@@ -189,7 +189,7 @@ mod tests {
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("denoise_albedo").with(named("denoise_normal")), Layers::GUIDES);
-        assert!(Layers::USUAL.has(Layers::RAYS) && !Layers::USUAL.has(Layers::DIRECT));
+        assert!(Layers::USUAL.has(Layers::STATUS) && !Layers::USUAL.has(Layers::RAYS));
         assert!(Layers::NAMES.iter().all(|name| Layers::ALL.has(named(name))));
     }
 

@@ -87,6 +87,23 @@ impl Budget {
 pub struct FileFormat {
     /// A part for each layer, where files have one part otherwise.
     pub multipart: bool,
+    /// Of all parts.
+    pub compression: Compression,
+}
+
+/// How files are made smaller. Nothing is lost in any way: methods that lose something spoil normals and counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Deflate, line by line: read fastest by programs that ask for single lines.
+    #[default]
+    Zips,
+    /// Deflate, 16 lines at once.
+    Zip,
+    /// Wavelets, 32 lines at once.
+    Piz,
 }
 
 /// What denoising a picture is worth: time, or quality.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
+use afterimage::layers::Layers;
 use afterimage::scene;
 use afterimage::settings::{Mode, Settings};
 use afterimage::trace::BackendKind;
@@ -40,7 +41,8 @@ fn audited(folder: &TempDir, shot: &str, kind: BackendKind, what: &str) -> Arc<F
     std::fs::write(&path, shot).unwrap();
     let shot = scene::load(&path, true).unwrap();
     let (mode, audit) = (Mode::Reproject, true);
-    let settings = Settings { width: 192, height: 108, samples: 1, mode, audit, ..shot.settings };
+    let layers = Layers::Z.with(Layers::POSITION);
+    let settings = Settings { width: 192, height: 108, samples: 1, mode, audit, layers, ..shot.settings };
     let mut renderer = Renderer::with(kind, &shot.scene, &settings).unwrap();
     let frames = (1..=FRAMES).map(|frame| {
         let finished = renderer.render(frame, frame > 1).unwrap();

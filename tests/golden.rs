@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
+use afterimage::layers::Layers;
 use afterimage::output::png::srgb_byte;
 use afterimage::scene;
 use image::{Rgb, RgbImage};
@@ -146,6 +147,7 @@ fn golden(shot: &str, size: (u32, u32), last: i32) {
     let shot = scene::load(&path, true).unwrap();
     let mut settings = shot.settings.clone();
     (settings.width, settings.height, settings.samples) = (size.0, size.1, SAMPLES);
+    settings.layers = Layers::ALL;
     let mut renderer = Renderer::new(&shot.scene, &settings).unwrap();
     for frame in 1..last {
         renderer.render(frame, frame > 1).unwrap();

@@ -24,7 +24,7 @@ fn place(shot: &str, obj: &[u8]) -> Place {
 }
 
 fn render(place: &Place, file: &str, options: &str) -> Ran {
-    Ran::of(place.command(file, &format!("-o out/a.####.exr {options}")).output().unwrap())
+    Ran::of(place.command(file, &format!("-o out/a.####.exr --layers all {options}")).output().unwrap())
 }
 
 /// That `file` is refused in one line that holds `words`, and that nothing new lies in the folder.

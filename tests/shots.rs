@@ -8,6 +8,7 @@ use std::path::Path;
 
 use afterimage::film::{Film, PlaneKind};
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::scene::{self, Shot};
 use afterimage::settings::Mode;
 use afterimage::stats::FrameStats;
@@ -37,6 +38,8 @@ fn audited(shot: &Shot, size: (u32, u32), frames: &[i32]) -> f64 {
     (settings.width, settings.height, settings.samples, settings.audit) = (size.0, size.1, 2, true);
     // whether it pays is not the question here
     settings.mode = Mode::Reproject;
+    let layers = "diffuse,specular,reflection,refraction,albedo,Z,P,N,object,status,rays";
+    settings.layers = Layers::parse(layers).unwrap();
     let mut renderer = Renderer::new(&shot.scene, &settings).unwrap();
     let mut reused = 0;
     for (index, frame) in frames.iter().enumerate() {

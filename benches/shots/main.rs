@@ -132,7 +132,10 @@ impl Arguments {
 
     fn layers(&self) -> Layers {
         let alone = matches!(self.subject, Subject::Chains | Subject::Gathered);
-        self.layers.unwrap_or(if alone { Layers::NONE } else { Layers::USUAL })
+        // those of figures that are in the documentation: what files held if nobody said what, until it became fewer
+        let many = "diffuse,specular,reflection,refraction,albedo,Z,P,N,object,status,rays";
+        let of_figures = if alone { Layers::NONE } else { Layers::parse(many).unwrap_or_default() };
+        self.layers.unwrap_or(of_figures)
     }
 
     fn frames(&self) -> u32 {

@@ -297,7 +297,7 @@ fn compare_step(
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
     }
-    let file = options.target.as_ref().map(|target| target.write(&mut ours, None, None)).transpose()?;
+    let file = options.target.as_ref().map(|target| target.write(&mut ours, None, None, None)).transpose()?;
     if options.report.is_some() && made.to_show.contains(&step.frame) {
         made.pictures.extend(pictures(&ours, &full));
     }

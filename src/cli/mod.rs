@@ -21,6 +21,7 @@ pub mod shot_args;
 pub mod table;
 pub mod target;
 pub mod terminal;
+mod writing;
 
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;

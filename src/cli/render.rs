@@ -1,26 +1,29 @@
 //! `afterimage render`: frames of a shot into EXR files.
 
+use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use rayon::ThreadPool;
 
 use super::failure::{Failure, one_line};
 use super::paths::{self, Report};
 use super::resume::{Fingerprints, Review};
 use super::schedule::{self, Rule, Step};
-use super::shot_args::{Job, ShotArgs, on_threads};
+use super::shot_args::{self, Job, ShotArgs};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
+use super::writing::{self, Behind, Frame, Waiting};
 use crate::denoise::{self, Denoiser};
-use crate::frame::{self, Finished, Renderer};
+use crate::frame::{self, Renderer};
 use crate::memory::{self, Need};
 use crate::report::file::write_json;
 use crate::scene::limits;
-use crate::settings::{Build, DenoiseQuality, Mode};
-use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Totals};
+use crate::settings::{Build, DenoiseQuality, Mode, Settings};
+use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
 
 /// Below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -32,7 +35,8 @@ Examples:
   afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
       a chunk of a farm: complete frames of the same shot are kept; pictures do not depend on the chunk
 
-Table: seconds of rendering, seconds of writing files (in --stats, `total` is both); samples reused, percent;
+Table: seconds of rendering, seconds of waiting for files, which are written while the next frame is
+rendered (in --stats, `total` is both); samples reused, percent;
 rays cast, millions by kind; rays saved, percent, against full tracing (estimated: one primary ray a sample,
 shadow rays as in the last base frame, reflection and refraction rays as cast; `afterimage compare` measures
 it).
@@ -126,8 +130,8 @@ impl RenderArgs {
 
     /// Renders.
     pub fn execute(self, terminal: &mut Terminal) -> Result<(), Failure> {
-        let threads = self.shot.threads;
-        on_threads(threads, || render(&self.settle()?, terminal))
+        let pool = shot_args::pool(self.shot.threads)?;
+        pool.install(|| render(&self.settle()?, &pool, terminal))
     }
 
     fn settle(self) -> Result<Options, Failure> {
@@ -185,7 +189,8 @@ fn report(stats: Option<&Path>) -> Vec<Report<'_>> {
     stats.map(|path| ("--stats", path)).into_iter().collect()
 }
 
-fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
+/// `pool` is that of which the caller is a thread.
+fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Result<(), Failure> {
     let Options { job, target, .. } = options;
     warn_about(job, terminal);
     target.check()?;
@@ -201,12 +206,7 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
         terminal.note(&note);
     }
     if !steps.is_empty() {
-        let kind = job.backend.unwrap_or_default();
-        let mut need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
-        if job.denoise.is_some() {
-            need = need.and(Need::of(denoise::need(settings)));
-        }
-        need.check(&memory::left()).map_err(Failure::of)?;
+        need(job, settings).check(&memory::left()).map_err(Failure::of)?;
     }
     target.prepare()?;
     paths::prepare(&report(options.stats.as_deref()))?;
@@ -228,9 +228,11 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let mut record = Record::default();
     terminal.begin(steps.len());
     terminal.result(&table::header());
-    let outcome = steps.iter().try_for_each(|step| {
-        let writer = Writer { denoiser: denoiser.as_mut(), target, fingerprints: &fingerprints };
-        render_step(*step, &mut renderer, writer, &mut record, terminal)
+    let writer = Writer { target, fingerprints: &fingerprints, pool };
+    let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);
+    let outcome = writing::behind(job.settings.layers, write, |behind| {
+        let mut steps = steps.iter();
+        steps.try_for_each(|step| render_step(*step, &mut renderer, denoiser.as_mut(), behind))
     });
     terminal.end();
 
@@ -246,46 +248,70 @@ fn render(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     outcome.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
 }
 
+fn need(job: &Job, settings: &Settings) -> Need {
+    let kind = job.backend.unwrap_or_default();
+    let need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
+    let need = frame::with_writing(need, &job.settings);
+    if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
+}
+
+/// Renders a frame, and denoises it if there is a denoiser. It is written while the next one is rendered.
 fn render_step(
     step: Step,
     renderer: &mut Renderer<'_>,
-    writer: Writer<'_>,
-    record: &mut Record,
-    terminal: &mut Terminal,
+    denoiser: Option<&mut Denoiser>,
+    behind: &mut Behind<'_>,
 ) -> Result<(), Failure> {
-    let mut finished = renderer
-        .render(step.frame, step.reuse)
-        .map_err(|error| Failure::Failed(format!("frame {}: {error}", step.frame)))?;
-    let file = if step.write { Some(writer.write(&mut finished)?) } else { None };
-    let full = record.add(&finished.stats, step.write);
-    if step.write {
-        terminal.result(&table::row(&finished.stats, full));
+    let failed =
+        |error: &dyn fmt::Display| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame)));
+    let mut finished = renderer.render(step.frame, step.reuse).map_err(|error| failed(&error))?;
+    let denoiser = denoiser.filter(|_| step.write);
+    let start = Instant::now();
+    let denoised = denoiser.map(|denoiser| denoiser.denoise(&finished.film)).transpose();
+    let denoised = denoised.map_err(|error| failed(&error))?;
+    if denoised.is_some() {
+        let seconds = start.elapsed().as_secs_f64();
+        finished.stats.seconds.denoise += seconds;
+        finished.stats.seconds.total += seconds;
     }
-    terminal.frame_done(&finished.stats, file.as_deref());
-    Ok(())
+    behind.take(finished, denoised, step.write)
 }
 
 /// What frames go through on their way into files.
 struct Writer<'a> {
-    denoiser: Option<&'a mut Denoiser>,
     target: &'a Target,
     fingerprints: &'a Fingerprints,
+    /// The threads that render.
+    pool: &'a ThreadPool,
 }
 
 impl Writer<'_> {
-    /// Writes a frame; denoised as well, if there is a denoiser. Adds the time this takes to its statistics.
-    fn write(self, finished: &mut Finished) -> Result<PathBuf, Failure> {
-        let frame = finished.stats.frame;
-        let made_from = Some(self.fingerprints.at(frame));
-        let Some(denoiser) = self.denoiser else { return self.target.write(finished, None, made_from) };
+    /// Writes a frame if it is to be written, adds what rendering waits for that to its statistics, and tells of it.
+    fn write(
+        &self,
+        frame: &mut Frame,
+        waiting: &Waiting,
+        record: &mut Record,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
         let start = Instant::now();
-        let planes = denoiser
-            .denoise(&finished.film)
-            .map_err(|error| Failure::Failed(one_line(&format!("frame {frame}: {error}"))))?;
-        let seconds = start.elapsed().as_secs_f64();
-        finished.stats.seconds.denoise += seconds;
-        finished.stats.seconds.total += seconds;
-        self.target.write(finished, Some(&planes), made_from)
+        let Frame { finished, denoised, write, copying } = frame;
+        let seconds = finished.stats.seconds;
+        let file = if *write {
+            let made_from = Some(self.fingerprints.at(finished.stats.frame));
+            Some(self.target.write(finished, denoised.as_ref(), made_from, Some(self.pool))?)
+        } else {
+            None
+        };
+        let waited = *copying + waiting.seconds(start);
+        let (total, waited) = (seconds.total + waited, seconds.write + waited);
+        finished.stats.seconds = Seconds { total, write: waited, ..seconds };
+        let full = record.add(&finished.stats, *write);
+        if *write {
+            terminal.result(&table::row(&finished.stats, full));
+        }
+        terminal.frame_done(&finished.stats, file.as_deref());
+        Ok(())
     }
 }
 

@@ -80,14 +80,14 @@ fn settings(job: &Job) -> Digest {
         build,
     } = &job.settings;
     let backend = job.backend.unwrap_or_default().name();
-    let FileFormat { multipart } = job.format;
+    let FileFormat { multipart, compression } = job.format;
     // without reuse its rule does not matter
     let reuse = (*mode != Mode::Full).then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let text = format!(
         "{width}x{height} {samples} {filter:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {multipart} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use rayon::ThreadPool;
 
 use super::failure::Failure;
 use super::target::Target;
@@ -13,8 +14,8 @@ use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
 use crate::settings::{
-    Budget, Build, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
-    MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
+    Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -87,7 +88,7 @@ pub struct ShotArgs {
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
 
-    /// Layers to render and write beside R G B A: `all`, `none`, `usual` (diffuse to rays), or a comma-separated list of
+    /// Layers to render and write beside R G B A: `all`, `none`, `usual` (Z, object, status), or a comma-separated list of
     /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, sky,
     /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
@@ -96,6 +97,10 @@ pub struct ShotArgs {
     /// Write each layer as a part of its own into the EXR files [default: the shot's]
     #[arg(long)]
     pub multipart: bool,
+
+    /// Lossless compression of the EXR files [default: the shot's]
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub compression: Option<CompressionArg>,
 
     /// Trace every sample of every frame again and count differences; any difference is a failure
     #[arg(long)]
@@ -137,6 +142,30 @@ pub enum FilterArg {
     Box,
     /// Mitchell and Netravali's cubic
     Mitchell,
+}
+
+/// Methods by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CompressionArg {
+    /// Not at all: large files
+    None,
+    /// Deflate, line by line
+    Zips,
+    /// Deflate, 16 lines at once: a little smaller
+    Zip,
+    /// Wavelets, 32 lines at once: for grainy pictures
+    Piz,
+}
+
+impl From<CompressionArg> for Compression {
+    fn from(method: CompressionArg) -> Self {
+        match method {
+            CompressionArg::None => Self::None,
+            CompressionArg::Zips => Self::Zips,
+            CompressionArg::Zip => Self::Zip,
+            CompressionArg::Piz => Self::Piz,
+        }
+    }
 }
 
 /// Rules by name.
@@ -230,7 +259,10 @@ impl ShotArgs {
         Ok(Job {
             path: self.shot.clone(),
             denoise: shot.denoise.then_some(shot.denoise_quality),
-            format: FileFormat { multipart: self.multipart || shot.format.multipart },
+            format: FileFormat {
+                multipart: self.multipart || shot.format.multipart,
+                compression: self.compression.map_or(shot.format.compression, Compression::from),
+            },
             shot,
             settings,
             frames,
@@ -313,6 +345,11 @@ pub fn on_threads<T: Send>(
     threads: Option<NonZeroUsize>,
     work: impl FnOnce() -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
+    pool(threads)?.install(work)
+}
+
+/// So many threads, all cores where none are given.
+pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Failure> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, NonZeroUsize::get))
         .thread_name(|index| format!("afterimage-{index}"))
@@ -320,7 +357,7 @@ pub fn on_threads<T: Send>(
         .map_err(|error| Failure::Failed(format!("cannot start threads: {error}; try fewer --threads")))?;
     // the C library reserves addresses for each thread that begins to allocate: what is left is asked for after that
     pool.broadcast(|_| drop(std::hint::black_box(Box::new(0_u8))));
-    pool.install(work)
+    Ok(pool)
 }
 
 /// The names of a shot's frames where neither the shot nor the command line say them.

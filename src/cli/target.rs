@@ -4,6 +4,8 @@ use std::fs::FileType;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use rayon::ThreadPool;
+
 use super::failure::Failure;
 use crate::film::Plane;
 use crate::frame::Finished;
@@ -143,7 +145,8 @@ impl Target {
     }
 
     /// Writes a frame, with its `denoised` picture if there is one, and adds the time this took to its statistics. Returns
-    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`.
+    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`. The EXR is
+    /// packed by `threads`, or else by those of which the caller is one.
     ///
     /// The preview comes first: a frame counts as finished by its EXR.
     pub fn write(
@@ -151,6 +154,7 @@ impl Target {
         finished: &mut Finished,
         denoised: Option<&[Plane; 3]>,
         made_from: Option<Fingerprint>,
+        threads: Option<&ThreadPool>,
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
@@ -177,8 +181,8 @@ impl Target {
         let path = self.exr(frame);
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(plane.name));
-        exr::write_planes(&path, size, planes.chain(denoised.into_iter().flatten()), &meta, self.format)
-            .map_err(Failure::of)?;
+        let planes = planes.chain(denoised.into_iter().flatten());
+        exr::write_planes(&path, size, planes, &meta, self.format, threads).map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();
         finished.stats.seconds.write += seconds;
         finished.stats.seconds.total += seconds;

@@ -91,7 +91,7 @@ use estimate::{Estimate, estimate};
 use frame_view::{FrameView, Occlusion};
 use grid::Grid;
 use moved_bounds::MovedBounds;
-pub use need::need;
+pub use need::{need, with_writing};
 use plan::{CameraChange, Plan};
 #[doc(hidden)]
 pub use spoil::Spoil;

@@ -78,6 +78,19 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     Need { parts, reserved }
 }
 
+/// `need` and that of writing frames with `settings` while the next one is rendered: a second film, and one more thread.
+pub fn with_writing(need: Need, settings: &Settings) -> Need {
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let film = Part::new(
+        "the frame that is being written",
+        pixels * bytes_of_pixel(settings.layers),
+        "a smaller --size or fewer --layers",
+    );
+    let mut both = need.and(Need::of(film));
+    both.reserved[1] += THREAD_RESERVED;
+    both
+}
+
 fn embree_threads(threads: usize) -> u64 {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     threads.min(cores.saturating_sub(1)).max(1) as u64

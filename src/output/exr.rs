@@ -4,13 +4,15 @@ use std::fmt;
 use std::path::Path;
 use std::time::SystemTime;
 
+use rayon::ThreadPool;
+
 use openexr::{Attribute, Channel, Compression, Data, Image, SampleType};
 
 use super::fingerprint::{self, Fingerprint};
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
-use crate::settings::FileFormat;
+use crate::settings::{self, FileFormat};
 
 /// Why there is no frame.
 #[derive(Debug)]
@@ -54,10 +56,11 @@ impl std::error::Error for ExrError {}
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
 pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
-    write_planes(path, [film.width, film.height], film.planes.iter(), meta, FileFormat::default())
+    write_planes(path, [film.width, film.height], film.planes.iter(), meta, FileFormat::default(), None)
 }
 
-/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says.
+/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says. It is
+/// packed by these `threads`, or else by those of which the caller is one.
 ///
 /// # Errors
 /// The same.
@@ -67,6 +70,7 @@ pub fn write_planes<'p>(
     planes: impl Iterator<Item = &'p Plane>,
     meta: &FrameMeta,
     format: FileFormat,
+    threads: Option<&ThreadPool>,
 ) -> Result<(), ExrError> {
     let channels = planes.map(|plane| {
         let stored = match plane.kind {
@@ -84,10 +88,26 @@ pub fn write_planes<'p>(
         height: size[1],
         channels: channels.collect(),
         attributes: attributes(meta, SystemTime::now()),
-        compression: Compression::Zips,
+        compression: compression(format),
     };
     let write = if format.multipart { openexr::write_parts } else { openexr::write };
-    write_whole(path, |file| write(file, path, &image).map_err(ExrError::from))
+    write_whole(path, |file| {
+        // only what takes the processors' time: what waits for the disk must not keep one of them
+        let written = match threads {
+            Some(threads) => threads.install(|| write(file, path, &image)),
+            None => write(file, path, &image),
+        };
+        written.map_err(ExrError::from)
+    })
+}
+
+fn compression(format: FileFormat) -> Compression {
+    match format.compression {
+        settings::Compression::None => Compression::None,
+        settings::Compression::Zips => Compression::Zips,
+        settings::Compression::Zip => Compression::Zip,
+        settings::Compression::Piz => Compression::Piz,
+    }
 }
 
 /// Writes planes of any names as floats, whole or not at all: a picture of `size` (columns and rows) that is no frame.
@@ -198,10 +218,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.1042.exr");
         let film = film();
-        let format = FileFormat { multipart: true };
-        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format).unwrap();
+        let format = FileFormat { multipart: true, compression: settings::Compression::Piz };
+        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format, None).unwrap();
         assert_eq!(openexr::part_count(&path).unwrap(), 4);
         assert_eq!(openexr::read(&path).unwrap().channels[0].name, "R");
+        assert_eq!(openexr::read(&path).unwrap().compression, Some(Compression::Piz));
         assert_eq!(fingerprint(&path).unwrap(), meta().fingerprint);
         assert!(is_whole(&path));
         // the last part alone lacks something

@@ -170,7 +170,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         frames,
         says_frames: file.render.frames.is_some(),
         rate,
-        format: FileFormat { multipart: file.output.multipart },
+        format: FileFormat { multipart: file.output.multipart, compression: file.output.compression },
         denoise: file.output.denoise,
         denoise_quality: file.output.denoise_quality,
         output: output(text, file.output.path)?,

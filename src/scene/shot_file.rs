@@ -15,8 +15,8 @@ use super::toml_text::{At, List};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES,
-    Mode, Reuse,
+    Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
+    MOST_SAMPLES, Mode, Reuse,
 };
 
 /// Linear RGB, or coordinates.
@@ -172,12 +172,15 @@ pub(crate) enum BudgetValue {
 pub(crate) struct OutputTable {
     /// File names such as "out/walk.####.exr", or a folder, relative to the current folder
     pub path: Option<At<String>>,
-    /// Layers beside R G B A (diffuse to rays)
+    /// Layers beside R G B A (Z, object, status)
     #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
     /// Write each layer as a part of its own
     #[serde(default)]
     pub multipart: bool,
+    /// Lossless compression
+    #[serde(default)]
+    pub compression: Compression,
     /// Also write a denoised picture, as the layer `denoised`
     #[serde(default)]
     pub denoise: bool,
