@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 const GROUPS: [&str; 2] = ["status", "rays"];
 
 /// Names of earlier versions, and those that are theirs now.
-const RENAMED: [(&str, &str); 1] = [("id", "object")];
+const RENAMED: [(&str, &str); 2] = [("id", "object"), ("sky", "background")];
 
 /// A set of layers. What nobody asked for is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl Layers {
         "direct",
         "indirect",
         "emission",
-        "sky",
+        "background",
         "denoise_albedo",
         "denoise_normal",
         "occlusion",
@@ -67,7 +67,7 @@ impl Layers {
     /// Emission and ambient light.
     pub const EMISSION: Self = Self(1 << 13);
     /// The background as the eye sees it.
-    pub const SKY: Self = Self(1 << 14);
+    pub const BACKGROUND: Self = Self(1 << 14);
     /// Albedo and normals for denoisers.
     pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
     /// The parts of `diffuse`, and what denoisers are guided by.
@@ -184,7 +184,7 @@ mod tests {
             ("direct", Layers::DIRECT),
             ("indirect", Layers::INDIRECT),
             ("emission", Layers::EMISSION),
-            ("sky", Layers::SKY),
+            ("background", Layers::BACKGROUND),
             ("occlusion", Layers::OCCLUSION),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
@@ -210,6 +210,7 @@ mod tests {
     fn names_of_before_and_parts_of_groups_are_told_what_to_say_instead() {
         let wrong = |text: &str| Layers::parse(text).expect_err("it is no selection");
         assert_eq!(wrong("Z,id"), "the layer `id` is called `object` now");
+        assert!(wrong("sky").contains("`background`"));
         assert!(wrong("status_missed").ends_with("as `status`"));
         assert!(wrong("rays_shadow").ends_with("as `rays`"));
         assert!(wrong("denoise_depth").starts_with("there is no layer"));

@@ -91,6 +91,17 @@ pub struct FileFormat {
     pub compression: Compression,
 }
 
+/// What becomes of the background where the camera sees it directly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Backdrop {
+    /// It is a part of the picture, and hides what the picture is put over.
+    #[default]
+    Visible,
+    /// Nothing of it is in the picture.
+    Transparent,
+}
+
 /// How files are made smaller. Nothing is lost in any way: methods that lose something spoil normals and counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -179,6 +190,8 @@ pub struct Settings {
     pub base_every: u32,
     /// What is made and written beside `R G B A`.
     pub layers: Layers,
+    /// What becomes of the background.
+    pub background: Backdrop,
     /// Trace every sample again and count what differs.
     pub audit: bool,
     /// How the tracer is built.
@@ -205,6 +218,7 @@ impl Default for Settings {
             reuse: Reuse::default(),
             base_every: 48,
             layers: Layers::USUAL,
+            background: Backdrop::default(),
             audit: false,
             build: Build::default(),
         }

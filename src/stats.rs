@@ -347,6 +347,7 @@ mod tests {
             reuse: Default::default(),
             base_every: 0,
             layers: crate::layers::Layers::ALL,
+            background: crate::settings::Backdrop::default(),
             audit: true,
             build: Build::Best,
         };

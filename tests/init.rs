@@ -43,7 +43,7 @@ fn the_camera_sees_all_of_the_model() {
             info.stdout,
             info.stderr
         );
-        let options = "-o a.####.exr --frames 1-48x47,24 --size 64x36 --samples 1 --layers none";
+        let options = "-o a.####.exr --frames 1-48x47,24 --size 64x36 --samples 1 --layers none --background transparent";
         Ran::of(place.command("s.toml", options).output().unwrap()).done();
         for frame in [1, 24, 48] {
             let frame = whole(&place.path(&format!("a.{frame:04}.exr")));

@@ -250,6 +250,7 @@ fn frames_of_another_shot_are_made_again_and_the_reason_is_told() {
     assert_renders(&place, "", ALL, &["textures or maps)"]);
     assert_renders(&place, "--samples 2", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --multipart", ALL, &["(made with other settings)"]);
+    assert_renders(&place, "--samples 2 --background visible", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --compression zip", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --size 17x9", ALL, &["(made with other settings)"]);
     // nobody asks for occlusion

@@ -10,11 +10,11 @@ use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind, Material, Scene};
-use afterimage::settings::{Filter, Mode, Settings};
+use afterimage::settings::{Backdrop, Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
 use toy::worlds::*;
 
-const PARTS: [&str; 4] = ["direct", "indirect", "emission", "sky"];
+const PARTS: [&str; 4] = ["direct", "indirect", "emission", "background"];
 
 /// The parts of `diffuse` of frames of a scene, one after the other; each with what goes wrong.
 fn frames(scene: &Scene, settings: &Settings, last: i32) -> Vec<Film> {
@@ -139,7 +139,7 @@ fn each_part_holds_what_its_name_says() {
         |part: &str| [at(&film, part, sun, 70), at(&film, part, shadow, 70), at(&film, part, sky_x, sky_y)];
     assert_eq!(shown("direct"), [Vec3::splat(0.5), Vec3::ZERO, Vec3::ZERO]);
     assert_eq!(shown("emission"), [Vec3::splat(0.5), Vec3::splat(0.5), Vec3::ZERO]);
-    assert_eq!(shown("sky"), [Vec3::ZERO, Vec3::ZERO, Vec3::new(0.25, 0.5, 1.0)]);
+    assert_eq!(shown("background"), [Vec3::ZERO, Vec3::ZERO, Vec3::new(0.25, 0.5, 1.0)]);
     assert_eq!(shown("indirect"), [Vec3::ZERO; 3]);
     // without the roof, half of what the whole upper half of the sky sends
     let mut open = floor_and_roof();
@@ -211,4 +211,69 @@ fn files_hold_the_usual_layers_if_nobody_says_what() {
     let usual: Vec<&str> = Settings::default().layers.names().collect();
     let expected = "Z object status";
     assert_eq!(usual, expected.split_whitespace().collect::<Vec<_>>());
+}
+
+/// How much two colours that are the same may be apart: roundings to halves, of which `sum` is what is added up.
+fn rounding(sum: f32) -> f32 {
+    sum * 3.0 / 2048.0 + 1e-6
+}
+
+/// A picture whose background is transparent, over its own background, is the picture that shows it. So over any plate
+/// nothing of the background is left.
+#[test]
+fn over_its_background_a_transparent_picture_is_the_visible_one() {
+    for (scene, filter) in
+        worlds().into_iter().flat_map(|scene| [(scene.clone(), Filter::Box), (scene, Filter::Mitchell)])
+    {
+        let render =
+            |background| frames(&scene, &Settings { paths: 1, filter, background, ..toy::settings(2) }, 3);
+        for (visible, transparent) in render(Backdrop::Visible).iter().zip(&render(Backdrop::Transparent)) {
+            let [shown, over] =
+                [visible, transparent].map(|film| move |name: &str| film.values(name).unwrap());
+            assert!(shown("A").iter().all(|alpha| *alpha == 1.0), "{filter:?}");
+            let alpha = over("A");
+            let partly = alpha.iter().filter(|alpha| (0.01..0.99).contains(*alpha)).count();
+            assert!(partly > 20 && alpha.contains(&0.0) && alpha.contains(&1.0), "{filter:?}: {partly}");
+            for channel in ["R", "G", "B"] {
+                let (shown, over, background) =
+                    (shown(channel), over(channel), over(&format!("background.{channel}")));
+                for (pixel, shown) in shown.iter().enumerate() {
+                    let sum = over[pixel] + background[pixel];
+                    // a wide filter is clamped layer by layer
+                    let is_right = match filter {
+                        Filter::Box => (sum - shown).abs() <= rounding(sum),
+                        Filter::Mitchell => sum >= shown - rounding(sum) - ROUNDING,
+                    };
+                    assert!(is_right, "{filter:?}, {channel} of pixel {pixel}: {sum}, not {shown}");
+                    assert!(filter == Filter::Mitchell || alpha[pixel] > 0.0 || over[pixel] == 0.0);
+                }
+            }
+            // nothing else changes
+            let other = |name: &str| !name.starts_with("diffuse") && !["R", "G", "B", "A"].contains(&name);
+            for plane in visible.planes.iter().filter(|plane| other(plane.name)) {
+                assert_eq!(plane.values.to_floats(), over(plane.name), "{}", plane.name);
+            }
+        }
+    }
+}
+
+/// Black that nobody asked for hides nothing.
+#[test]
+fn a_background_is_visible_if_there_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let of = |tables: &str| {
+        let path = folder.path().join("s.toml");
+        let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
+        std::fs::write(&path, format!("{camera}[[model]]\nobj = \"m.obj\"\n{tables}")).unwrap();
+        scene::load(&path, true).unwrap().settings.background
+    };
+    let asked = |background: &str| format!("[output]\nbackground = \"{background}\"\n");
+    assert_eq!([of(""), of(&asked("visible"))], [Backdrop::Transparent, Backdrop::Visible]);
+    let unseen = "[environment]\nsky = {}\nvisible = false\n";
+    assert_eq!(of(unseen), Backdrop::Transparent);
+    for table in ["[background]\ncolor = [0, 0, 0]\n", "[environment]\nsky = {}\n"] {
+        assert_eq!(of(table), Backdrop::Visible, "{table}");
+        assert_eq!(of(&format!("{table}{}", asked("transparent"))), Backdrop::Transparent, "{table}");
+    }
 }

@@ -430,10 +430,10 @@ fn what_is_kept_does_not_depend_on_the_eye() {
 /// What lies beneath a layer is dimmed in all layers of the picture that tell of it.
 #[test]
 fn the_parts_of_diffuse_light_add_up() {
-    let layers = Layers::parse("diffuse,direct,indirect,emission,sky").expect("they are there");
+    let layers = Layers::parse("diffuse,direct,indirect,emission,background").expect("they are there");
     let finished = first(&rough_world(), &Settings { paths: 3, layers, ..settings(3) });
     let whole = mean_of(&finished, ["diffuse.R", "diffuse.G", "diffuse.B"]);
-    let parts = ["direct", "indirect", "emission", "sky"];
+    let parts = ["direct", "indirect", "emission", "background"];
     let part = |part: &str| {
         mean_of(&finished, ["R", "G", "B"].map(|of| format!("{part}.{of}")).each_ref().map(String::as_str))
     };

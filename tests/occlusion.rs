@@ -10,15 +10,23 @@ use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, Material, Mesh, Model, Scene};
-use afterimage::settings::{Filter, Reuse, Settings};
+use afterimage::settings::{Backdrop, Filter, Reuse, Settings};
 use embree::VertexBuffer;
 use glam::{DVec3, Vec3};
 use toy::worlds::*;
 
-/// One sample a pixel, and the layer with what tells where it is; no mirror shows anything.
+/// One sample a pixel, and the layer with what tells where it is; no mirror shows anything, and `A` is coverage.
 fn settings(rays: u32, radius: f64) -> Settings {
     let layers = Layers::OCCLUSION.with(Layers::POSITION).with(Layers::OBJECT);
-    Settings { occlusion_rays: rays, occlusion_radius: radius, layers, depth: 0, ..toy::settings(1) }
+    let background = Backdrop::Transparent;
+    Settings {
+        occlusion_rays: rays,
+        occlusion_radius: radius,
+        layers,
+        background,
+        depth: 0,
+        ..toy::settings(1)
+    }
 }
 
 fn first(scene: &Scene, settings: &Settings) -> Finished {

@@ -273,7 +273,7 @@ fn layers_that_are_left_out_change_no_other() {
             "status",
             "rays,specular",
             "direct",
-            "indirect,sky",
+            "indirect,background",
             "denoise_normal",
             "occlusion",
         ] {

@@ -10,7 +10,7 @@ use afterimage::pose::Pose;
 use afterimage::scene::environment::Sky;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, Environment, LightKind, Shot};
-use afterimage::settings::{Compression, DenoiseQuality, FileFormat, Filter, Mode};
+use afterimage::settings::{Backdrop, Compression, DenoiseQuality, FileFormat, Filter, Mode};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
@@ -70,7 +70,7 @@ fn every_key_is_read() {
         "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
          filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
-         denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"sky\", \"direct\"]\nmultipart = true\ncompression = \"piz\"\n\
+         denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\noccluded = true\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
          color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
@@ -82,7 +82,8 @@ fn every_key_is_read() {
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
-    assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::SKY));
+    assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::BACKGROUND));
+    assert_eq!(shot.settings.background, Backdrop::Transparent);
     assert_eq!(shot.format, FileFormat { multipart: true, compression: Compression::Piz });
     assert_eq!(shot.scene.background.ground, Vec3::ONE);
     let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };

@@ -76,6 +76,7 @@ fn settings(job: &Job) -> Digest {
         reuse,
         base_every: _, // says which ancestry a frame has, which stands apart
         layers,
+        background,
         audit: _, // looks, and changes nothing
         build,
     } = &job.settings;
@@ -87,7 +88,7 @@ fn settings(job: &Job) -> Digest {
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let text = format!(
         "{width}x{height} {samples} {filter:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

@@ -14,8 +14,8 @@ use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot};
 use crate::settings::{
-    Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
+    Backdrop, Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
+    MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -89,10 +89,14 @@ pub struct ShotArgs {
     pub base_every: Option<u32>,
 
     /// Layers to render and write beside R G B A: `all`, `none`, `usual` (Z, object, status), or a comma-separated list of
-    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, sky,
+    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, background,
     /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
+
+    /// What becomes of the background where the camera sees it [default: the shot's]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub background: Option<BackdropArg>,
 
     /// Write each layer as a part of its own into the EXR files [default: the shot's]
     #[arg(long)]
@@ -142,6 +146,24 @@ pub enum FilterArg {
     Box,
     /// Mitchell and Netravali's cubic
     Mitchell,
+}
+
+/// Backgrounds by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BackdropArg {
+    /// It is a part of the picture; A is 1
+    Visible,
+    /// R G B are without it; A is 0
+    Transparent,
+}
+
+impl From<BackdropArg> for Backdrop {
+    fn from(background: BackdropArg) -> Self {
+        match background {
+            BackdropArg::Visible => Self::Visible,
+            BackdropArg::Transparent => Self::Transparent,
+        }
+    }
 }
 
 /// Methods by name.
@@ -293,6 +315,7 @@ impl ShotArgs {
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
+            background: self.background.map_or(settings.background, Backdrop::from),
             audit: self.audit || settings.audit,
             reuse: self.reuse.map_or(settings.reuse, Reuse::from),
             ..settings.clone()
@@ -430,6 +453,7 @@ mod tests {
             reuse: Reuse::Paper,
             base_every: 7,
             layers: Layers::ALL,
+            background: Backdrop::Visible,
             audit: false,
             build: Build::Best,
         }
@@ -443,7 +467,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -462,6 +486,7 @@ mod tests {
             reuse: Reuse::Target,
             base_every: 0,
             layers: Layers::Z,
+            background: Backdrop::Transparent,
             audit: true,
             build: Build::Best,
         };

@@ -229,6 +229,7 @@ mod tests {
             let settings = Settings {
                 filter: Filter::Mitchell,
                 layers: Layers::NONE,
+                background: crate::settings::Backdrop::default(),
                 ..settings(width, height, samples)
             };
             let grid = Grid::new(&settings);

@@ -36,11 +36,16 @@ pub fn enhance(
         let lit = Mask::less(models, EMPTY).select3(tile.kept_light(first), Vec3x8::ZERO);
         let [r, g, b] = &mut radiance.diffuse;
         cut(lit).store([r, g, b], first);
-        if surfaces != u8::MAX {
+        let shows_background = frame.shows_background || frame.layers.has(Layers::BACKGROUND);
+        if surfaces != u8::MAX && shows_background {
             show_background(frame, tile, first, &mut radiance.diffuse);
         }
         if shows_parts {
             parts::split(frame, tile, first, placed, radiance);
+        }
+        // its layer has it now
+        if surfaces != u8::MAX && shows_background && !frame.shows_background {
+            hide_background(tile, first, &mut radiance.diffuse);
         }
         if surfaces != 0 {
             let materials = tile.materials(first);
@@ -88,6 +93,12 @@ fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mu
     show(&mut parts.emission, &|light| coats.show(light));
     show(&mut parts.direct, &|light| light * coats.through);
     show(&mut parts.indirect, &|light| light * coats.through);
+}
+
+fn hide_background(tile: &Tile, first: usize, [r, g, b]: &mut Light) {
+    for cell in (first..first + LANES).filter(|cell| tile.model[*cell] == BACKGROUND) {
+        [r[cell], g[cell], b[cell]] = [0.0; 3];
+    }
 }
 
 fn show_background(frame: &FrameView, tile: &Tile, first: usize, [r, g, b]: &mut Light) {

@@ -223,7 +223,9 @@ fn prepare(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
-        is_surface.select(F32x8::splat(1.0), F32x8::ZERO).store(&mut filtering.alpha, first);
+        // a background that is shown hides what the picture is put over, as surfaces do
+        let hides = if frame.shows_background { F32x8::splat(1.0) } else { F32x8::ZERO };
+        is_surface.select(F32x8::splat(1.0), hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
             let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));
@@ -271,7 +273,7 @@ fn filtered<'a>(
         (sums::DIRECT, &parts.direct, has(Layers::DIRECT)),
         (sums::INDIRECT, &parts.indirect, has(Layers::INDIRECT) && frame.paths > 0),
         (sums::EMISSION, &parts.emission, has(Layers::EMISSION)),
-        (sums::SKY, &parts.sky, has(Layers::SKY)),
+        (sums::SKY, &parts.sky, has(Layers::BACKGROUND)),
         (sums::GUIDE_ALBEDO, &parts.guide_albedo, has(Layers::GUIDES)),
         (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
     ];

@@ -92,6 +92,8 @@ pub struct FrameView<'a> {
     pub records_paths: bool,
     /// What is made of the picture beside its colours.
     pub layers: Layers,
+    /// Whether the background is a part of the picture.
+    pub shows_background: bool,
     /// The frame's number, counted from the renderer's first.
     pub rendered: u32,
 }

@@ -237,6 +237,7 @@ pub(super) mod tests {
             mode,
             base_every: 0,
             layers: Layers::ALL,
+            background: crate::settings::Backdrop::default(),
             ..Settings::default()
         }
     }

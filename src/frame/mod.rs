@@ -76,7 +76,7 @@ use crate::geometry::Bounds;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
-use crate::settings::{Mode, Settings};
+use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::hash_of;
@@ -239,6 +239,7 @@ impl<'s> Renderer<'s> {
             reuse: self.settings.reuse,
             records_paths,
             layers: self.settings.layers,
+            shows_background: self.settings.background == Backdrop::Visible,
             rendered: self.rendered + 1,
         };
 

@@ -11,7 +11,7 @@ use crate::samples::{EMPTY, Tile};
 use crate::shade::{Surface, phong};
 
 /// Those layers that are made of single samples' light.
-const LIGHT: Layers = Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::SKY);
+const LIGHT: Layers = Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::BACKGROUND);
 
 /// Writes the parts of what eight cells show, from `first` on, into `radiance`, whose `diffuse` must be there. The tags must
 /// be up to date.
@@ -34,7 +34,7 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
         if layers.has(Layers::DIRECT) {
             write(direct(frame, tile, first, placed, albedo), &mut parts.direct);
         }
-        if layers.has(Layers::SKY) {
+        if layers.has(Layers::BACKGROUND) {
             // samples of the background have nothing else
             let [r, g, b] = diffuse;
             let shown = Vec3x8::load([r, g, b], first);

@@ -73,6 +73,7 @@ pub(crate) mod tests {
             reuse: Default::default(),
             base_every: 0,
             layers: crate::layers::Layers::ALL,
+            background: crate::settings::Backdrop::default(),
             audit: true,
             build: Build::Best,
         };

@@ -23,8 +23,8 @@ use super::{
 use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
-    Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
-    MOST_REFLECTIONS, MOST_SAMPLES, Settings,
+    Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -113,6 +113,10 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let environment = file.environment.as_ref();
     let environment =
         environment.map(|table| shot_environment::of_table(text, table, background.as_ref())).transpose()?;
+    let is_seen = background.is_some() || environment.as_ref().is_some_and(|read| read.environment.visible);
+    // black that nobody asked for is no picture of anything
+    let of_none = if is_seen { Backdrop::Visible } else { Backdrop::Transparent };
+    settings.background = file.output.background.unwrap_or(of_none);
     let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {

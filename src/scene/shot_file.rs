@@ -15,8 +15,8 @@ use super::toml_text::{At, List};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS,
-    MOST_SAMPLES, Mode, Reuse,
+    Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
+    MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
 };
 
 /// Linear RGB, or coordinates.
@@ -175,6 +175,8 @@ pub(crate) struct OutputTable {
     /// Layers beside R G B A (Z, object, status)
     #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
+    /// What becomes of the background where the camera sees it (visible if there is one)
+    pub background: Option<Backdrop>,
     /// Write each layer as a part of its own
     #[serde(default)]
     pub multipart: bool,
