@@ -25,7 +25,7 @@ impl Layers {
 
     /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
     /// ([`GROUPS`]).
-    pub const NAMES: [&'static str; 18] = [
+    pub const NAMES: [&'static str; 21] = [
         "diffuse",
         "specular",
         "reflection",
@@ -44,6 +44,9 @@ impl Layers {
         "denoise_albedo",
         "denoise_normal",
         "occlusion",
+        "motion",
+        "forward",
+        "backward",
     ];
 
     /// Diffuse reflectance.
@@ -74,9 +77,12 @@ impl Layers {
     pub const PARTS: Self = Self(0b11_1111 << 11);
     /// What share of the directions around is open.
     pub const OCCLUSION: Self = Self(1 << 17);
+    /// Motion to the frame before and the next one, in all conventions.
+    pub const ALL_MOTION: Self = Self(0b111 << 18);
     /// Those that show one sample of each pixel.
-    pub const OF_ONE_SAMPLE: Self =
-        Self(Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::OBJECT.0 | Self::STATUS.0);
+    pub const OF_ONE_SAMPLE: Self = Self(
+        Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::OBJECT.0 | Self::STATUS.0 | Self::ALL_MOTION.0,
+    );
 
     /// With `others` as well.
     #[must_use]
@@ -188,6 +194,7 @@ mod tests {
             ("occlusion", Layers::OCCLUSION),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
+        assert_eq!(named("motion").with(named("forward")).with(named("backward")), Layers::ALL_MOTION);
         assert_eq!(named("denoise_albedo").with(named("denoise_normal")), Layers::GUIDES);
         assert!(Layers::USUAL.has(Layers::STATUS) && !Layers::USUAL.has(Layers::RAYS));
         assert!(Layers::NAMES.iter().all(|name| Layers::ALL.has(named(name))));

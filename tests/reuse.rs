@@ -276,6 +276,8 @@ fn layers_that_are_left_out_change_no_other() {
             "indirect,background",
             "denoise_normal",
             "occlusion",
+            "motion",
+            "forward,backward",
         ] {
             for (some, (all, without)) in render(layers).iter().zip(all.iter().zip(&without_occlusion)) {
                 assert!(some.film.planes.len() < 12);

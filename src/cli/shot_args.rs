@@ -90,7 +90,7 @@ pub struct ShotArgs {
 
     /// Layers to render and write beside R G B A: `all`, `none`, `usual` (Z, object, status), or a comma-separated list of
     /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, background,
-    /// denoise_albedo, denoise_normal, occlusion [default: the shot's]
+    /// denoise_albedo, denoise_normal, occlusion, motion, forward, backward [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 

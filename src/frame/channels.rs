@@ -50,14 +50,20 @@ pub mod data {
     pub const NORMAL: usize = 4;
     /// Model's number, from 1 on.
     pub const ID: usize = 7;
+    /// To where the point was in the frame before, pixels.
+    pub const BACKWARD: usize = 8;
+    /// To where it will be in the next frame, pixels.
+    pub const FORWARD: usize = 10;
+    /// From there to where it is.
+    pub const FROM_NEXT: usize = 12;
     /// Frames since the sample was traced.
-    pub const AGE: usize = 8;
+    pub const AGE: usize = 14;
     /// Share of the samples that are base, good, overlapped, missed, obscured.
-    pub const STATUS: usize = 9;
+    pub const STATUS: usize = 15;
     /// Rays: primary, verification, shadow, secondary.
-    pub const RAYS: usize = 14;
+    pub const RAYS: usize = 20;
     /// All of them.
-    pub const COUNT: usize = 18;
+    pub const COUNT: usize = 24;
 }
 
 /// Where a plane's value comes from.
@@ -118,9 +124,9 @@ impl Channel {
 }
 
 /// The contract's planes.
-const CHANNELS: [Channel; 56] = {
+const CHANNELS: [Channel; 64] = {
     use Source::{Data, Filtered};
-    use data::{AGE, ID, NORMAL, POSITION, RAYS, STATUS, Z};
+    use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, NORMAL, POSITION, RAYS, STATUS, Z};
     use sums::{ALBEDO, ALPHA, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
     use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR};
     [
@@ -180,6 +186,14 @@ const CHANNELS: [Channel; 56] = {
         Channel::half("denoise_normal.Y", Filtered(&[GUIDE_NORMAL + 1])),
         Channel::half("denoise_normal.Z", Filtered(&[GUIDE_NORMAL + 2])),
         Channel::half("occlusion.V", Filtered(&[OCCLUSION])),
+        Channel::float("motion.X", Data(BACKWARD)),
+        Channel::float("motion.Y", Data(BACKWARD + 1)),
+        Channel::float("motion.Z", Data(FROM_NEXT)),
+        Channel::float("motion.W", Data(FROM_NEXT + 1)),
+        Channel::float("forward.U", Data(FORWARD)),
+        Channel::float("forward.V", Data(FORWARD + 1)),
+        Channel::float("backward.U", Data(BACKWARD)),
+        Channel::float("backward.V", Data(BACKWARD + 1)),
     ]
 };
 
@@ -215,12 +229,12 @@ impl Picture {
 /// Which channels of some tiles are not zero throughout, a bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Written {
-    some: u64,
+    some: u128,
     /// Whether the film showed any of the pixels already, so that it was left as it is.
     any_shown: bool,
 }
 
-const _: () = assert!(CHANNELS.len() <= u64::BITS as usize);
+const _: () = assert!(CHANNELS.len() <= u128::BITS as usize);
 
 impl Written {
     /// Of pixels that the film showed already.
@@ -262,7 +276,15 @@ mod tests {
             layers.entry(layer).or_default().push(letter);
         }
         for (layer, letters) in layers {
-            let known = [&["R", "G", "B", "A"][..], &["R", "G", "B"], &["X", "Y", "Z"], &["V"], &["Z"]];
+            let known = [
+                &["R", "G", "B", "A"][..],
+                &["R", "G", "B"],
+                &["X", "Y", "Z"],
+                &["X", "Y", "Z", "W"],
+                &["U", "V"],
+                &["V"],
+                &["Z"],
+            ];
             assert!(known.contains(&&letters[..]), "{layer}: {letters:?}");
         }
     }

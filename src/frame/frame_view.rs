@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::bits::{bits_of_models, set_bits};
 use super::grid::place;
+use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
 use super::view::View;
@@ -94,6 +95,8 @@ pub struct FrameView<'a> {
     pub layers: Layers,
     /// Whether the background is a part of the picture.
     pub shows_background: bool,
+    /// Of the frame, if a layer shows motion.
+    pub motion_vectors: Option<&'a MotionVectors>,
     /// The frame's number, counted from the renderer's first.
     pub rendered: u32,
 }

@@ -33,6 +33,7 @@ mod light_paths;
 mod lighting;
 mod lobes;
 mod mitchell;
+mod motion_vectors;
 mod moved_bounds;
 mod need;
 mod next_event;
@@ -90,6 +91,7 @@ use bins::Bins;
 use estimate::{Estimate, estimate};
 use frame_view::{FrameView, Occlusion};
 use grid::Grid;
+use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
 pub use need::{need, with_writing};
 use plan::{CameraChange, Plan};
@@ -199,6 +201,8 @@ impl<'s> Renderer<'s> {
             Some((_, before)) => Plan::between(before, &pose),
             None => Plan::of_base_frame(&pose),
         };
+        let last_pose = last.as_ref().map(|(_, before)| before);
+        let motion_vectors = MotionVectors::about(self.scene, &pose, &view, self.settings.layers, last_pose);
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let timed = Timed::new(&*tracer);
         let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
@@ -240,6 +244,7 @@ impl<'s> Renderer<'s> {
             records_paths,
             layers: self.settings.layers,
             shows_background: self.settings.background == Backdrop::Visible,
+            motion_vectors: motion_vectors.as_ref(),
             rendered: self.rendered + 1,
         };
 

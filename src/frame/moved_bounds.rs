@@ -18,6 +18,9 @@ const MOST_BOXES: usize = 16;
 pub struct ModelSet(u64);
 
 impl ModelSet {
+    /// Of whatever models.
+    pub const ALL: Self = Self(u64::MAX);
+
     /// With those of some samples. Neither the background nor an empty cell is a model.
     pub fn of(models: &[u32]) -> Self {
         let bit = |model: &u32| u64::from(*model < EMPTY) << (model % u64::BITS);

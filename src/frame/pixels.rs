@@ -1,12 +1,13 @@
 //! What pixels show without a filter. Data (distance, position, normal, id, age) is never mixed: a pixel shows
 //! those of its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::cells::is_traced;
 use super::channels::data;
 use super::frame_view::FrameView;
 use super::grid::Grid;
+use super::motion_vectors::MotionVectors;
 use super::placed::PlacedTile;
 use super::ray_tally::CellRays;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -169,6 +170,11 @@ pub fn take_data(
             *id = model.wrapping_add(1) as f32;
         }
     }
+    if let Some(vectors) = frame.motion_vectors {
+        // where pixels have one sample each it is the only one to choose
+        let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
+        write_motion(frame, vectors, tile, cells, data);
+    }
     if frame.layers.has(Layers::STATUS) {
         let ages: Column<u32> = std::array::from_fn(|cell| match tile.status[cell].is_reused() {
             true => (frame.rendered - tile.record[cell].traced).min(OLDEST),
@@ -180,6 +186,35 @@ pub fn take_data(
             for (age, frames) in data.open(data::AGE).iter_mut().zip(shown) {
                 *age = frames as f32;
             }
+        }
+    }
+}
+
+/// The motion vectors of the samples in the `cells` that pixels show.
+fn write_motion(
+    frame: &FrameView,
+    vectors: &MotionVectors,
+    tile: &Tile,
+    cells: &[u16],
+    data: &mut Planes<{ data::COUNT }>,
+) {
+    if vectors.are_zero() {
+        return;
+    }
+    let mut of_pixels = [[Vec2::ZERO; 2]; CELLS];
+    for (of_pixel, cell) in of_pixels.iter_mut().zip(cells) {
+        let cell = usize::from(*cell);
+        let (point, model) = (tile.point(cell), tile.model[cell]);
+        if model != EMPTY {
+            *of_pixel = vectors.of(frame.view, frame.offset(point, model), point, model);
+        }
+    }
+    let planes = [(0, data::BACKWARD, 1.0), (1, data::FORWARD, 1.0), (1, data::FROM_NEXT, -1.0)];
+    for (which, first, sign) in planes {
+        for axis in 0..2 {
+            let column = data.open(first + axis).iter_mut();
+            // with 0 added, so that no zero is negative: what stands in the film is compared with it bit by bit
+            column.zip(&of_pixels).for_each(|(value, vectors)| *value = sign * vectors[which][axis] + 0.0);
         }
     }
 }

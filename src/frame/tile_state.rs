@@ -57,6 +57,12 @@ impl TileState {
         self.content.as_ref().is_none_or(|content| content.may_have_moved(frame))
     }
 
+    /// Whether the film may show other motion vectors of the tile than it should.
+    fn vectors_may_differ(&self, frame: &FrameView) -> bool {
+        let models = self.content.as_ref().map_or(ModelSet::ALL, |content| content.models);
+        frame.motion_vectors.is_some_and(|vectors| vectors.may_differ(models))
+    }
+
     /// What is known of the tile before its samples are brought up to date. `film_is_last`: the film shows the frame
     /// before. `is_needed`: see [`TileFacts::is_needed`].
     pub fn facts(&self, frame: &FrameView, film_is_last: bool, is_needed: bool) -> TileFacts {
@@ -68,7 +74,7 @@ impl TileState {
         };
         TileFacts {
             samples: samples.change(),
-            film_is_last: film_is_last && self.is_known,
+            film_is_last: film_is_last && self.is_known && !self.vectors_may_differ(frame),
             was_quiet: self.was_quiet,
             goes_on: self.goes_on,
             paths_may_differ: self.paths_may_differ,
