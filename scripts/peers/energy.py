@@ -22,7 +22,7 @@ def cases(work, quick):
         "Box without a ceiling, even sky": open_box | {"sky": [0.8, 0.9, 1.0]},
         "Bathroom, its lamps": bathroom,
         "Bathroom, its lamps and an even sky": bathroom | {"sky": [0.8, 0.9, 1.0]},
-        "Kitchen, a panel": places.kitchen(work / "kitchen", wide),
+        "Kitchen, a panel below a black plate": places.kitchen(work / "kitchen-plate", wide, plate=True),
     }
 
 

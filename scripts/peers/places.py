@@ -12,17 +12,19 @@ from . import scene
 FRAMES = 24  # of the dolly through the kitchen
 
 
-def kitchen(folder, size):
+def kitchen(folder, size, *, plate=False):
     """The kitchen under a panel at its ceiling, with a dolly into it of a centimetre a frame.
 
-    The panel shines downwards, and the camera does not see it.
+    The panel shines downwards, and the camera does not see it. Mitsuba's panel is a surface that takes what light meets it, and
+    Afterimage's is none: with a black `plate` above it they are alike.
     """
+    above = [four_sided("plate", [level(2.301, [-0.2, 0.8], [0.9, 1.5], up=False)], [0, 0, 0], [0, 0, 0])]
     travel = np.array([-0.1052, -0.01015, -0.21559]) / FRAMES
     eye, target = np.array([1.211, 1.80475, 3.85239]), np.array([0.335, 1.72, 2.056])
     way = FRAMES - 1
     return {
         "name": "kitchen",
-        "scene": str(scene.real("kitchen", folder)),
+        "scene": str(scene.real("kitchen", folder, above if plate else ())),
         "size": size,
         "fov": 40,
         # the view that is measured: the dolly's last frame

@@ -32,15 +32,15 @@ def collection():
     return pathlib.Path(os.environ.get("AFTERIMAGE_SCENES") or pathlib.Path.home() / ".cache/afterimage-scenes")
 
 
-def real(name, folder):
-    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet."""
+def real(name, folder, beside=()):
+    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet; with other parts `beside` it."""
     obj = collection() / name / f"{name}.obj"
     if not obj.is_file():
         raise SceneMissing(f"there is no {obj}; AFTERIMAGE_SCENES names the folder of such scenes")
     seen = obj.stat()
-    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns]
+    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns, *[one["material"]["name"] for one in beside]]
     if made_from(folder) != source:
-        write(folder, [matt(*part) for part in read_obj(obj)], source)
+        write(folder, [*[matt(*part) for part in read_obj(obj)], *beside], source)
     return folder
 
 
