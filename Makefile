@@ -6,7 +6,7 @@ SHELL := /bin/bash
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
 DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x360 --samples 1 --audit --png -o out/city-sky/city.\#\#\#\#.exr --report out/city-sky/report.html
 # and then, for one line: a shot of which reuse saves little
-HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 -q)
+HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
 .PHONY: help setup build demo test bench compare-peers quality clean
 .DEFAULT_GOAL := help
