@@ -1,48 +1,18 @@
 //! Shot files: what they mean, and what is said about mistakes in them.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
-use std::path::Path;
+mod small_shot;
+
 use std::sync::Arc;
 
 use afterimage::animation::TransformTrack;
 use afterimage::layers::Layers;
 use afterimage::pose::Pose;
-use afterimage::scene::environment::Sky;
 use afterimage::scene::material::Optics;
-use afterimage::scene::{self, Background, Environment, LightKind, Shot};
+use afterimage::scene::{self, Background, LightKind};
 use afterimage::settings::{Backdrop, Compression, DenoiseQuality, FileFormat, Filter, Mode};
 use glam::{DVec3, Vec3};
-use tempfile::TempDir;
-
-const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n\
-                   usemtl clear\nf 1 2 3\nusemtl wood\nf 2 4 3\n";
-const MTL: &str = "newmtl wood\nKd 0.5 0.25 0.125\nnewmtl clear\nd 0.1\nnewmtl spare\n";
-const REST: &str =
-    "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[[model]]\nobj = \"m.obj\"\n";
-
-fn folder() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("m.obj"), OBJ).unwrap();
-    std::fs::write(folder.path().join("m.mtl"), MTL).unwrap();
-    folder
-}
-
-fn load_in(folder: &Path, text: &str, strict: bool) -> Result<Shot, scene::SceneError> {
-    let path = folder.join("s.toml");
-    std::fs::write(&path, text).unwrap();
-    scene::load(&path, strict)
-}
-
-fn load(text: &str) -> Shot {
-    load_in(folder().path(), text, true).unwrap()
-}
-
-/// Without the folder: `s.toml:1:2: …`.
-fn error(text: &str) -> String {
-    let folder = folder();
-    let error = load_in(folder.path(), text, true).unwrap_err().to_string();
-    error.replace(&format!("{}/", folder.path().display()), "")
-}
+use small_shot::*;
 
 #[test]
 fn defaults_are_as_documented() {
@@ -136,68 +106,6 @@ fn ambient_light_takes_ka_or_everywhere_kd() {
     }
     let turntable = scene::load(&folder.path().join("m.obj"), true).unwrap();
     assert!(turntable.warnings[0].to_string().contains("Ka is 0"), "{:?}", turntable.warnings);
-}
-
-/// A map of 8 x 4 texels that is red at -Z.
-fn map_in(folder: &TempDir, name: &str) {
-    let mut picture = image::Rgb32FImage::new(8, 4);
-    (0..32).for_each(|at| picture.put_pixel(at % 8, at / 8, image::Rgb([0.0, 0.0, 0.25])));
-    for (x, y) in [(3, 1), (4, 1), (3, 2), (4, 2)] {
-        picture.put_pixel(x, y, image::Rgb([2.0, 0.0, 0.0]));
-    }
-    picture.save_with_format(folder.path().join(name), image::ImageFormat::Hdr).unwrap();
-}
-
-#[test]
-fn environments_are_maps_skies_or_the_background() {
-    let folder = folder();
-    map_in(&folder, "Round.hdr");
-    let with = |keys: &str| load_in(folder.path(), &format!("[environment]\n{keys}{REST}"), true).unwrap();
-    let of = |keys: &str| with(keys).scene.environment.unwrap();
-
-    let shot = with("map = \"maps\\\\round.HDR\"\n");
-    let map = shot.scene.environment.as_ref().unwrap();
-    assert_eq!((map.radiance(Vec3::NEG_Z), map.visible), (2.0 * Vec3::X, true));
-    assert!(shot.files.contains(&folder.path().join("Round.hdr")), "{:?}", shot.files);
-    assert!(shot.warnings.is_empty() && map.sun().is_none());
-    let turned = of("map = \"Round.hdr\"\nrotation = 90\npower = 0.5\nvisible = false\n");
-    assert!(turned.radiance(Vec3::NEG_X).abs_diff_eq(Vec3::X, 1e-4) && !turned.visible);
-
-    assert_eq!(shot.settings.paths, 16, "or it would light nothing");
-    assert_eq!(with("sky = {}\n[indirect]\npaths = 0\n").settings.paths, 0);
-
-    let plain = Sky::default();
-    assert_eq!(of("sky = {}\n"), Environment::from_sky(&plain));
-    assert_eq!((plain.elevation, plain.azimuth, plain.turbidity), (45.0, 135.0, 3.0), "as documented");
-    assert_eq!(plain.ground, Vec3::splat(0.2), "as documented");
-    let sky = Sky { elevation: 10.0, azimuth: -30.0, turbidity: 2.5, ground: Vec3::new(0.0, 0.5, 1.0) };
-    let expected = Environment::from_sky(&sky).rotated(5.0).times(2.0);
-    let keys = "elevation = 10\nazimuth = -30\nturbidity = 2.5\nground = [0, 0.5, 1]\n";
-    assert_eq!(of(&format!("rotation = 5\npower = 2\n[environment.sky]\n{keys}")), expected);
-    let inline = keys.trim_end().replace('\n', ", ");
-    assert_eq!(of(&format!("power = 2\nsky = {{ {inline} }}\nrotation = 5\n")), expected);
-
-    let background = Background { zenith: Vec3::Z, ..Background::uniform(Vec3::ONE) };
-    let keys = "power = 3\n[background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n";
-    assert_eq!(of(keys), Environment::from_background(&background).times(3.0));
-}
-
-#[test]
-fn maps_that_cannot_be_used_are_errors_that_name_them() {
-    let folder = folder();
-    let text = format!("[environment]\nmap = \"a.hdr\"\n{REST}");
-    let told = || load_in(folder.path(), &text, false).unwrap_err().to_string();
-    for (bytes, words) in
-        [(&b""[..], "is empty"), (b"no picture", "is neither"), (b"#?RADIANCE\n", "cannot be read")]
-    {
-        std::fs::write(folder.path().join("a.hdr"), bytes).unwrap();
-        assert!(told().contains("/a.hdr: the environment map ") && told().contains(words), "{}", told());
-    }
-    let odd = image::Rgb32FImage::new(3, 4);
-    odd.save_with_format(folder.path().join("a.hdr"), image::ImageFormat::Hdr).unwrap();
-    let shot = load_in(folder.path(), &text, true).unwrap();
-    assert!(shot.warnings[0].to_string().contains("twice as wide as high"), "{:?}", shot.warnings);
-    assert!(shot.scene.environment.unwrap().is_black());
 }
 
 #[test]
