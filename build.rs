@@ -31,6 +31,7 @@ fn programs_of_tests() {
         ("AFTERIMAGE_BPY", "python_with_bpy"),
         ("AFTERIMAGE_BLENDER", "blender"),
         ("AFTERIMAGE_OIIO", "python_with_openimageio"),
+        ("AFTERIMAGE_CRYPTOMATTE", "python_with_cryptomatte"),
         ("AFTERIMAGE_FFMPEG", "ffmpeg"),
         ("AFTERIMAGE_CONVERT", "imagemagick"),
     ];

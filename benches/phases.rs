@@ -279,6 +279,7 @@ fn frame(folder: &Path) -> (std::sync::Arc<Film>, FrameMeta) {
         comments: "a benchmark".into(),
         shot: "sphere".into(),
         fingerprint: None,
+        layers: finished.about_layers.clone(),
     };
     (finished.film, meta)
 }

@@ -86,7 +86,7 @@ fn shown(film: &Film, denoised: &[Plane; 3], world_to_ndc: Mat4) -> Option<Shown
         (0..values[0].len()).map(|i| Vec3::new(values[0][i], values[1][i], values[2][i])).collect()
     };
     let of_film = |[x, y, z]: [&str; 3]| Some(triples([film.values(x)?, film.values(y)?, film.values(z)?]));
-    debug_assert!(denoised.iter().map(|plane| plane.name).eq(PLANES));
+    debug_assert!(denoised.iter().map(|plane| &*plane.name).eq(PLANES));
     Some(Shown {
         size: [film.width as usize, film.height as usize],
         world_to_ndc,

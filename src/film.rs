@@ -1,5 +1,7 @@
 //! The planes of one finished frame.
 
+use std::borrow::Cow;
+
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
@@ -112,7 +114,7 @@ pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     /// Its name in the EXR file: `R`, `Z`, `P.X`, `status_good.V`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// How it is stored.
     pub kind: PlaneKind,
     /// `width * height` finite values, row-major, top row first.
@@ -123,8 +125,8 @@ pub struct Plane {
 
 impl Plane {
     /// With these values, rounded as `kind` says.
-    pub fn new(name: &'static str, kind: PlaneKind, values: &[f32]) -> Self {
-        Self { name, kind, values: Values::of(kind, values), is_zero: false }
+    pub fn new(name: impl Into<Cow<'static, str>>, kind: PlaneKind, values: &[f32]) -> Self {
+        Self { name: name.into(), kind, values: Values::of(kind, values), is_zero: false }
     }
 
     /// A copy of it, in the memory of another one of its name, kind and length.
@@ -161,7 +163,7 @@ impl Film {
     /// Becomes `other`, but for planes that `keeps` refuses by name. What memory there is is used again.
     pub fn copy_from(&mut self, other: &Self, keeps: impl Fn(&str) -> bool) {
         let mut unused = std::mem::take(&mut self.planes);
-        let kept = other.planes.iter().filter(|plane| keeps(plane.name));
+        let kept = other.planes.iter().filter(|plane| keeps(&plane.name));
         let own = kept.map(|plane| {
             let own = unused.iter().position(|own| {
                 own.name == plane.name && own.kind == plane.kind && own.values.is_like(&plane.values)
@@ -207,7 +209,7 @@ mod tests {
         let mut copy = Film::empty();
         for film in films.iter().chain([&small, &films[0]]) {
             copy.copy_from(film, keeps);
-            let planes = film.planes.iter().filter(|plane| keeps(plane.name)).cloned().collect();
+            let planes = film.planes.iter().filter(|plane| keeps(&plane.name)).cloned().collect();
             assert_eq!(copy, Film { planes, ..*film });
         }
     }

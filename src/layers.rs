@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 /// Selected as one, by the name before the underscore: a layer of a file has four channels at most (Blender takes no more),
 /// of one letter each.
-const GROUPS: [&str; 2] = ["status", "rays"];
+const GROUPS: [&str; 3] = ["status", "rays", "light"];
 
 /// Names of earlier versions, and those that are theirs now.
 const RENAMED: [(&str, &str); 2] = [("id", "object"), ("sky", "background")];
@@ -25,7 +25,7 @@ impl Layers {
 
     /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
     /// ([`GROUPS`]).
-    pub const NAMES: [&'static str; 21] = [
+    pub const NAMES: [&'static str; 28] = [
         "diffuse",
         "specular",
         "reflection",
@@ -47,7 +47,17 @@ impl Layers {
         "motion",
         "forward",
         "backward",
+        "CryptoObject",
+        "CryptoMaterial",
+        "CryptoGroup",
+        "light",
+        "depth",
+        "material",
+        "uv",
     ];
+
+    /// Names of several at once.
+    pub const SETS: [&'static str; 3] = ["all", "usual", "none"];
 
     /// Diffuse reflectance.
     pub const ALBEDO: Self = Self(1 << 4);
@@ -73,15 +83,38 @@ impl Layers {
     pub const BACKGROUND: Self = Self(1 << 14);
     /// Albedo and normals for denoisers.
     pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
-    /// The parts of `diffuse`, and what denoisers are guided by.
-    pub const PARTS: Self = Self(0b11_1111 << 11);
+    /// The parts of `diffuse`, what denoisers are guided by, and the light of single groups.
+    pub const PARTS: Self = Self(0b11_1111 << 11 | Self::LIGHT.0);
     /// What share of the directions around is open.
     pub const OCCLUSION: Self = Self(1 << 17);
     /// Motion to the frame before and the next one, in all conventions.
     pub const ALL_MOTION: Self = Self(0b111 << 18);
+    /// Mattes of models.
+    pub const CRYPTO_OBJECT: Self = Self(1 << 21);
+    /// Mattes of materials.
+    pub const CRYPTO_MATERIAL: Self = Self(1 << 22);
+    /// Mattes of objects and groups within OBJ files.
+    pub const CRYPTO_GROUP: Self = Self(1 << 23);
+    /// Mattes of all kinds.
+    pub const CRYPTOMATTE: Self = Self(0b111 << 21);
+    /// Diffuse light and highlights by groups of lights.
+    pub const LIGHT: Self = Self(1 << 24);
+    /// Distance along the view axis, filtered.
+    pub const DEPTH: Self = Self(1 << 25);
+    /// Materials.
+    pub const MATERIAL: Self = Self(1 << 26);
+    /// Texture coordinates.
+    pub const UV: Self = Self(1 << 27);
     /// Those that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self = Self(
-        Self::Z.0 | Self::POSITION.0 | Self::NORMAL.0 | Self::OBJECT.0 | Self::STATUS.0 | Self::ALL_MOTION.0,
+        Self::Z.0
+            | Self::POSITION.0
+            | Self::NORMAL.0
+            | Self::OBJECT.0
+            | Self::STATUS.0
+            | Self::ALL_MOTION.0
+            | Self::MATERIAL.0
+            | Self::UV.0,
     );
 
     /// With `others` as well.
@@ -100,7 +133,7 @@ impl Layers {
     pub fn has_plane(self, name: &str) -> bool {
         match name.split_once('.').map_or(name, |(layer, _)| layer) {
             "R" | "G" | "B" | "A" => true,
-            layer => Self::named(group_of(layer).unwrap_or(layer)).is_some_and(|selected| self.has(selected)),
+            layer => Self::named(selected_as(layer)).is_some_and(|selected| self.has(selected)),
         }
     }
 
@@ -109,23 +142,29 @@ impl Layers {
         Self::NAMES.iter().position(|known| *known == name).map(|number| Self(1 << number))
     }
 
-    /// The layers of these names, and the name that is none.
-    pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
-        let mut names = names.into_iter();
-        names.try_fold(Self::NONE, |all, name| Self::named(name).map(|layer| all.with(layer)).ok_or(name))
+    /// What a name selects: a layer, or one of the [`SETS`](Self::SETS).
+    fn selected(name: &str) -> Option<Self> {
+        match name {
+            "all" => Some(Self::ALL),
+            "usual" => Some(Self::USUAL),
+            "none" => Some(Self::NONE),
+            _ => Self::named(name),
+        }
     }
 
-    /// From the command line: `all`, `usual`, `none`, or names with commas between them.
+    /// The layers of these names or sets of names, and the name that is none.
+    pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
+        let mut names = names.into_iter();
+        names
+            .try_fold(Self::NONE, |all, name| Self::selected(name).map(|layers| all.with(layers)).ok_or(name))
+    }
+
+    /// From the command line: names with commas between them.
     ///
     /// # Errors
     /// A name that is none, and what there is.
     pub fn parse(text: &str) -> Result<Self, String> {
-        match text {
-            "all" => Ok(Self::ALL),
-            "usual" => Ok(Self::USUAL),
-            "none" => Ok(Self::NONE),
-            _ => Self::of(text.split(',').map(str::trim)).map_err(Self::unknown),
-        }
+        Self::of(text.split(',').map(str::trim)).map_err(Self::unknown)
     }
 
     /// What to say of a name that is none.
@@ -146,6 +185,11 @@ impl Layers {
             .filter(move |(number, _)| self.0 >> number & 1 != 0)
             .map(|(_, name)| name)
     }
+}
+
+/// What a layer of a file is selected as: the mattes of one kind are several layers, numbered.
+fn selected_as(layer: &str) -> &str {
+    group_of(layer).unwrap_or_else(|| layer.trim_end_matches(|last: char| last.is_ascii_digit()))
 }
 
 /// The group that a layer of a file belongs to.
@@ -192,6 +236,13 @@ mod tests {
             ("emission", Layers::EMISSION),
             ("background", Layers::BACKGROUND),
             ("occlusion", Layers::OCCLUSION),
+            ("CryptoObject", Layers::CRYPTO_OBJECT),
+            ("CryptoMaterial", Layers::CRYPTO_MATERIAL),
+            ("CryptoGroup", Layers::CRYPTO_GROUP),
+            ("light", Layers::LIGHT),
+            ("depth", Layers::DEPTH),
+            ("material", Layers::MATERIAL),
+            ("uv", Layers::UV),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("motion").with(named("forward")).with(named("backward")), Layers::ALL_MOTION);
@@ -209,8 +260,8 @@ mod tests {
         assert!(some.has_plane("R") && some.has_plane("A") && !some.has_plane("P.X"));
         assert_eq!((Layers::parse("all"), Layers::parse("none")), (Ok(Layers::ALL), Ok(Layers::NONE)));
         assert_eq!(Layers::parse("usual"), Ok(Layers::default()));
-        let wrong = Layers::parse("Z,depth").expect_err("there is no such layer");
-        assert!(wrong.starts_with("there is no layer `depth`; there are diffuse, "), "{wrong}");
+        let wrong = Layers::parse("Z,far").expect_err("there is no such layer");
+        assert!(wrong.starts_with("there is no layer `far`; there are diffuse, "), "{wrong}");
     }
 
     #[test]

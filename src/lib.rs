@@ -50,6 +50,7 @@ pub mod aligned;
 pub mod animation;
 pub mod changes;
 pub mod cli;
+pub mod cryptomatte;
 pub mod denoise;
 pub mod digest;
 pub mod film;

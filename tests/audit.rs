@@ -57,11 +57,13 @@ fn an_audit_finds_a_pixel_that_should_not_stand() {
         }
         let pixel = 40 * 96 + 50;
         for plane in 0..planes {
-            let (mut name, mut value) = ("", 0.0);
+            let (mut name, mut value) = (String::new(), 0.0);
             let (_, differing) = render(&mut |film| {
-                name = film.planes[plane].name;
+                name = film.planes[plane].name.to_string();
                 value = film.planes[plane].values.get(pixel);
-                film.planes[plane].values.put(pixel, &[value + 1.0]);
+                // numbers of mattes are too large for that
+                let other = if value + 1.0 == value { 0.0 } else { value + 1.0 };
+                film.planes[plane].values.put(pixel, &[other]);
             });
             // rays that were spared are not counted: those planes may differ
             let expected = if name.starts_with("rays_") { 0 } else { 4 };

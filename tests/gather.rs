@@ -379,7 +379,7 @@ fn threads_change_no_bit() {
     };
     for (one, other) in render(1).iter().zip(&render(5)) {
         for plane in &one.film.planes {
-            let values = |finished: &Finished| finished.film.values(plane.name).expect("the plane is there");
+            let values = |finished: &Finished| finished.film.values(&plane.name).expect("the plane is there");
             let same = values(one).iter().zip(&values(other)).all(|(a, b)| a.to_bits() == b.to_bits());
             assert!(same, "frame {}, {}", one.stats.frame, plane.name);
         }

@@ -354,7 +354,7 @@ fn threads_change_no_bit() {
     };
     for (one, other) in render(1).iter().zip(&render(4)) {
         assert_eq!(one.stats.rays, other.stats.rays);
-        for name in one.film.planes.iter().map(|plane| plane.name) {
+        for name in one.film.planes.iter().map(|plane| &*plane.name) {
             let same =
                 plane(one, name).iter().zip(&plane(other, name)).all(|(a, b)| a.to_bits() == b.to_bits());
             assert!(same, "frame {}, {name}", one.stats.frame);

@@ -181,13 +181,52 @@ fn assert_python_said(text: &str, path: &Path, ours: &Channels) {
     }
 }
 
+/// The models of the analytic shot: a decoder finds mattes by the header, and what it makes of them is told by sums.
+#[test]
+#[cfg_attr(
+    not(python_with_cryptomatte),
+    ignore = "needs Python with cryptomatte-api: set AFTERIMAGE_CRYPTOMATTE"
+)]
+fn an_independent_decoder_finds_every_matte() {
+    let place = Place::new();
+    for (path, ours) in frames(&place) {
+        let mut python = named("AFTERIMAGE_CRYPTOMATTE");
+        let text = String::from_utf8(said(python.arg(script("cryptomatte.py")).arg(&path))).unwrap();
+        let mut sums: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+        for line in text.lines() {
+            let [layer, name, sum, moment] = line.split('\t').collect::<Vec<_>>()[..] else {
+                panic!("{line}")
+            };
+            let [sum, moment] = [sum, moment].map(|number| number.parse::<f64>().unwrap());
+            let of_layer = sums.entry(layer).or_default();
+            *of_layer = [of_layer[0] + sum, of_layer[1] + moment];
+            assert!(layer != "CryptoObject" || name == "background" || sum > 0.0, "{name} is seen");
+        }
+        let weighted = |(pixel, alpha): (usize, &f32)| f64::from(*alpha) * pixel as f64;
+        let alpha = [
+            ours["A"].iter().map(|alpha| f64::from(*alpha)).sum::<f64>(),
+            ours["A"].iter().enumerate().map(weighted).sum::<f64>(),
+        ];
+        assert_eq!(
+            sums.keys().copied().collect::<Vec<_>>(),
+            ["CryptoGroup", "CryptoMaterial", "CryptoObject"]
+        );
+        for (layer, sums) in sums {
+            let off = [0, 1].map(|number| (sums[number] / alpha[number] - 1.0).abs());
+            assert!(off.iter().all(|off| *off < 1e-4), "{layer}: {sums:?}, not {alpha:?}");
+        }
+    }
+}
+
 /// FFmpeg knows pictures: the main one, and layers of three channels.
 #[test]
 #[cfg_attr(not(ffmpeg), ignore = "needs FFmpeg: set AFTERIMAGE_FFMPEG")]
 fn ffmpeg_reads_every_layer_of_three_channels() {
     let place = Place::new();
     let (path, ours) = frame(&place, "");
-    let layers: Vec<&str> = ours.keys().filter_map(|name| name.strip_suffix(".R")).collect();
+    let layers = ours.keys().filter_map(|name| name.strip_suffix(".R"));
+    // those of Cryptomattes have four
+    let layers: Vec<&str> = layers.filter(|layer| !ours.contains_key(&format!("{layer}.A"))).collect();
     assert!(layers.len() >= 10, "{layers:?}");
     let vectors = ["N", "P", "denoise_normal"].map(|layer| (layer, ["X", "Y", "Z"], "gbrpf32le"));
     let colors = layers.into_iter().map(|layer| (layer, ["R", "G", "B"], "gbrpf32le"));

@@ -43,7 +43,7 @@ fn a_still_world_costs_no_rays_but_the_eyes() {
     assert!(tracing.bounced > 0.0 && tracing.primary == 0.0, "timed as what they are: {tracing:?}");
     for plane in &frames[0].film.planes {
         if !plane.name.starts_with("status") && !plane.name.starts_with("rays") {
-            assert_eq!(Some(plane), frames[5].film.plane(plane.name), "{}", plane.name);
+            assert_eq!(Some(plane), frames[5].film.plane(&plane.name), "{}", plane.name);
         }
     }
 }
@@ -242,7 +242,7 @@ fn tags_save_rays_and_change_no_pixel() {
         };
         for (kept, forgotten) in run(false).iter().zip(&run(true)) {
             for plane in kept.film.planes.iter().filter(|plane| plane.name != "rays_shadow.V") {
-                let other = forgotten.film.values(plane.name).expect("the same planes");
+                let other = forgotten.film.values(&plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "frame {}: {}", kept.stats.frame, plane.name);
             }
@@ -283,7 +283,7 @@ fn layers_that_are_left_out_change_no_other() {
                 assert!(some.film.planes.len() < 12);
                 for plane in &some.film.planes {
                     let all = if plane.name == "rays_shadow.V" { without } else { all };
-                    assert_eq!(all.film.values(plane.name), Some(plane.values.to_floats()), "{}", plane.name);
+                    assert_eq!(all.film.values(&plane.name), Some(plane.values.to_floats()), "{}", plane.name);
                 }
             }
         }
@@ -343,8 +343,8 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
             beyond_fresh += fresh_stats.rays.reflection + fresh_stats.rays.refraction;
             // what a film shows in mirrors and glass casts no rays
             let may_differ = |name: &str| has_mirrors && name.starts_with("rays_");
-            for plane in kept.planes.iter().filter(|plane| !may_differ(plane.name)) {
-                let other = fresh.values(plane.name).expect("the same planes");
+            for plane in kept.planes.iter().filter(|plane| !may_differ(&plane.name)) {
+                let other = fresh.values(&plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "frame {at}: {}", plane.name);
                 let zero = other.iter().all(|value| *value == 0.0);
@@ -409,7 +409,7 @@ fn what_is_at_rest_is_left_alone() {
                 ["R", "P.X"].map(|name| film.values(name).expect("a plane").iter().filter(is_marked).count());
             drop(film);
             renderer.spoil_film(|film| {
-                for plane in film.planes.iter_mut().filter(|plane| mark && matches!(plane.name, "R" | "P.X"))
+                for plane in film.planes.iter_mut().filter(|plane| mark && matches!(&*plane.name, "R" | "P.X"))
                 {
                     let count = plane.values.len();
                     plane.values = Values::of(plane.kind, &vec![MARK; count]);

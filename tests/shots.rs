@@ -63,7 +63,7 @@ fn check(finished: &Finished, what: &str) {
 }
 
 fn check_planes(film: &Film, what: &str) {
-    let names: BTreeSet<&str> = film.planes.iter().map(|plane| plane.name).collect();
+    let names: BTreeSet<&str> = film.planes.iter().map(|plane| &*plane.name).collect();
     assert_eq!(names, CHANNELS.split_whitespace().collect(), "{what}");
     assert_eq!(names.len(), film.planes.len(), "{what}: each once");
     for plane in &film.planes {

@@ -134,7 +134,7 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
             let direction = through(direction(0.2), direction(0.8));
             let (color, power) = (Track::constant(Vec3::ONE), Track::constant(1.0));
             let kind = LightKind::Directional { direction };
-            scene.lights.push(Light { name: "sun".into(), kind, color, power, samples: 1 });
+            scene.lights.push(Light { name: "sun".into(), kind, color, power, samples: 1, group: None });
         }
     }
     let (mut full, mut inferred) = (Vec::new(), Vec::new());
@@ -219,6 +219,7 @@ fn ball() -> Mesh {
         positions: Arc::new(VertexBuffer::new(corners)),
         shadow_casting: triangles.len(),
         material_of: vec![0; triangles.len()],
+        groups: Default::default(),
         normals: Vec::new(),
         triangles: Arc::new(triangles),
     }

@@ -120,6 +120,7 @@ mod tests {
                 .expect("good"),
             power: Track::through(keys, Interpolation::Linear).expect("keys are good"),
             samples: 1,
+            group: None,
         };
         assert_eq!(of_light(&light).collect::<Vec<_>>(), [4, 9, 10]);
     }

@@ -118,6 +118,7 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         normals: Vec::new(),
         uvs: Vec::new(),
         material_of: vec![0; triangles.len()],
+        groups: Default::default(),
         triangles: Arc::new(triangles),
     }
 }
@@ -134,6 +135,7 @@ pub fn lamp(position: Track<DVec3>, power: Track<f64>) -> Light {
         color: Track::constant(Vec3::ONE),
         power,
         samples: 1,
+        group: None,
     }
 }
 

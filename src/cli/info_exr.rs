@@ -1,5 +1,6 @@
 //! What `afterimage info` says of an EXR file, ours or another program's.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -179,9 +180,18 @@ fn short(value: f64) -> String {
     }
 }
 
+/// Names of mattes may fill pages.
+fn beginning(text: &str) -> Cow<'_, str> {
+    const MOST: usize = 400;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{} ... ({} bytes)", &text[..end], text.len()).into(),
+        None => text.into(),
+    }
+}
+
 fn attribute(value: &Attribute) -> String {
     match value {
-        Attribute::Text(text) => text.escape_debug().to_string(),
+        Attribute::Text(text) => beginning(text).escape_debug().to_string(),
         Attribute::Float(number) => number.to_string(),
         Attribute::Int(number) => number.to_string(),
         Attribute::Rational { numerator, denominator } => format!("{numerator}/{denominator}"),

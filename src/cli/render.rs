@@ -251,7 +251,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
 fn need(job: &Job, settings: &Settings) -> Need {
     let kind = job.backend.unwrap_or_default();
     let need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
-    let need = frame::with_writing(need, &job.settings);
+    let need = frame::with_writing(need, &job.shot.scene, &job.settings);
     if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
 }
 

@@ -88,9 +88,10 @@ pub struct ShotArgs {
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
 
-    /// Layers to render and write beside R G B A: `all`, `none`, `usual` (Z, object, status), or a comma-separated list of
-    /// diffuse, specular, reflection, refraction, albedo, Z, P, N, object, status, rays, direct, indirect, emission, background,
-    /// denoise_albedo, denoise_normal, occlusion, motion, forward, backward [default: the shot's]
+    /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
+    /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
+    /// forward, backward, CryptoObject, CryptoMaterial, CryptoGroup, light, depth, material, uv; or of `all`, `usual` (Z, object,
+    /// status) and `none` [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 
@@ -506,7 +507,7 @@ mod tests {
             ("--frames 1-x", "frames"),
             ("--backend cuda", "embree"),
             ("--progress loud", "plain"),
-            ("--layers depth", "there are diffuse"),
+            ("--layers far", "there are diffuse"),
             ("--occlusion-rays 0", "1..=256"),
             ("--occlusion-rays 257", "1..=256"),
             ("--occlusion-radius 0", "above 0"),

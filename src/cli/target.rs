@@ -177,10 +177,11 @@ impl Target {
             comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
             shot: self.shot.clone(),
             fingerprint: made_from,
+            layers: finished.about_layers.clone(),
         };
         let path = self.exr(frame);
         // more layers may have been made than are to be written: those that a denoiser needs
-        let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(plane.name));
+        let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));
         let planes = planes.chain(denoised.into_iter().flatten());
         exr::write_planes(&path, size, planes, &meta, self.format, threads).map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();

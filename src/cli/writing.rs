@@ -172,6 +172,7 @@ mod tests {
                 tan_half_fov: 1.0,
             },
             backend: BackendKind::Embree,
+            about_layers: Vec::new().into(),
         }
     }
 

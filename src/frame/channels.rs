@@ -1,13 +1,21 @@
 //! The planes of a picture, and what is made into each.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
+use crate::cryptomatte::{Kind, RANKS};
 use crate::film::{Film, PlaneKind, Values};
 use crate::layers::Layers;
-use crate::settings::{Filter, Settings};
+use crate::scene::LightGroups;
+use crate::settings::Filter;
 
 /// The planes of sums: numbers of those that begin a colour. A colour lies within one group of eight
 /// ([`mitchell`](super::mitchell)), so that some stay empty; what nearly every sample has is in the first, and what is
 /// seldom asked for has groups of its own.
 pub mod sums {
+    use crate::lanes::LANES;
+    use crate::scene::LightGroups;
+
     /// Of the weights.
     pub const WEIGHT: usize = 0;
     /// Of samples that show a surface.
@@ -36,8 +44,16 @@ pub mod sums {
     pub const GUIDE_NORMAL: usize = 43;
     /// What share of the directions around is open.
     pub const OCCLUSION: usize = 46;
+    /// Distance along the view axis; 0 for the background.
+    pub const DEPTH: usize = 47;
+    const LIGHTS: usize = 48;
     /// All of them.
-    pub const COUNT: usize = 47;
+    pub const COUNT: usize = LIGHTS + LightGroups::MOST / 2 * LANES;
+
+    /// What the lights of a group add to the picture.
+    pub const fn light(group: usize) -> usize {
+        LIGHTS + group / 2 * LANES + group % 2 * 3
+    }
 }
 
 /// The planes of data: numbers of those that begin a vector or a table.
@@ -62,8 +78,12 @@ pub mod data {
     pub const STATUS: usize = 15;
     /// Rays: primary, verification, shadow, secondary.
     pub const RAYS: usize = 20;
+    /// Material's number, from 1 on.
+    pub const MATERIAL: usize = 24;
+    /// Texture coordinates.
+    pub const UV: usize = 25;
     /// All of them.
-    pub const COUNT: usize = 24;
+    pub const COUNT: usize = 27;
 }
 
 /// Where a plane's value comes from.
@@ -73,13 +93,24 @@ pub enum Source {
     Filtered(&'static [usize]),
     /// This datum.
     Data(usize),
+    /// This number of what [`mattes`](super::mattes) give: see [`matte_planes`].
+    Matte(usize),
 }
 
+/// Numbers of the planes of a kind of mattes: id and coverage of the first rank, of the second, ...
+pub fn matte_planes(kind: Kind) -> Range<usize> {
+    let first = kind as usize * 2 * RANKS;
+    first..first + 2 * RANKS
+}
+
+/// Planes of mattes, of all kinds.
+pub const MATTE_PLANES: usize = Kind::ALL.len() * 2 * RANKS;
+
 /// A plane of the picture.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Channel {
     /// As files have it.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// As files have it.
     pub kind: PlaneKind,
     /// What it shows.
@@ -88,16 +119,16 @@ pub struct Channel {
 
 impl Channel {
     const fn half(name: &'static str, source: Source) -> Self {
-        Self { name, kind: PlaneKind::Half, source }
+        Self { name: Cow::Borrowed(name), kind: PlaneKind::Half, source }
     }
 
     const fn float(name: &'static str, source: Source) -> Self {
-        Self { name, kind: PlaneKind::Float, source }
+        Self { name: Cow::Borrowed(name), kind: PlaneKind::Float, source }
     }
 
     /// Whether it counts samples or rays: it may change where the samples do not.
     pub fn is_count(&self) -> bool {
-        matches!(self.source, Source::Data(data::STATUS..))
+        matches!(self.source, Source::Data(data::STATUS..data::MATERIAL))
     }
 
     /// The least and the greatest value that a filter may make of it: its negative lobes must make neither negative light
@@ -105,10 +136,15 @@ impl Channel {
     pub fn limits(&self) -> [f32; 2] {
         match self.source {
             Source::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
-            Source::Filtered([sum]) if *sum >= sums::GUIDE_NORMAL => [-1.0, 1.0],
-            Source::Filtered([sum]) if *sum >= sums::GUIDE_ALBEDO => [0.0, 1.0],
+            Source::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
+            Source::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
             _ => [0.0, f32::INFINITY],
         }
+    }
+
+    /// Whether its pixels are made of samples of several tiles, if the filter is wider than a pixel.
+    pub fn is_filtered(&self) -> bool {
+        matches!(self.source, Source::Filtered(_) | Source::Matte(_))
     }
 
     /// Whether it is made of floats, whatever files have.
@@ -123,11 +159,14 @@ impl Channel {
     }
 }
 
+/// Of the contract's planes that do not depend on the shot.
+const COUNT: usize = 68;
+
 /// The contract's planes.
-const CHANNELS: [Channel; 64] = {
+const CHANNELS: [Channel; COUNT] = {
     use Source::{Data, Filtered};
-    use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, NORMAL, POSITION, RAYS, STATUS, Z};
-    use sums::{ALBEDO, ALPHA, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
+    use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
+    use sums::{ALBEDO, ALPHA, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
     use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR};
     [
         Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
@@ -194,12 +233,66 @@ const CHANNELS: [Channel; 64] = {
         Channel::float("forward.V", Data(FORWARD + 1)),
         Channel::float("backward.U", Data(BACKWARD)),
         Channel::float("backward.V", Data(BACKWARD + 1)),
+        Channel::float("depth.V", Filtered(&[DEPTH])),
+        Channel::float("material.V", Data(MATERIAL)),
+        Channel::float("uv.U", Data(UV)),
+        Channel::float("uv.V", Data(UV + 1)),
     ]
 };
 
-/// Those of `layers`.
-pub fn channels(layers: Layers) -> impl Iterator<Item = Channel> {
-    CHANNELS.into_iter().filter(move |channel| layers.has_plane(channel.name))
+/// The planes of a kind of mattes, from number `$first` on: three layers of two ranks each.
+macro_rules! mattes {
+    ($name:literal, $first:expr) => {
+        [
+            Channel::float(concat!($name, "00.R"), Source::Matte($first)),
+            Channel::float(concat!($name, "00.G"), Source::Matte($first + 1)),
+            Channel::float(concat!($name, "00.B"), Source::Matte($first + 2)),
+            Channel::float(concat!($name, "00.A"), Source::Matte($first + 3)),
+            Channel::float(concat!($name, "01.R"), Source::Matte($first + 4)),
+            Channel::float(concat!($name, "01.G"), Source::Matte($first + 5)),
+            Channel::float(concat!($name, "01.B"), Source::Matte($first + 6)),
+            Channel::float(concat!($name, "01.A"), Source::Matte($first + 7)),
+            Channel::float(concat!($name, "02.R"), Source::Matte($first + 8)),
+            Channel::float(concat!($name, "02.G"), Source::Matte($first + 9)),
+            Channel::float(concat!($name, "02.B"), Source::Matte($first + 10)),
+            Channel::float(concat!($name, "02.A"), Source::Matte($first + 11)),
+        ]
+    };
+}
+
+/// By kind.
+const MATTES: [[Channel; 2 * RANKS]; Kind::ALL.len()] =
+    [mattes!("CryptoObject", 0), mattes!("CryptoMaterial", 2 * RANKS), mattes!("CryptoGroup", 4 * RANKS)];
+
+/// What the lights of each group add to the picture.
+fn lights(groups: &LightGroups) -> impl Iterator<Item = Channel> {
+    static NUMBERS: [usize; sums::COUNT] = {
+        let mut numbers = [0; sums::COUNT];
+        let mut number = 0;
+        while number < sums::COUNT {
+            numbers[number] = number;
+            number += 1;
+        }
+        numbers
+    };
+    let channel = |(group, name): (usize, &String)| {
+        ["R", "G", "B"]
+            .into_iter()
+            .zip(sums::light(group)..)
+            .map(|(letter, sum)| Channel {
+                name: format!("light_{name}.{letter}").into(),
+                kind: PlaneKind::Half,
+                source: Source::Filtered(std::slice::from_ref(&NUMBERS[sum])),
+            })
+            .collect::<Vec<_>>()
+    };
+    groups.names.iter().enumerate().flat_map(channel)
+}
+
+/// Those of `layers`, for lights of these groups.
+pub fn channels(layers: Layers, groups: &LightGroups) -> impl Iterator<Item = Channel> {
+    let all = CHANNELS.into_iter().chain(MATTES.into_iter().flatten()).chain(lights(groups));
+    all.filter(move |channel| layers.has_plane(&channel.name))
 }
 
 /// What is to be written.
@@ -214,10 +307,10 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// To be written over what `film` shows.
-    pub fn over(film: &Film, settings: &Settings) -> Self {
+    /// These channels, to be written over what `film` shows.
+    pub fn over(film: &Film, filter: Filter, channels: &[Channel]) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
-        Self { filter: settings.filter, channels: channels(settings.layers).collect(), was_zero }
+        Self { filter, channels: channels.to_vec(), was_zero }
     }
 
     /// Number of the plane with the ages.
@@ -226,33 +319,37 @@ impl Picture {
     }
 }
 
+/// Channels in a word of [`Written`].
+const WORD: usize = u128::BITS as usize;
+
 /// Which channels of some tiles are not zero throughout, a bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Written {
-    some: u128,
+    some: [u128; 2],
     /// Whether the film showed any of the pixels already, so that it was left as it is.
     any_shown: bool,
 }
 
-const _: () = assert!(CHANNELS.len() <= u128::BITS as usize);
+const _: () = assert!(COUNT + MATTE_PLANES + 3 * LightGroups::MOST <= 2 * WORD);
 
 impl Written {
     /// Of pixels that the film showed already.
-    pub const SHOWN: Self = Self { some: 0, any_shown: true };
+    pub const SHOWN: Self = Self { some: [0; 2], any_shown: true };
 
     /// Notes that channel `number` holds something.
     pub fn note(&mut self, number: usize) {
-        self.some |= 1 << number;
+        self.some[number / WORD] |= 1 << (number % WORD);
     }
 
     /// Of more tiles.
     pub fn plus(self, other: Self) -> Self {
-        Self { some: self.some | other.some, any_shown: self.any_shown | other.any_shown }
+        let some = [0, 1].map(|word| self.some[word] | other.some[word]);
+        Self { some, any_shown: self.any_shown | other.any_shown }
     }
 
     /// Whether plane `number` is zero throughout now.
     pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
-        self.some >> number & 1 == 0 && (was_zero || !self.any_shown)
+        self.some[number / WORD] >> (number % WORD) & 1 == 0 && (was_zero || !self.any_shown)
     }
 }
 
@@ -268,7 +365,10 @@ mod tests {
     fn names_are_such_as_other_programs_read() {
         let mut layers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         let denoised = crate::denoise::PLANES;
-        for name in channels(Layers::ALL).map(|channel| channel.name).chain(denoised) {
+        let groups = LightGroups { names: vec![String::from("a-name-of-23-letters-xx")], of: Vec::new() };
+        let all: Vec<Channel> = channels(Layers::ALL, &groups).collect();
+        let names: Vec<&str> = all.iter().map(|channel| &*channel.name).chain(denoised).collect();
+        for name in names {
             let (layer, letter) = name.rsplit_once('.').unwrap_or(("", name));
             assert!(name.len() <= 31 && !layer.contains('.'), "{name}");
             // a picture and its depth: the one layer in which Z is no part of a vector

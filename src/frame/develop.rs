@@ -8,22 +8,23 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::channels::{Channel, Picture, Source, Written, channels, sums};
+use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, matte_planes, sums};
 use super::grid::Grid;
+use super::mattes::MattePlanes;
 use super::mitchell::{GROUPS, HALO, TileFilm};
 use super::window::{Window, cut};
+use crate::cryptomatte::Kind;
 use crate::film::{Film, Plane};
 use crate::lanes::{F32x8, LANES};
-use crate::layers::Layers;
 
-/// An undeveloped frame.
-pub fn blank(grid: &Grid, layers: Layers) -> Film {
+/// An undeveloped frame of these channels.
+pub fn blank(grid: &Grid, channels: &[Channel]) -> Film {
     let (width, height) = (grid.width, grid.height);
-    let plane = |channel: Channel| {
+    let plane = |channel: &Channel| {
         let values = channel.room(width as usize * height as usize);
-        Plane { name: channel.name, kind: channel.kind, values, is_zero: true }
+        Plane { name: channel.name.clone(), kind: channel.kind, values, is_zero: true }
     };
-    let planes = channels(layers).map(plane);
+    let planes = channels.iter().map(plane);
     Film { width, height, planes: planes.collect() }
 }
 
@@ -126,7 +127,7 @@ impl Developer {
         let some_rows: Vec<(Range<usize>, bool)> =
             some_rows.map(|rows| (rows.clone(), stands(&[0..width, rows]))).collect();
         let is_wanted =
-            |plane: usize, window: usize| !some_rows[window].1 && is_filtered(&picture.channels[plane]);
+            |plane: usize, window: usize| !some_rows[window].1 && picture.channels[plane].is_filtered();
         let windows = cut(&mut film.planes, width, rows, [width, PIECE[1]], is_wanted);
         let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
             if *all_stands {
@@ -145,10 +146,6 @@ impl Developer {
     }
 }
 
-fn is_filtered(channel: &Channel) -> bool {
-    matches!(channel.source, Source::Filtered(_))
-}
-
 /// Writes the filtered planes of the rectangle `pixels`.
 fn write_piece(
     picture: &Picture,
@@ -159,14 +156,16 @@ fn write_piece(
 ) -> Written {
     // rows come from far memory while the sums are read, which tell later what will be written: most that was there
     let filtered = picture.channels.iter().zip(&picture.was_zero).enumerate();
-    for (number, _) in filtered.filter(|(_, (channel, was_zero))| is_filtered(channel) && !**was_zero) {
+    for (number, _) in filtered.filter(|(_, (channel, was_zero))| channel.is_filtered() && !**was_zero) {
         window.prefetch(number, pixels);
     }
-    let mut groups = [[F32x8::ZERO; PIXELS]; GROUPS];
+    // few of them are shown
+    let mut groups: [Vec<F32x8>; GROUPS] = Default::default();
     let mut is_some = [false; sums::COUNT];
     for tile in tiles_that_reach(grid, pixels) {
         let film = bands.film(tile);
         film.for_each_run(grid, tile, pixels, |group, [x, y], run| {
+            groups[group].resize(PIXELS, F32x8::ZERO);
             let start = (y - pixels[1].start) * PIECE[0] + x - pixels[0].start;
             for (sum, more) in groups[group][start..].iter_mut().zip(run) {
                 *sum = *sum + *more;
@@ -179,9 +178,24 @@ fn write_piece(
         std::array::from_fn(|pixel| group[pixel].lane(lane))
     };
     let scales = column(sums::WEIGHT).map(f32::recip);
+    let mattes = mattes_of_piece(picture, grid, bands, pixels, &scales);
     let mut written = Written::default();
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
-        let Source::Filtered(planes) = channel.source else { continue };
+        let planes = match channel.source {
+            Source::Filtered(planes) => planes,
+            Source::Data(_) => continue,
+            Source::Matte(plane) => {
+                match mattes.get(plane).filter(|values| !values.is_empty()) {
+                    Some(values) => {
+                        written.note(number);
+                        window.put(number, pixels, values, PIECE[0]);
+                    }
+                    None if *was_zero => {}
+                    None => window.clear(number, pixels),
+                }
+                continue;
+            }
+        };
         let mut some = planes.iter().filter(|plane| is_some[**plane]);
         let Some(first) = some.next() else {
             if !was_zero {
@@ -203,6 +217,40 @@ fn write_piece(
     written
 }
 
+/// The planes of mattes of the rectangle `pixels`, by number; empty where all is zero. No list where no layer shows any.
+fn mattes_of_piece(
+    picture: &Picture,
+    grid: &Grid,
+    bands: Bands,
+    pixels: &[Range<usize>; 2],
+    scales: &[f32; PIXELS],
+) -> Vec<Vec<f32>> {
+    let shows = |kind: &Kind| {
+        let first = Source::Matte(matte_planes(*kind).start);
+        picture.channels.iter().any(|channel| channel.source == first)
+    };
+    let mut planes = Vec::new();
+    for kind in Kind::ALL.into_iter().filter(shows) {
+        planes.resize(MATTE_PLANES, Vec::new());
+        let mut sums = MattePlanes::<PIXELS>::default();
+        for tile in tiles_that_reach(grid, pixels) {
+            let corner = grid.pixel_corner(tile).map(|at| at as isize - HALO as isize);
+            sums.add(&bands.film(tile).mattes[kind as usize], corner, pixels, PIECE[0]);
+        }
+        let first = matte_planes(kind).start;
+        sums.rank(scales, |pixel, ranked| {
+            let ranked = (first..).step_by(2).zip(ranked).take_while(|(_, (_, share))| *share > 0.0);
+            for (plane, (id, share)) in ranked {
+                for (plane, value) in [(plane, id.as_float()), (plane + 1, *share)] {
+                    planes[plane].resize(PIXELS, 0.0);
+                    planes[plane][pixel] = value;
+                }
+            }
+        });
+    }
+    planes
+}
+
 /// Numbers of the tiles whose samples reach any of these pixels, in order.
 fn tiles_that_reach(grid: &Grid, pixels: &[Range<usize>; 2]) -> impl Iterator<Item = usize> + use<> {
     let (edge, halo) = (grid.tile_pixels as usize, HALO as usize);
@@ -217,10 +265,12 @@ fn tiles_that_reach(grid: &Grid, pixels: &[Range<usize>; 2]) -> impl Iterator<It
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::channels::channels;
     use crate::frame::grid::{holds, tests::settings};
     use crate::frame::mitchell::spread;
     use crate::layers::Layers;
     use crate::samples::{CELLS, EMPTY, TagLayout, Tile};
+    use crate::scene::LightGroups;
     use crate::settings::{Filter, Settings};
 
     #[test]
@@ -239,8 +289,9 @@ mod tests {
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             let least = 8_u32.div_ceil(grid.tile_pixels);
             for band in [grid.tiles_y, least] {
-                let mut film = blank(&grid, settings.layers);
-                let picture = Picture::over(&film, &settings);
+                let channels: Vec<Channel> = channels(settings.layers, &LightGroups::default()).collect();
+                let mut film = blank(&grid, &channels);
+                let picture = Picture::over(&film, settings.filter, &channels);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
                 let mut written = Written::default();
                 for row in (0..grid.tiles_y).step_by(band as usize) {
@@ -255,7 +306,7 @@ mod tests {
                 let is_all = |plane: usize, wanted: f32| {
                     values(plane).iter().all(|value| (value - wanted).abs() <= wanted * 1e-3)
                 };
-                assert_eq!(film.planes.iter().map(|plane| plane.name).collect::<String>(), "RGBA");
+                assert_eq!(film.planes.iter().map(|plane| &*plane.name).collect::<String>(), "RGBA");
                 assert!(is_all(0, 0.75), "{width} x {height}, {samples}: {:?}", values(0));
                 assert!(is_all(2, 0.0) && is_all(3, 1.0));
                 // away from the rim, where pixels have samples on all sides: what one tile adds too little or twice

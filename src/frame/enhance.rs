@@ -11,7 +11,7 @@ use super::radiance::{Light, Radiance, cut};
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile, full_color};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::shade::coat::{SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
@@ -63,7 +63,17 @@ pub fn enhance(
                     show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
                 }
                 if gloss.is_any || coats.is_some() {
-                    let light = highlights(frame, tile, first, (&gloss, coats.as_ref()), &placed, incoming);
+                    let shine = (&gloss, coats.as_ref());
+                    let light = highlights(frame, tile, first, shine, &placed, incoming, |_| true);
+                    if frame.layers.has(Layers::LIGHT) {
+                        for (group, shown) in radiance.parts.groups.iter_mut().enumerate() {
+                            let of_group = |light: usize| frame.light_groups.of[light] == group;
+                            let more = highlights(frame, tile, first, shine, &placed, incoming, of_group);
+                            let diffuse = Vec3x8::load(shown.each_ref().map(Column::as_slice), first);
+                            let [r, g, b] = shown;
+                            cut(diffuse + more).store([r, g, b], first);
+                        }
+                    }
                     radiance.open_specular();
                     let [r, g, b] = &mut radiance.specular;
                     cut(light).store([r, g, b], first);
@@ -93,6 +103,7 @@ fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mu
     show(&mut parts.emission, &|light| coats.show(light));
     show(&mut parts.direct, &|light| light * coats.through);
     show(&mut parts.indirect, &|light| light * coats.through);
+    parts.groups.iter_mut().for_each(|group| show(group, &|light| light * coats.through));
 }
 
 fn hide_background(tile: &Tile, first: usize, [r, g, b]: &mut Light) {
@@ -141,7 +152,7 @@ fn start_rays(
     }
 }
 
-/// The highlights of all lights that reach the samples.
+/// The highlights of all lights that reach the samples and are `among` those asked for.
 fn highlights(
     frame: &FrameView,
     tile: &Tile,
@@ -149,11 +160,13 @@ fn highlights(
     (gloss, coats): (&Gloss, Option<&SeenCoats>),
     placed: &Placed,
     incoming: Vec3x8,
+    among: impl Fn(usize) -> bool,
 ) -> Vec3x8 {
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::less(models, EMPTY);
     let mut sum = Vec3x8::ZERO;
-    for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
+    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
+    for (_, (light, slot)) in lights.filter(|(number, _)| among(*number)) {
         let to_centre = way(light, placed.point).0;
         let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
         if !shines && coats.is_none() {

@@ -70,8 +70,8 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
 fn make_anew(frame: &FrameView, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
     let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
-    let mut film = blank(grid, settings.layers);
-    let picture = Picture::over(&film, settings);
+    let mut film = blank(grid, frame.channels);
+    let picture = Picture::over(&film, settings.filter, frame.channels);
     let is_wide = settings.filter != Filter::Box;
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
     if is_wide {

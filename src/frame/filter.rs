@@ -8,15 +8,17 @@
 use std::ops::Range;
 
 use super::candidates::REACH;
-use super::channels::{Channel, Picture, Source, Written, data, sums};
+use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, data, matte_planes, sums};
 use super::frame_view::FrameView;
 use super::grid::Grid;
+use super::mattes::{ids_of_cells, rank_boxes};
 use super::mitchell::{TileFilm, spread};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
 use super::placed::PlacedTile;
 use super::radiance::{Light, Radiance};
 use super::ray_tally::CellRays;
 use super::window::Window;
+use crate::cryptomatte::{Id, Kind, Mattes};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Tile};
@@ -31,6 +33,8 @@ pub struct Filtering {
     albedo: Light,
     /// What share of the directions around is open: all around the background.
     openness: Column<f32>,
+    /// Along the view axis, in the units of the shot's files; zero for the background.
+    depth: Column<f32>,
     /// In cells, from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
@@ -40,6 +44,10 @@ pub struct Filtering {
     sums: Planes<{ sums::COUNT }>,
     /// Of the tile's pixels.
     data: Planes<{ data::COUNT }>,
+    /// Of a filter without a halo, of the tile's pixels.
+    mattes: Planes<MATTE_PLANES>,
+    /// Of the tile's cells.
+    ids: Column<Id>,
 }
 
 impl Default for Filtering {
@@ -49,11 +57,14 @@ impl Default for Filtering {
             alpha: none,
             albedo: [none; 3],
             openness: none,
+            depth: none,
             x: none,
             y: none,
             nearest: Vec::new(),
             sums: Planes::default(),
             data: Planes::default(),
+            mattes: Planes::default(),
+            ids: [Id::NONE; CELLS],
         }
     }
 }
@@ -70,11 +81,15 @@ pub fn sum(
 ) {
     prepare(frame, tile, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, openness, x, y, .. } = filtering;
+    let Filtering { alpha, albedo, openness, depth, x, y, ids, .. } = filtering;
     let mut columns = [None; sums::COUNT];
-    let planes = filtered(frame, radiance, [alpha, openness], albedo);
+    let planes = filtered(frame, radiance, [alpha, openness, depth], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
     spread(&frame.view.grid, tile, [x, y], &columns, film);
+    for (kind, mattes) in shown_mattes(frame) {
+        ids_of_cells(frame, mattes, tile, kind, ids);
+        film.mattes[kind as usize].spread(&frame.view.grid, [x, y], ids);
+    }
 }
 
 /// What earlier phases found out about a tile.
@@ -102,6 +117,7 @@ pub fn filter(
     let Shown { radiance, placed, cell_rays } = shown;
     filtering.sums.begin();
     filtering.data.begin();
+    filtering.mattes.begin();
     let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
     // with a wide filter it is known already where samples are seen, and `sum` is done
     if picture.filter == Filter::Box {
@@ -109,10 +125,11 @@ pub fn filter(
         if shows_samples && grid.samples > 1 {
             locate(frame, number, tile, filtering);
         }
-        let Filtering { alpha, albedo, openness, sums, .. } = filtering;
-        for (plane, column) in filtered(frame, radiance, [alpha, openness], albedo) {
+        let Filtering { alpha, albedo, openness, depth, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth], albedo) {
             reduce(grid, column, |sum, value| sum + value, sums.open(plane));
         }
+        take_mattes(frame, tile, filtering);
     }
     let Filtering { x, y, nearest, data, .. } = filtering;
     if shows_samples {
@@ -123,6 +140,30 @@ pub fn filter(
     }
     count(frame, tile, cell_rays, data);
     finish(grid, number, picture, filtering, window, |_| true)
+}
+
+/// The kinds of mattes that a layer shows.
+fn shown_mattes<'a>(frame: &FrameView<'a>) -> impl Iterator<Item = (Kind, &'a Mattes)> + use<'a> {
+    let layers = frame.layers;
+    let kinds = frame.mattes.into_iter().flat_map(|mattes| Kind::ALL.map(|kind| (kind, mattes)));
+    kinds.filter(move |(kind, _)| layers.has(kind.layer()))
+}
+
+/// The mattes of a tile's pixels, each the mean of its own cells.
+fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
+    let Filtering { mattes: planes, ids, .. } = filtering;
+    for (kind, mattes) in shown_mattes(frame) {
+        ids_of_cells(frame, mattes, tile, kind, ids);
+        let first = matte_planes(kind).start;
+        rank_boxes(&frame.view.grid, ids, |pixel, ranked| {
+            for (plane, (id, share)) in
+                (first..).step_by(2).zip(ranked).take_while(|(_, (_, share))| *share > 0.0)
+            {
+                planes.open_zeroed(plane)[pixel] = id.as_float();
+                planes.open_zeroed(plane + 1)[pixel] = *share;
+            }
+        });
+    }
 }
 
 /// Says that the film shows tile number `number` already, a frame younger.
@@ -164,7 +205,7 @@ fn finish(
     window: &mut Window,
     wanted: impl Fn(&Channel) -> bool,
 ) -> Written {
-    let Filtering { sums, data, .. } = filtering;
+    let Filtering { sums, data, mattes, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
     let pixels = pixels_of(grid, number);
@@ -172,13 +213,13 @@ fn finish(
     let mut scaled = [0.0; CELLS];
     let is_some = |channel: &Channel| match channel.source {
         Source::Data(number) => data.is_some[number],
+        Source::Matte(number) => mattes.is_some[number],
         Source::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
     };
     let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
     // with a wide filter, colours are made of the sums of many tiles
-    let is_ours = |channel: &Channel| {
-        wanted(channel) && (picture.filter == Filter::Box || matches!(channel.source, Source::Data(_)))
-    };
+    let is_ours =
+        |channel: &Channel| wanted(channel) && (picture.filter == Filter::Box || !channel.is_filtered());
     let mut channels = channels.filter(|(_, (channel, _))| is_ours(channel)).peekable();
     while let Some((number, (channel, was_zero))) = channels.next() {
         // rows lie far from each other, each in memory that no cache has any more
@@ -188,6 +229,7 @@ fn finish(
         }
         let values = match channel.source {
             Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
+            Source::Matte(number) => mattes.is_some[number].then(|| &mattes.columns[number]),
             Source::Filtered(numbers) => {
                 let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
                 some.next().map(|first| {
@@ -235,6 +277,11 @@ fn prepare(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
             let kept = tile.gathered.opennesses(first);
             is_surface.select(kept, F32x8::ONE).store(&mut filtering.openness, first);
         }
+        if frame.layers.has(Layers::DEPTH) {
+            let depth = frame.offsets(tile, first).dot(Vec3x8::splat(frame.view.camera.forward));
+            let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
+            is_surface.select(depth, F32x8::ZERO).store(&mut filtering.depth, first);
+        }
     }
 }
 
@@ -259,7 +306,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
 fn filtered<'a>(
     frame: &FrameView,
     shown: &'a Radiance,
-    [alpha, openness]: [&'a Column<f32>; 2],
+    [alpha, openness, depth]: [&'a Column<f32>; 3],
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let parts = &shown.parts;
@@ -278,8 +325,12 @@ fn filtered<'a>(
         (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
     ];
     let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
+    let groups = parts.groups.iter().enumerate().map(|(group, light)| (sums::light(group), light, true));
+    let groups = groups.filter(move |_| frame.layers.has(Layers::LIGHT));
+    let planes = planes.chain(groups);
     let planes =
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
     let openness = has(Layers::OCCLUSION).then_some((sums::OCCLUSION, openness));
-    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(planes)
+    let depth = has(Layers::DEPTH).then_some((sums::DEPTH, depth));
+    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(depth).chain(planes)
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::bits::{bits_of_models, set_bits};
+use super::channels::Channel;
 use super::grid::place;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
@@ -10,12 +11,13 @@ use super::plan::Plan;
 use super::view::View;
 use crate::animation::Transform;
 use crate::changes::{Motion, Until};
+use crate::cryptomatte::Mattes;
 use crate::geometry::SweptBox;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
-use crate::scene::Scene;
+use crate::scene::{LightGroups, Scene};
 use crate::settings::{Budget, Reuse};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
@@ -97,6 +99,12 @@ pub struct FrameView<'a> {
     pub shows_background: bool,
     /// Of the frame, if a layer shows motion.
     pub motion_vectors: Option<&'a MotionVectors>,
+    /// The planes of the picture.
+    pub channels: &'a [Channel],
+    /// Whose share of the picture has a layer, if any has.
+    pub light_groups: &'a LightGroups,
+    /// Of the scene, if a layer shows any.
+    pub mattes: Option<&'a Mattes>,
     /// The frame's number, counted from the renderer's first.
     pub rendered: u32,
 }

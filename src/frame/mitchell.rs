@@ -9,6 +9,8 @@ use wide::i32x8;
 
 use super::channels::sums;
 use super::grid::Grid;
+use super::mattes::MatteSums;
+use crate::cryptomatte::Kind;
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, EMPTY, Tile};
 
@@ -26,16 +28,18 @@ pub struct TileFilm {
     groups: [Vec<F32x8>; GROUPS],
     /// Which planes are not zero throughout.
     is_some: [bool; sums::COUNT],
+    /// By kind; of those that a layer shows.
+    pub mattes: [MatteSums; Kind::ALL.len()],
 }
 
 impl Default for TileFilm {
     fn default() -> Self {
-        Self { groups: Default::default(), is_some: [false; sums::COUNT] }
+        Self { groups: Default::default(), is_some: [false; sums::COUNT], mattes: Default::default() }
     }
 }
 
 /// Pixels along an edge of a tile with its halo.
-fn edge(grid: &Grid) -> usize {
+pub fn edge(grid: &Grid) -> usize {
     (grid.tile_pixels + 2 * HALO) as usize
 }
 
@@ -120,7 +124,7 @@ pub fn spread(
 }
 
 /// The 4 x 4 pixels that each of eight samples reaches.
-struct Reach {
+pub struct Reach {
     /// The first one: its number in rows of `edge` pixels, halo included.
     start: [i32; LANES],
     /// In rows.
@@ -130,7 +134,7 @@ struct Reach {
 impl Reach {
     /// Of samples `at` places from the tile's corner, in pixels.
     #[inline(always)]
-    fn of(at: [F32x8; 2], edge: usize) -> Self {
+    pub fn of(at: [F32x8; 2], edge: usize) -> Self {
         // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
         let [x, y] = at.map(|at| at + F32x8::splat(0.5));
         let whole = [x, y].map(F32x8::to_whole);
@@ -139,6 +143,21 @@ impl Reach {
         Self {
             start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
             weights: down.map(|down| across.map(|across| across * down)),
+        }
+    }
+
+    /// Column and row of the first pixel that sample `lane` reaches.
+    #[inline(always)]
+    pub fn corner(&self, lane: usize, edge: usize) -> [usize; 2] {
+        let start = self.start[lane] as usize;
+        [start % edge, start / edge]
+    }
+
+    /// Adds the weights of sample `lane` to `pixels`: rows of `stride`, from the first one that it reaches.
+    #[inline(always)]
+    pub fn add_weights(&self, lane: usize, stride: usize, pixels: &mut [f32]) {
+        for (row, weights) in pixels.chunks_mut(stride).zip(&self.weights) {
+            row.iter_mut().zip(weights).for_each(|(pixel, weight)| *pixel += weight.lane(lane));
         }
     }
 

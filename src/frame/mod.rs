@@ -32,6 +32,7 @@ pub mod light;
 mod light_paths;
 mod lighting;
 mod lobes;
+mod mattes;
 mod mitchell;
 mod motion_vectors;
 mod moved_bounds;
@@ -72,11 +73,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::changes::{Motion, Until};
+use crate::cryptomatte::Mattes;
 use crate::film::Film;
 use crate::geometry::Bounds;
+use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::{SampleStore, TagLayout};
-use crate::scene::Scene;
+use crate::scene::{LightGroups, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
@@ -88,6 +91,7 @@ use crate::trace::{Backend, BackendKind, TraceError};
 
 use audit::audit_tiles;
 use bins::Bins;
+use channels::{Channel, channels};
 use estimate::{Estimate, estimate};
 use frame_view::{FrameView, Occlusion};
 use grid::Grid;
@@ -113,6 +117,13 @@ pub struct Renderer<'s> {
     /// Of the store's tags.
     layout: TagLayout,
     occlusion: Option<Occlusion>,
+    /// If a layer shows any.
+    mattes: Option<Mattes>,
+    /// What headers say of layers.
+    about_layers: Arc<[(String, String)]>,
+    /// The planes of the picture.
+    channels: Vec<Channel>,
+    light_groups: LightGroups,
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
@@ -143,6 +154,8 @@ pub struct Finished {
     pub camera: CameraPose,
     /// Who answered the rays.
     pub backend: BackendKind,
+    /// What headers say of its layers: names and values.
+    pub about_layers: Arc<[(String, String)]>,
 }
 
 /// What ends a render.
@@ -161,6 +174,11 @@ impl<'s> Renderer<'s> {
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
         let keeps_answers = layout.paths > 0 || occlusion.is_some();
+        let mattes = mattes(scene, settings);
+        let mut about_layers =
+            mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
+        about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
+        let light_groups = LightGroups::of(&scene.lights);
         Ok(Self {
             scene,
             settings: settings.clone(),
@@ -172,6 +190,10 @@ impl<'s> Renderer<'s> {
             motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
             layout,
             occlusion,
+            mattes,
+            about_layers: about_layers.into(),
+            channels: channels(settings.layers, &light_groups).collect(),
+            light_groups,
             kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
@@ -245,6 +267,9 @@ impl<'s> Renderer<'s> {
             layers: self.settings.layers,
             shows_background: self.settings.background == Backdrop::Visible,
             motion_vectors: motion_vectors.as_ref(),
+            channels: &self.channels,
+            light_groups: &self.light_groups,
+            mattes: self.mattes.as_ref(),
             rendered: self.rendered + 1,
         };
 
@@ -267,7 +292,7 @@ impl<'s> Renderer<'s> {
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let shown = self.film.take().and_then(Arc::into_inner);
         let film_is_last = shown.is_some();
-        let mut film = shown.unwrap_or_else(|| develop::blank(&self.grid, self.settings.layers));
+        let mut film = shown.unwrap_or_else(|| develop::blank(&self.grid, &self.channels));
         self.rendered += 1;
         let sum = run_tiles(
             &frame_view,
@@ -300,7 +325,8 @@ impl<'s> Renderer<'s> {
         let film = Arc::new(film);
         self.film = Some(Arc::clone(&film));
         let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
-        Ok(Finished { film, stats, camera, backend: self.kind })
+        let about_layers = Arc::clone(&self.about_layers);
+        Ok(Finished { film, stats, camera, backend: self.kind, about_layers })
     }
 
     /// Seconds that the acceleration structures took.
@@ -344,6 +370,18 @@ fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<O
         radius,
         dims_ambient,
     })
+}
+
+/// The names of the materials in the order of their numbers, for headers: JSON.
+fn numbers_of_materials(scene: &Scene) -> (String, String) {
+    let names = scene.materials.iter().map(|material| material.name.clone().into());
+    (String::from("materials"), serde_json::Value::Array(names.collect()).to_string())
+}
+
+/// What the mattes of `scene` are, if a layer shows any.
+fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
+    let shows_background = settings.background == Backdrop::Visible;
+    settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
 }
 
 /// Samples of a frame, and where everything was in it.

@@ -7,7 +7,7 @@ use super::grid::Grid;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Spare, TagLayout, Tile};
-use crate::scene::{Scene, Shot};
+use crate::scene::{LightGroups, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
 
@@ -60,7 +60,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         ),
         Part::new(
             "planes of the picture",
-            pixels * bytes_of_pixel(settings.layers),
+            pixels * bytes_of_pixel(&shot.scene, settings.layers),
             "a smaller --size or fewer --layers",
         ),
         Part::new(
@@ -78,12 +78,13 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     Need { parts, reserved }
 }
 
-/// `need` and that of writing frames with `settings` while the next one is rendered: a second film, and one more thread.
-pub fn with_writing(need: Need, settings: &Settings) -> Need {
+/// `need` and that of writing frames of `scene` with `settings` while the next one is rendered: a second film, and one more
+/// thread.
+pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
     let pixels = u64::from(settings.width) * u64::from(settings.height);
     let film = Part::new(
         "the frame that is being written",
-        pixels * bytes_of_pixel(settings.layers),
+        pixels * bytes_of_pixel(scene, settings.layers),
         "a smaller --size or fewer --layers",
     );
     let mut both = need.and(Need::of(film));
@@ -97,8 +98,10 @@ fn embree_threads(threads: usize) -> u64 {
 }
 
 /// Of all planes together.
-fn bytes_of_pixel(layers: Layers) -> u64 {
-    channels(layers).map(|channel| if channel.is_float() { 4 } else { 2 }).sum()
+fn bytes_of_pixel(scene: &Scene, layers: Layers) -> u64 {
+    channels(layers, &LightGroups::of(&scene.lights))
+        .map(|channel| if channel.is_float() { 4 } else { 2 })
+        .sum()
 }
 
 /// Of the structures that rays are traced through, while they are built.

@@ -4,14 +4,15 @@
 use super::frame_view::FrameView;
 use super::lighting::{Places, add_light, emitted_and_ambient};
 use super::placed::PlacedTile;
-use super::radiance::{Light, Parts, Radiance, cut};
+use super::radiance::{DARK, Light, Parts, Radiance, cut};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{EMPTY, Tile};
 use crate::shade::{Surface, phong};
 
 /// Those layers that are made of single samples' light.
-const LIGHT: Layers = Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::BACKGROUND);
+const LIGHT: Layers =
+    Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::BACKGROUND).with(Layers::LIGHT);
 
 /// Writes the parts of what eight cells show, from `first` on, into `radiance`, whose `diffuse` must be there. The tags must
 /// be up to date.
@@ -32,7 +33,15 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             write(albedo * tile.gathered.means(first), &mut parts.indirect);
         }
         if layers.has(Layers::DIRECT) {
-            write(direct(frame, tile, first, placed, albedo), &mut parts.direct);
+            write(direct(frame, tile, first, placed, albedo, |_| true), &mut parts.direct);
+        }
+        if layers.has(Layers::LIGHT) {
+            let groups = frame.light_groups;
+            parts.groups.resize(groups.names.len(), DARK);
+            for (group, light) in parts.groups.iter_mut().enumerate() {
+                let of_group = |light: usize| groups.of[light] == group;
+                write(direct(frame, tile, first, placed, albedo, of_group), light);
+            }
         }
         if layers.has(Layers::BACKGROUND) {
             // samples of the background have nothing else
@@ -47,14 +56,22 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
     }
 }
 
-/// The diffuse light of all lights that reach eight samples. It is summed anew, and not what is left of the light that
+/// The diffuse light of all lights that reach eight samples and are `among` those asked for. It is summed anew, and not what is left of the light that
 /// samples keep: that is rounded as a whole, and a shadow would show what the sum of the others lost.
-fn direct(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, albedo: Vec3x8) -> Vec3x8 {
+fn direct(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    placed: &mut PlacedTile,
+    albedo: Vec3x8,
+    among: impl Fn(usize) -> bool,
+) -> Vec3x8 {
     if frame.pose.lights.is_empty() || !tile.model[first..first + LANES].iter().any(|model| *model < EMPTY) {
         return Vec3x8::ZERO;
     }
     let placed = placed.get(frame, tile, first);
-    frame.pose.lights.iter().zip(frame.slots).fold(Vec3x8::ZERO, |sum, (light, slot)| {
+    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
+    lights.filter(|(number, _)| among(*number)).fold(Vec3x8::ZERO, |sum, (_, (light, slot))| {
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
         add_light(sum, light, places, reached, |light_sample| {

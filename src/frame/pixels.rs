@@ -14,6 +14,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
 use crate::scene::RenderSpace;
+use crate::shade::surface::{Corners, uv_at};
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
@@ -46,6 +47,14 @@ impl<const N: usize> Planes<N> {
     /// Nothing in any plane.
     pub fn begin(&mut self) {
         self.is_some = [false; N];
+    }
+
+    /// Plane `number`, to be filled in part: all zeros, if it held nothing.
+    pub fn open_zeroed(&mut self, number: usize) -> &mut Column<f32> {
+        if !self.is_some[number] {
+            self.columns[number].fill(0.0);
+        }
+        self.open(number)
     }
 
     /// Plane `number`, to be filled.
@@ -170,10 +179,20 @@ pub fn take_data(
             *id = model.wrapping_add(1) as f32;
         }
     }
+    // where pixels have one sample each it is the only one to choose
+    let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
     if let Some(vectors) = frame.motion_vectors {
-        // where pixels have one sample each it is the only one to choose
-        let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
         write_motion(frame, vectors, tile, cells, data);
+    }
+    if frame.layers.has(Layers::MATERIAL) {
+        for (number, cell) in data.open_zeroed(data::MATERIAL).iter_mut().zip(cells) {
+            let cell = usize::from(*cell);
+            let is_surface = tile.model[cell] < EMPTY;
+            *number = if is_surface { f32::from(tile.record[cell].material) + 1.0 } else { 0.0 };
+        }
+    }
+    if frame.layers.has(Layers::UV) {
+        write_uv(frame, tile, cells, data);
     }
     if frame.layers.has(Layers::STATUS) {
         let ages: Column<u32> = std::array::from_fn(|cell| match tile.status[cell].is_reused() {
@@ -215,6 +234,33 @@ fn write_motion(
             let column = data.open(first + axis).iter_mut();
             // with 0 added, so that no zero is negative: what stands in the film is compared with it bit by bit
             column.zip(&of_pixels).for_each(|(value, vectors)| *value = sign * vectors[which][axis] + 0.0);
+        }
+    }
+}
+
+/// The texture coordinates of the samples in the `cells` that pixels show: at the points that are kept, where textures are
+/// looked up.
+fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ data::COUNT }>) {
+    let planes = [data::UV, data::UV + 1];
+    planes.iter().for_each(|plane| _ = data.open_zeroed(*plane));
+    for (group, cells) in cells.chunks(LANES).enumerate() {
+        let surface = |lane: usize| {
+            let cell = usize::from(*cells.get(lane)?);
+            let model = frame.scene.models.get(tile.model[cell] as usize)?;
+            Some((&*model.mesh, tile.record[cell].triangle, tile.point(cell)))
+        };
+        let (mut corners, mut points) = (Corners::NONE, Vec3x8::ZERO);
+        for (lane, (mesh, triangle, point)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
+            corners.set(lane, mesh, triangle);
+            points.set_lane(lane, point);
+        }
+        let weights = corners.weights_at(points);
+        for (lane, (mesh, triangle, _)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
+            let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
+            for (plane, value) in planes.into_iter().zip(uv.to_array()) {
+                // no zero is negative: what stands in the film is compared with it bit by bit
+                data.columns[plane][group * LANES + lane] = value + 0.0;
+            }
         }
     }
 }

@@ -11,6 +11,9 @@ const MOST_LIGHT: f32 = 1e30;
 /// Three columns of a colour. Linear RGB.
 pub type Light = [Column<f32>; 3];
 
+/// None.
+pub const DARK: Light = [[0.0; CELLS]; 3];
+
 /// A layer of the picture that rays beyond the first surface add to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
@@ -54,30 +57,31 @@ pub struct Parts {
     pub guide_albedo: Light,
     /// For denoisers: that surface's normal.
     pub guide_normal: Light,
+    /// Diffuse light and highlights of each group of lights.
+    pub groups: Vec<Light>,
 }
 
 impl Default for Parts {
     fn default() -> Self {
-        let dark = [[0.0; CELLS]; 3];
         Self {
-            direct: dark,
-            indirect: dark,
-            emission: dark,
-            sky: dark,
-            guide_albedo: dark,
-            guide_normal: dark,
+            direct: DARK,
+            indirect: DARK,
+            emission: DARK,
+            sky: DARK,
+            guide_albedo: DARK,
+            guide_normal: DARK,
+            groups: Vec::new(),
         }
     }
 }
 
 impl Default for Radiance {
     fn default() -> Self {
-        let dark = [[0.0; CELLS]; 3];
         Self {
-            diffuse: dark,
-            specular: dark,
-            reflection: dark,
-            refraction: dark,
+            diffuse: DARK,
+            specular: DARK,
+            reflection: DARK,
+            refraction: DARK,
             parts: Parts::default(),
             has_specular: false,
             has_secondary: false,
@@ -95,7 +99,7 @@ impl Radiance {
     pub fn open_specular(&mut self) {
         if !self.has_specular {
             self.has_specular = true;
-            self.specular = [[0.0; CELLS]; 3];
+            self.specular = DARK;
         }
     }
 
@@ -103,7 +107,7 @@ impl Radiance {
     pub fn open_secondary(&mut self) {
         if !self.has_secondary {
             self.has_secondary = true;
-            (self.reflection, self.refraction) = ([[0.0; CELLS]; 3], [[0.0; CELLS]; 3]);
+            (self.reflection, self.refraction) = (DARK, DARK);
         }
     }
 

@@ -128,7 +128,7 @@ pub fn run_tiles(
     film_is_last: bool,
 ) -> TileSum {
     let is_wide = settings.filter != Filter::Box;
-    let picture = Picture::over(film, settings);
+    let picture = Picture::over(film, settings.filter, frame.channels);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*frame.view.grid;
     let mut developer = Developer::default();

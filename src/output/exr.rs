@@ -81,7 +81,7 @@ pub fn write_planes<'p>(
             Values::Half(values) => Data::Halves(values),
             Values::Float(values) => Data::Floats(values),
         };
-        Channel { name: plane.name, stored, data }
+        Channel { name: &plane.name, stored, data }
     });
     let image = Image {
         width: size[0],
@@ -173,7 +173,17 @@ mod tests {
             inputs: Digest::of(b"3"),
             settings: Digest::of(b"4"),
         });
-        FrameMeta { frame, rate, world_to_camera, world_to_ndc: [0.5; 16], comments, shot, fingerprint }
+        let layers = [(String::from("cryptomatte/1234567/name"), String::from("CryptoObject"))].into();
+        FrameMeta {
+            frame,
+            rate,
+            world_to_camera,
+            world_to_ndc: [0.5; 16],
+            comments,
+            shot,
+            fingerprint,
+            layers,
+        }
     }
 
     fn film() -> Film {
@@ -195,13 +205,15 @@ mod tests {
         let back = openexr::read(&path).unwrap();
         assert_eq!(back.compression, Some(Compression::Zips));
         for plane in &film().planes {
-            let channel = back.channel(plane.name).unwrap();
+            let channel = back.channel(&plane.name).unwrap();
             assert_eq!(channel.data, plane.values.to_floats(), "{}", plane.name);
             assert_eq!(channel.stored == SampleType::Half, plane.kind == PlaneKind::Half);
         }
         let rate = Attribute::Rational { numerator: 24000, denominator: 1001 };
         assert_eq!(back.attribute("framesPerSecond"), Some(&rate));
         assert_eq!(back.attribute("imageCounter"), Some(&Attribute::Int(1042)));
+        let object = Attribute::Text("CryptoObject".into());
+        assert_eq!(back.attribute("cryptomatte/1234567/name"), Some(&object));
         assert_eq!(back.attribute("comments"), Some(&Attribute::Text("reprojected".into())));
         let matrix = Attribute::M44f(meta().world_to_camera);
         assert_eq!(back.attribute("worldToCamera"), Some(&matrix));

@@ -1,5 +1,6 @@
 //! What a frame's header says about it, under the names that compositors look for.
 
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use openexr::Attribute;
@@ -30,6 +31,8 @@ pub struct FrameMeta {
     pub shot: String,
     /// What the frame was made from, where a later run shall know.
     pub fingerprint: Option<Fingerprint>,
+    /// About its layers: names and values.
+    pub layers: Arc<[(String, String)]>,
 }
 
 /// The header's attributes in the order in which they are listed by readers.
@@ -52,7 +55,9 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
         ("software", text(software)),
         ("chromaticities", Attribute::Chromaticities(REC_709)),
     ];
-    attributes.into_iter().chain(fingerprint).map(|(name, value)| (name.to_owned(), value)).collect()
+    let layers = meta.layers.iter().map(|(name, value)| (name.clone(), text(value)));
+    let attributes = attributes.into_iter().chain(fingerprint);
+    attributes.map(|(name, value)| (name.to_owned(), value)).chain(layers).collect()
 }
 
 /// Hours, minutes, seconds and frames since frame 0 as the binary-coded digits of SMPTE 12M, in

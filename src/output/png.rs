@@ -1,5 +1,6 @@
 //! An 8-bit sRGB preview of `R G B`.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::fs::File;
 use std::io::BufReader;
@@ -15,7 +16,7 @@ pub enum PreviewError {
     /// The file could not be written.
     Write(WriteError),
     /// The film lacks a plane of this name.
-    NoPlane(&'static str),
+    NoPlane(Cow<'static, str>),
     /// The encoder refused the picture.
     Encode(String),
 }
@@ -45,7 +46,7 @@ pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
 /// # Errors
 /// One is missing.
 pub fn colors(film: &Film) -> Result<[&Plane; 3], PreviewError> {
-    let plane = |name| film.plane(name).ok_or(PreviewError::NoPlane(name));
+    let plane = |name: &'static str| film.plane(name).ok_or(PreviewError::NoPlane(Cow::Borrowed(name)));
     Ok([plane("R")?, plane("G")?, plane("B")?])
 }
 
@@ -62,7 +63,7 @@ pub fn write_colors(
 ) -> Result<(), PreviewError> {
     let pixels = size[0] as usize * size[1] as usize;
     if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
-        return Err(PreviewError::NoPlane(plane.name));
+        return Err(PreviewError::NoPlane(plane.name.clone()));
     }
     let [red, green, blue] = planes.map(|plane| &plane.values);
     let mut bytes = Vec::with_capacity(pixels * 3);

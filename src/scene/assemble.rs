@@ -12,6 +12,7 @@ use glam::Vec3;
 use super::error::Findings;
 use super::limits;
 use super::lines::words;
+use super::mesh::Groups;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::obj::{self, Named, ObjFile};
 use super::paths::find_beside;
@@ -171,7 +172,7 @@ impl Assembly {
         let by_name: HashMap<&str, &Defined> =
             defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
         let mut used = vec![false; obj.materials.len()];
-        obj.uses.iter().for_each(|(_, id)| used[*id as usize] = true);
+        obj.uses.iter().for_each(|(_, of)| used[of.material as usize] = true);
         let mut ids = vec![0; obj.materials.len()];
         let mut unknown = Vec::new();
         for (i, named) in obj.materials.iter().enumerate().filter(|(i, _)| used[*i]) {
@@ -318,32 +319,36 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
     (found, missing)
 }
 
-/// Triangles one after the other that have the same of the file's materials.
-struct Use {
+/// Triangles one after the other that have the same material and group.
+struct Stretch {
     range: Range<usize>,
-    material: usize,
+    of: obj::Use,
 }
 
 /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
 fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
-    let casts = |a_use: &Use| materials[usize::from(ids[a_use.material])].casts_shadow();
-    let mut uses = Vec::with_capacity(obj.uses.len());
+    let id = |stretch: &Stretch| ids[stretch.of.material as usize];
+    let casts = |stretch: &Stretch| materials[usize::from(id(stretch))].casts_shadow();
+    let mut stretches = Vec::with_capacity(obj.uses.len());
     let mut begin = 0;
-    for (count, material) in &obj.uses {
-        uses.push(Use { range: begin..begin + count, material: *material as usize });
+    for (count, of) in &obj.uses {
+        stretches.push(Stretch { range: begin..begin + count, of: *of });
         begin += count;
     }
-    let shadow_casting = uses.iter().filter(|a_use| casts(a_use)).map(|a_use| a_use.range.len()).sum();
+    let casting = stretches.iter().filter(|stretch| casts(stretch));
+    let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
     let mut triangles = obj.triangles;
     if shadow_casting > 0 && shadow_casting < triangles.len() {
-        uses.sort_by_key(|a_use| !casts(a_use));
+        stretches.sort_by_key(|stretch| !casts(stretch));
         let mut ordered = Vec::with_capacity(triangles.len());
-        uses.iter().for_each(|a_use| ordered.extend_from_slice(&triangles[a_use.range.clone()]));
+        stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
         triangles = ordered;
     }
     let mut material_of = Vec::with_capacity(triangles.len());
-    for Use { range, material } in uses {
-        material_of.extend(iter::repeat_n(ids[material], range.len()));
+    let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
+    for stretch in &stretches {
+        groups.begin(material_of.len() as u32, stretch.of.group);
+        material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
     }
     Mesh {
         positions: Arc::new(VertexBuffer::new(obj.positions)),
@@ -351,6 +356,7 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
         normals: obj.normals,
         uvs: obj.uvs,
         material_of,
+        groups: Arc::new(groups),
         shadow_casting,
     }
 }

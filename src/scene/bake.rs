@@ -45,6 +45,7 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         normals: mesh.normals.par_iter().map(normal).collect(),
         uvs: mesh.uvs.clone(),
         material_of: mesh.material_of.clone(),
+        groups: mesh.groups.clone(),
         shadow_casting: mesh.shadow_casting,
     })
 }
@@ -61,6 +62,7 @@ mod tests {
             normals: vec![Vec3::new(0.6, 0.0, 0.8); 3],
             uvs: Vec::new(),
             material_of: vec![0],
+            groups: Default::default(),
             shadow_casting: 1,
         }
     }

@@ -19,6 +19,39 @@ pub struct Light {
     /// Shadow rays that each sample sends to it, in a grid as wide as high: 1, 4 or [`MOST_SAMPLES`](Self::MOST_SAMPLES). Of use
     /// for areas alone.
     pub samples: u32,
+    /// Of the layer that shows what it adds to the picture.
+    pub group: Option<String>,
+}
+
+/// Lights by group: in the order in which the shot names them first, and at last those of no group.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LightGroups {
+    /// Of layers, without what all of them begin with.
+    pub names: Vec<String>,
+    /// Of each light.
+    pub of: Vec<usize>,
+}
+
+impl LightGroups {
+    /// That a shot may have, those of no group included: each is three planes.
+    pub const MOST: usize = 8;
+
+    /// Lights of no group.
+    pub const OTHERS: &str = "others";
+
+    /// Those of `lights`.
+    pub fn of(lights: &[Light]) -> Self {
+        let name = |light: &Light| light.group.clone().unwrap_or_else(|| Self::OTHERS.into());
+        let (grouped, others): (Vec<_>, Vec<_>) = lights.iter().partition(|light| light.group.is_some());
+        let mut names: Vec<String> = Vec::new();
+        for name in grouped.into_iter().chain(others).map(name) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let number = |light| names.iter().position(|known| *known == name(light)).unwrap_or_default();
+        Self { of: lights.iter().map(number).collect(), names }
+    }
 }
 
 impl Light {

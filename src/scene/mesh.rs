@@ -28,6 +28,54 @@ pub struct Mesh {
     pub shadow_casting: usize,
     /// Index into [`Scene::materials`](super::Scene::materials) for each triangle.
     pub material_of: Vec<u16>,
+    /// What the file calls parts of it.
+    pub groups: Arc<Groups>,
+}
+
+/// Names of a mesh's triangles, as OBJ files give with `g` and `o`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Groups {
+    /// Each once.
+    names: Vec<String>,
+    /// The first of triangles one after the other that are in the same group, and its number; in order, the first at
+    /// triangle 0.
+    begins: Vec<(u32, u32)>,
+}
+
+impl Default for Groups {
+    /// All triangles in one group.
+    fn default() -> Self {
+        Self { names: vec![String::from("default")], begins: vec![(0, 0)] }
+    }
+}
+
+impl Groups {
+    /// No triangles yet.
+    pub fn named(names: impl Iterator<Item = String>) -> Self {
+        Self { names: names.collect(), begins: Vec::new() }
+    }
+
+    /// From triangle number `first` on, which is behind all others that were said, all are in this group.
+    pub fn begin(&mut self, first: u32, group: u32) {
+        if self.begins.last().is_none_or(|(_, last)| *last != group) {
+            self.begins.push((first, group));
+        }
+    }
+
+    /// By their numbers.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The number of the group of a triangle.
+    #[inline]
+    pub fn of(&self, triangle: u32) -> usize {
+        let after = match &self.begins[..] {
+            [_] => 1,
+            begins => begins.partition_point(|(first, _)| *first <= triangle),
+        };
+        self.begins[after - 1].1 as usize
+    }
 }
 
 impl Mesh {

@@ -41,7 +41,7 @@ pub use camera::CameraTrack;
 pub use environment::{Environment, LightFrom};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
-pub use light::{Light, LightKind};
+pub use light::{Light, LightGroups, LightKind};
 pub use loader::load;
 pub use material::Material;
 pub use mesh::Mesh;

@@ -231,6 +231,7 @@ mod tests {
             color: Track::constant(Vec3::ONE),
             power: Track::constant(2e-14),
             samples: 1,
+            group: None,
         };
         let light = space.light(light);
         let LightKind::Point { position } = light.kind else { panic!("still a point light") };

@@ -109,6 +109,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
     let camera = shot_tracks::camera(text, camera)?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
+    shot_tracks::check_groups(text, &file.light, &lights)?;
     let background = file.background.as_ref().map(|table| gradient(text, table)).transpose()?;
     let environment = file.environment.as_ref();
     let environment =
@@ -293,13 +294,12 @@ fn fraction(rate: &Rate) -> Option<(i32, u32)> {
 
 fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
     let Some(names) = &output.layers else { return Ok(Layers::USUAL) };
-    let unknown = |name: &&At<String>| Layers::named(name.get_ref().as_str()).is_none();
-    if let Some(name) = names.iter().find(unknown) {
-        return Err(
-            text.fault(name.span(), format!("`layers`: {}", Layers::unknown(name.get_ref().as_str())))
-        );
-    }
-    Ok(Layers::of(names.iter().map(|name| name.get_ref().as_str())).unwrap_or_default())
+    names.iter().try_fold(Layers::NONE, |all, name| {
+        let known = Layers::of([name.get_ref().as_str()]);
+        let unknown =
+            |name_of: &str| text.fault(name.span(), format!("`layers`: {}", Layers::unknown(name_of)));
+        known.map(|layers| all.with(layers)).map_err(unknown)
+    })
 }
 
 fn output(text: TomlText<'_>, path: Option<At<String>>) -> Result<Option<String>, SceneError> {

@@ -172,7 +172,7 @@ pub(crate) enum BudgetValue {
 pub(crate) struct OutputTable {
     /// File names such as "out/walk.####.exr", or a folder, relative to the current folder
     pub path: Option<At<String>>,
-    /// Layers beside R G B A (Z, object, status)
+    /// Layers beside R G B A, or sets of them (Z, object, status)
     #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
     /// What becomes of the background where the camera sees it (visible if there is one)
@@ -336,6 +336,8 @@ pub(crate) struct LightTable {
     /// Rectangle, disk, sphere, and directional with an angle: shadow rays of each sample (16)
     #[schemars(extend("enum" = [1, 4, 16]))]
     pub samples: Option<At<u32>>,
+    /// Of the layer that shows what its lights add to the picture: letters, digits, `-` and `_`
+    pub group: Option<At<String>>,
     /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
     /// Directional: irradiance. Others: intensity (1)
@@ -433,7 +435,7 @@ impl JsonSchema for LayerName {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({"enum": Layers::NAMES})
+        json_schema!({"enum": Layers::SETS.iter().chain(&Layers::NAMES).collect::<Vec<_>>()})
     }
 }
 

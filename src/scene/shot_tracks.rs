@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::camera::Aim;
 use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
 use super::toml_text::{At, List, TomlText};
-use super::{CameraTrack, Light, LightKind, SceneError};
+use super::{CameraTrack, Light, LightGroups, LightKind, SceneError};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track, TransformTrack};
 
@@ -220,7 +220,41 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
         color: through_or(color, &keys, how, |key| or(&key.color, "color", color, |k, v| text.color(k, v)))?,
         power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
         samples,
+        group: light.group.as_ref().map(|group| group_name(text, group)).transpose()?,
     })
+}
+
+/// The name of a group is a part of names of channels.
+fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneError> {
+    /// Names of channels end at 31 letters, for old readers: `light_` and `.R` included.
+    const LONGEST: usize = 23;
+    let name = group.get_ref();
+    let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
+    let fits = (1..=LONGEST).contains(&name.len()) && is_plain;
+    fits.then(|| name.clone())
+        .ok_or_else(|| text.bad("group", group, "must be 1 to 23 letters, digits, `-` and `_`"))
+}
+
+/// That groups are few, and that each light of a group has a name of its own in it.
+pub(crate) fn check_groups(
+    text: TomlText<'_>,
+    tables: &[At<LightTable>],
+    lights: &[Light],
+) -> Result<(), SceneError> {
+    let groups = LightGroups::of(lights);
+    for (number, (table, light)) in tables.iter().zip(lights).enumerate() {
+        let Some(group) = &light.group else { continue };
+        if groups.of[number] >= LightGroups::MOST - 1 {
+            let message = format!("more than {} groups of lights: use fewer", LightGroups::MOST - 1);
+            return Err(text.fault(table.span(), message));
+        }
+        let is_same = |other: &&Light| other.group == light.group && other.name == light.name;
+        if lights[..number].iter().any(|other| is_same(&other)) {
+            let message = format!("two lights `{}` in the group `{group}`: rename one", light.name);
+            return Err(text.fault(table.span(), message));
+        }
+    }
+    Ok(())
 }
 
 /// Width and height of a light.

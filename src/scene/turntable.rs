@@ -88,6 +88,7 @@ fn light(name: &str, direction: DVec3, color: Vec3, power: f64) -> Light {
         color: Track::constant(color),
         power: Track::constant(power),
         samples: Light::MOST_SAMPLES,
+        group: None,
     }
 }
 

@@ -30,6 +30,7 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
         normals: Vec::new(),
         uvs: vec![Vec2::ZERO; corners.len()],
         material_of: vec![material; triangles.len()],
+        groups: Default::default(),
     }
 }
 
@@ -68,7 +69,7 @@ pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
 /// A light of constant colour.
 pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
     let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
-    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES }
+    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES, group: None }
 }
 
 /// Straight down on everything.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::join::{Run, split};
+use super::join::{Run, Use, split};
 use crate::scene::polygon::Cutter;
 
 /// Triangles of a file, in the order of its faces.
@@ -11,8 +11,8 @@ use crate::scene::polygon::Cutter;
 pub(super) struct Triangles {
     /// Vertices of each.
     pub corners: Vec<[u32; 3]>,
-    /// How many, one after the other, have which material; counts are above 0.
-    pub uses: Vec<(usize, u32)>,
+    /// How many, one after the other, have which material and group; counts are above 0.
+    pub uses: Vec<(usize, Use)>,
     /// Faces without an area: nothing is left of those.
     pub flat: usize,
 }
@@ -21,8 +21,8 @@ pub(super) struct Triangles {
 struct Part {
     /// Three for each triangle.
     corners: Vec<u32>,
-    /// Triangles and their material, in order.
-    uses: Vec<(usize, u32)>,
+    /// Triangles and what they have, in order.
+    uses: Vec<(usize, Use)>,
     flat: usize,
 }
 
@@ -32,11 +32,11 @@ pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
     let flat = parts.iter().map(|part| part.flat).sum();
     let lengths = || parts.iter().map(|part| part.corners.len() / 3);
     let count = lengths().sum();
-    let mut uses: Vec<(usize, u32)> = Vec::new();
-    for (count, material) in parts.iter().flat_map(|part| &part.uses).filter(|(count, _)| *count > 0) {
+    let mut uses: Vec<(usize, Use)> = Vec::new();
+    for (count, a_use) in parts.iter().flat_map(|part| &part.uses).filter(|(count, _)| *count > 0) {
         match uses.last_mut() {
-            Some((sum, last)) if last == material => *sum += count,
-            _ => uses.push((*count, *material)),
+            Some((sum, last)) if last == a_use => *sum += count,
+            _ => uses.push((*count, *a_use)),
         }
     }
     let mut corners = vec![[0; 3]; count];
@@ -55,12 +55,12 @@ impl Part {
         let mut faces = Faces::new(positions);
         if run.arities.is_empty() && run.positions.chunks_exact(3).all(|face| faces.has_area(face)) {
             // as most are: nothing has to be cut, and nothing goes
-            let uses = uses.map(|((begin, material), end)| (end - *begin as usize, *material)).collect();
+            let uses = uses.map(|((begin, a_use), end)| (end - *begin as usize, *a_use)).collect();
             return Self { corners: run.positions, uses, flat: 0 };
         }
         let mut part = Self { corners: Vec::with_capacity(run.positions.len()), uses: Vec::new(), flat: 0 };
         let mut rest = run.positions.as_slice();
-        for ((begin, material), end) in uses {
+        for ((begin, a_use), end) in uses {
             let before = part.corners.len();
             for face in *begin as usize..end {
                 let arity = run.arities.get(face).map_or(3, |arity| usize::from(*arity));
@@ -68,7 +68,7 @@ impl Part {
                 rest = after;
                 faces.cut(face, &mut part);
             }
-            part.uses.push(((part.corners.len() - before) / 3, *material));
+            part.uses.push(((part.corners.len() - before) / 3, *a_use));
         }
         part
     }

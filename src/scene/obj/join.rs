@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::column::{Indices, MOST_ENTRIES, OutOfRange};
 use super::fault::Fault;
-use super::piece::{Faces, Name, Piece};
+use super::piece::{Change, Faces, Name, Piece};
 
 /// What a file says, with absolute indices.
 #[derive(Debug, Default)]
@@ -21,6 +21,8 @@ pub(super) struct Joined {
     pub runs: Vec<Run>,
     /// By first use; the first is no material.
     pub materials: Vec<Named>,
+    /// By first use; the first is [`NO_GROUP`].
+    pub groups: Vec<Named>,
     /// What `mtllib` lines say.
     pub libraries: Vec<Named>,
     /// Faces of fewer than three corners.
@@ -36,6 +38,18 @@ pub struct Named {
     pub line: usize,
 }
 
+/// What OBJ calls the group of faces that are in none.
+const NO_GROUP: &str = "default";
+
+/// What a face has beside its corners, by number among the file's names.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Use {
+    /// Of `usemtl`.
+    pub material: u32,
+    /// Of the last `g` or `o`.
+    pub group: u32,
+}
+
 /// Faces of one piece; corners are in order.
 #[derive(Debug, Default)]
 pub(super) struct Run {
@@ -49,8 +63,8 @@ pub(super) struct Run {
     pub faces: usize,
     /// Corners of each face; empty where all have three.
     pub arities: Vec<u16>,
-    /// From which face on which of the file's materials is used; the first entry is for face 0.
-    pub uses: Vec<(u32, u32)>,
+    /// From which face on they have which material and group; the first entry is for face 0.
+    pub uses: Vec<(u32, Use)>,
 }
 
 /// Why pieces do not fit together.
@@ -71,11 +85,12 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     }
     let mut joined =
         Joined { too_small: pieces.iter().map(|piece| piece.too_small).sum(), ..Joined::default() };
-    joined.name(&mut pieces);
+    let uses = joined.name(&mut pieces);
     joined.positions = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.positions)));
     joined.uvs = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.uvs)));
     joined.normals = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.normals)));
-    let runs = pieces.into_par_iter().zip(bases).map(|(piece, base)| Run::new(piece.faces, base, counts));
+    let runs = pieces.into_par_iter().zip(uses).zip(bases);
+    let runs = runs.map(|((piece, uses), base)| Run::new(piece.faces, uses, base, counts));
     joined.runs = runs.collect::<Result<_, _>>().map_err(|OutOfRange| Misfit::Somewhere)?;
     Ok(joined)
 }
@@ -117,39 +132,63 @@ pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>)
 }
 
 impl Joined {
-    /// Gives materials their numbers in the file, and names their lines. Each piece gets the material that
-    /// it begins with.
-    fn name(&mut self, pieces: &mut [Piece]) {
-        self.materials.push(Named { name: String::new(), line: 0 });
-        let mut number_of = HashMap::from([(Vec::new(), 0)]);
-        let (mut line, mut current) = (1, 0);
+    /// Gives materials and groups their numbers in the file, and names their lines. For each piece, which of its faces have
+    /// which.
+    fn name(&mut self, pieces: &mut [Piece]) -> Vec<Vec<(u32, Use)>> {
+        let named = |name: &str| Named { name: name.to_owned(), line: 0 };
+        (self.materials, self.groups) = (vec![named("")], vec![named(NO_GROUP)]);
+        let mut material_of = HashMap::from([(Vec::new(), 0)]);
+        let mut group_of = HashMap::from([(Vec::new(), 0), (NO_GROUP.into(), 0)]);
+        let (mut line, mut current) = (1, Use::default());
+        let mut uses = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            let mut number = |(name, ahead): Name| {
-                *number_of.entry(name).or_insert_with_key(|name| {
-                    self.materials.push(named(name, line + ahead));
-                    self.materials.len() as u32 - 1
-                })
-            };
-            let numbers: Vec<u32> =
-                std::mem::take(&mut piece.materials).into_iter().map(&mut number).collect();
-            let uses = piece.faces.uses.iter().map(|(face, material)| (*face, numbers[*material as usize]));
-            let uses: Vec<(u32, u32)> = std::iter::once((0, current)).chain(uses).collect();
-            current = uses.last().map_or(current, |(_, material)| *material);
-            piece.faces.uses = uses;
-            self.libraries.extend(piece.libraries.iter().map(|(name, ahead)| named(name, line + ahead)));
+            let materials = numbers(&mut piece.materials, line, &mut self.materials, &mut material_of);
+            let groups = numbers(&mut piece.groups, line, &mut self.groups, &mut group_of);
+            let mut of_piece = vec![(0, current)];
+            for (face, change) in &piece.faces.changes {
+                match change {
+                    Change::Material(number) => current.material = materials[*number as usize],
+                    Change::Group(number) => current.group = groups[*number as usize],
+                }
+                of_piece.push((*face, current));
+            }
+            uses.push(of_piece);
+            self.libraries.extend(piece.libraries.iter().map(|(name, ahead)| named_at(name, line + ahead)));
             line += piece.lines;
         }
+        uses
     }
 }
 
-fn named(name: &[u8], line: usize) -> Named {
+/// The numbers in the file of the names of a piece that begins with this line; `names` are those of the file so far.
+fn numbers(
+    of_piece: &mut Vec<Name>,
+    line: usize,
+    names: &mut Vec<Named>,
+    number_of: &mut HashMap<Vec<u8>, u32>,
+) -> Vec<u32> {
+    let number = |(name, ahead): Name| {
+        *number_of.entry(name).or_insert_with_key(|name| {
+            names.push(named_at(name, line + ahead));
+            names.len() as u32 - 1
+        })
+    };
+    std::mem::take(of_piece).into_iter().map(number).collect()
+}
+
+fn named_at(name: &[u8], line: usize) -> Named {
     Named { name: String::from_utf8_lossy(name).into_owned(), line }
 }
 
 impl Run {
     /// So many entries are defined before the piece, and `counts` in the file.
-    fn new(faces: Faces, [bv, bvt, bvn]: [u64; 3], counts: [u64; 3]) -> Result<Self, OutOfRange> {
-        let Faces { columns: [positions, uvs, normals], corners, count, arities, uses, .. } = faces;
+    fn new(
+        faces: Faces,
+        uses: Vec<(u32, Use)>,
+        [bv, bvt, bvn]: [u64; 3],
+        counts: [u64; 3],
+    ) -> Result<Self, OutOfRange> {
+        let Faces { columns: [positions, uvs, normals], corners, count, arities, .. } = faces;
         let mut places = match positions.resolve(bv, counts[0], corners, &[])? {
             Indices::Own(places) => places,
             _ if corners == 0 => Vec::new(),

@@ -1,8 +1,8 @@
 //! Reads the geometry of OBJ files, on all threads.
 //!
-//! What it gives is a soup of triangles with the names of their materials; what those names mean is
-//! found in `mtl`, and `assemble` makes a mesh of both. Objects and groups are not told apart: a
-//! file is one model, which moves as one.
+//! What it gives is a soup of triangles with the names of their materials and groups; what materials mean is
+//! found in `mtl`, and `assemble` makes a mesh of both. A file is one model, which moves as one; objects (`o`) and groups
+//! (`g`) in it are names for mattes, and the last of either counts.
 //!
 //! The text is cut into pieces at line ends (`source`), which are read independently (`piece`). Then
 //! it is known how much each of them defines, and indices that count back become absolute (`join`).
@@ -34,8 +34,8 @@ use super::SceneError;
 use crate::digest::Digest;
 use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
-pub use join::Named;
 use join::{Joined, Misfit};
+pub use join::{Named, Use};
 use piece::{Piece, Reader};
 use share::Vertices;
 use source::Source;
@@ -55,10 +55,12 @@ pub struct ObjFile {
     pub uvs: Vec<Vec2>,
     /// Never empty; none without an area.
     pub triangles: Vec<[u32; 3]>,
-    /// How many triangles, one after the other, have which of the `materials`; counts are above 0.
-    pub uses: Vec<(usize, u32)>,
+    /// How many triangles, one after the other, have which of the `materials` and `groups`; counts are above 0.
+    pub uses: Vec<(usize, Use)>,
     /// Names after `usemtl` by their first use; the first is empty, for faces before any.
     pub materials: Vec<Named>,
+    /// Names after `g` and `o` by their first use; the first is `default`, for faces before any.
+    pub groups: Vec<Named>,
     /// What `mtllib` lines say, in order.
     pub libraries: Vec<Named>,
 }
@@ -147,7 +149,7 @@ fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
 fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let mut joined = join::join(pieces)?;
     let Vertices { positions, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
-    let Joined { runs, materials, libraries, too_small, .. } = joined;
+    let Joined { runs, materials, groups, libraries, too_small, .. } = joined;
     let triangles = cut::cut(runs, &positions);
     if !are_within_reach(&positions) {
         return Err(Misfit::Somewhere);
@@ -158,7 +160,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let (triangles, uses) = (triangles.corners, triangles.uses);
     // the same bytes: nothing is copied
     let (normals, uvs) = (cast_vec(normals), cast_vec(uvs));
-    Ok(ObjFile { positions, normals, uvs, triangles, uses, materials, libraries })
+    Ok(ObjFile { positions, normals, uvs, triangles, uses, materials, groups, libraries })
 }
 
 /// Whether all coordinates are numbers that can be used.
@@ -223,7 +225,25 @@ mod tests {
     fn materials_are_counted_by_their_first_use() {
         let obj = read_text("f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl\tc\no x\nf 1 3 4\nusemtl a b\nf 2 3 4");
         let names: Vec<_> = obj.materials.iter().map(|named| named.name.as_str()).collect();
-        assert_eq!((names, obj.uses), (vec!["", "a b", "c"], vec![(1, 0), (1, 1), (1, 2), (1, 1)]));
+        let uses: Vec<_> = obj.uses.iter().map(|(count, of)| (*count, of.material)).collect();
+        assert_eq!((names, uses), (vec!["", "a b", "c"], vec![(1, 0), (1, 1), (1, 2), (1, 1)]));
+    }
+
+    #[test]
+    fn the_last_object_or_group_counts_in_pieces_of_any_size() {
+        let text = format!(
+            "{SQUARE}f 1 2 3\no chair\nf 1 2 4\ng leg  a\nusemtl x\nf 1 3 4\nf 1 2 3\no table\nf 2 3 4\ng\nf 1 2 4\no chair\nf 1 2 3"
+        );
+        for piece in [1, 20, PIECE] {
+            let obj = parsed(text.as_bytes(), piece).unwrap();
+            let names = obj.uses.iter().map(|(_, of)| obj.groups[of.group as usize].name.as_str());
+            let counts: Vec<_> = obj.uses.iter().map(|(count, _)| *count).collect();
+            assert_eq!(
+                names.collect::<Vec<_>>(),
+                ["default", "chair", "leg  a", "table", "default", "chair"]
+            );
+            assert_eq!((counts, obj.groups.len()), (vec![1, 1, 2, 1, 1, 1], 4));
+        }
     }
 
     #[test]

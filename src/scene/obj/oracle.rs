@@ -38,7 +38,7 @@ fn ours(obj: &ObjFile) -> Soup {
         corner(obj.positions[i], uv, obj.normals.get(i).copied().unwrap_or_default())
     };
     let uses = obj.uses.iter().flat_map(|(count, material)| iter::repeat_n(*material, *count));
-    let material = |id: u32| obj.materials[id as usize].name.clone();
+    let material = |of: super::Use| obj.materials[of.material as usize].name.clone();
     assert_eq!(uses.clone().count(), obj.triangles.len());
     obj.triangles.iter().zip(uses).map(|(t, id)| (material(id), t.map(corner))).collect()
 }

@@ -23,6 +23,15 @@ type Corner = [i32; 3];
 /// A name as bytes, and the line of the piece (from 0) that has it first.
 pub(super) type Name = (Vec<u8>, usize);
 
+/// What the faces behind a line have that those before it had not, by its number among the piece's names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Change {
+    /// `usemtl`.
+    Material(u32),
+    /// `g` or `o`.
+    Group(u32),
+}
+
 /// What a piece says.
 #[derive(Debug, Default)]
 pub(super) struct Piece {
@@ -36,6 +45,8 @@ pub(super) struct Piece {
     pub faces: Faces,
     /// Names after `usemtl`, by their first use.
     pub materials: Vec<Name>,
+    /// Names after `g` and `o`, by their first use.
+    pub groups: Vec<Name>,
     /// What `mtllib` lines say.
     pub libraries: Vec<Name>,
     /// Faces of fewer than three corners.
@@ -59,8 +70,8 @@ pub(super) struct Faces {
     pub count: usize,
     /// Corners of each face; none where all have three.
     pub arities: Vec<u16>,
-    /// From which face on which of the piece's materials is used.
-    pub uses: Vec<(u32, u32)>,
+    /// From which face on they have another material or group, in order.
+    pub changes: Vec<(u32, Change)>,
 }
 
 /// Reads pieces, one after the other, into the same memory.
@@ -69,6 +80,7 @@ pub(super) struct Reader {
     /// Texture coordinates and normals are as written here.
     piece: Piece,
     material_of: HashMap<Vec<u8>, u32>,
+    group_of: HashMap<Vec<u8>, u32>,
     /// The face that is being read.
     corners: Vec<Corner>,
 }
@@ -94,6 +106,7 @@ impl Reader {
         faces.columns.iter_mut().for_each(Column::clear);
         faces.arities.clear();
         self.material_of.clear();
+        self.group_of.clear();
         self.piece = Piece {
             positions: emptied(positions),
             uvs: emptied(uvs),
@@ -113,10 +126,11 @@ impl Reader {
             faces: Faces {
                 columns: piece.faces.packed_columns(),
                 arities: piece.faces.arities.as_slice().to_vec(),
-                uses: std::mem::take(&mut piece.faces.uses),
+                changes: std::mem::take(&mut piece.faces.changes),
                 ..piece.faces
             },
             materials: std::mem::take(&mut piece.materials),
+            groups: std::mem::take(&mut piece.groups),
             libraries: std::mem::take(&mut piece.libraries),
             ..*piece
         }
@@ -247,26 +261,30 @@ impl Reader {
                 }
                 self.add_face()?;
             }
-            b"usemtl" => self.use_material(rest),
+            b"usemtl" => {
+                let number = number_of(rest, piece.lines, &mut piece.materials, &mut self.material_of);
+                piece.faces.changes.push((piece.faces.count as u32, Change::Material(number)));
+            }
+            b"g" | b"o" => {
+                let number = number_of(rest, piece.lines, &mut piece.groups, &mut self.group_of);
+                piece.faces.changes.push((piece.faces.count as u32, Change::Group(number)));
+            }
             b"mtllib" => piece.libraries.push((rest.to_vec(), piece.lines)),
             _ => {}
         }
         Some(())
     }
+}
 
-    fn use_material(&mut self, name: &[u8]) {
-        let piece = &mut self.piece;
-        let number = match self.material_of.get(name) {
-            Some(number) => *number,
-            None => {
-                let number = piece.materials.len() as u32;
-                piece.materials.push((name.to_vec(), piece.lines));
-                self.material_of.insert(name.to_vec(), number);
-                number
-            }
-        };
-        piece.faces.uses.push((piece.faces.count as u32, number));
+/// The number of `name` among `names`, which it joins if it is new.
+fn number_of(name: &[u8], line: usize, names: &mut Vec<Name>, numbers: &mut HashMap<Vec<u8>, u32>) -> u32 {
+    if let Some(number) = numbers.get(name) {
+        return *number;
     }
+    let number = names.len() as u32;
+    names.push((name.to_vec(), line));
+    numbers.insert(name.to_vec(), number);
+    number
 }
 
 impl Faces {
@@ -432,7 +450,8 @@ mod tests {
     fn materials_are_named_once_and_lines_are_counted() {
         let piece = read("\nusemtl a b\nf 1 2 3\nusemtl\tc\\\n\nusemtl a b\nmtllib x y.mtl\nf 1 2 3");
         assert_eq!(piece.materials, [(b"a b".to_vec(), 1), (b"c".to_vec(), 3)]);
-        assert_eq!(piece.faces.uses, [(0, 0), (1, 1), (1, 0)]);
+        let used = [(0, 0), (1, 1), (1, 0)].map(|(face, number)| (face, Change::Material(number)));
+        assert_eq!(piece.faces.changes, used);
         assert_eq!((piece.libraries, piece.lines), (vec![(b"x y.mtl".to_vec(), 6)], 8));
     }
 
