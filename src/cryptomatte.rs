@@ -107,9 +107,17 @@ impl Mattes {
         let objects = models.iter().map(|name| add(Kind::Object, name.clone())).collect();
         let materials =
             scene.materials.iter().map(|material| add(Kind::Material, material.name.clone())).collect();
-        let groups = scene.models.iter().zip(&models).map(|(model, name)| match model.mesh.groups.names() {
-            [_] => vec![add(Kind::Group, name.clone())],
-            groups => groups.iter().map(|group| add(Kind::Group, format!("{name}/{group}"))).collect(),
+        let groups = scene.models.iter().zip(&models).map(|(model, name)| {
+            let groups = &*model.mesh.groups;
+            let used = groups.used();
+            if used.iter().eq([&0]) {
+                return vec![add(Kind::Group, name.clone())];
+            }
+            let mut ids = vec![Id::NONE; groups.names().len()];
+            used.into_iter().for_each(|group| {
+                ids[group] = add(Kind::Group, format!("{name}/{}", groups.names()[group]));
+            });
+            ids
         });
         let groups = groups.collect();
         background.iter().for_each(|name| {

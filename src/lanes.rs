@@ -169,6 +169,18 @@ impl F32x8 {
         other.lt(self)
     }
 
+    /// Of an angle in radians.
+    #[inline(always)]
+    pub fn cos(self) -> Self {
+        Self(self.0.cos())
+    }
+
+    /// Of an angle in radians.
+    #[inline(always)]
+    pub fn sin(self) -> Self {
+        Self(self.0.sin())
+    }
+
     /// `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b). Wrong by
     /// less than 1e-6 and 2e-6 of the result, whichever is more.
     #[inline(always)]

@@ -49,13 +49,39 @@ pub enum Reuse {
 
 /// How samples become pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Filter {
     /// The mean of a pixel's own samples.
     #[default]
     Box,
-    /// Mitchell and Netravali's cubic, B = C = 1/3, two pixels in each direction.
+    /// Falls evenly to the radius.
+    Tent,
+    /// A normal distribution with a standard deviation of a third of the radius.
+    Gaussian,
+    /// Mitchell and Netravali's cubic, B = C = 1/3.
     Mitchell,
+    /// Blackman's and Harris' window of four terms.
+    BlackmanHarris,
+    /// The windowed sinc.
+    Lanczos,
+}
+
+impl Filter {
+    /// In pixels.
+    pub const LEAST_RADIUS: f32 = 0.5;
+    /// In pixels.
+    pub const LARGEST_RADIUS: f32 = 4.0;
+
+    /// Where nothing is said: how far it reaches, in pixels.
+    pub fn usual_radius(self) -> f32 {
+        match self {
+            Self::Box => 0.5,
+            Self::Tent => 1.0,
+            Self::Gaussian | Self::BlackmanHarris => 1.5,
+            Self::Mitchell => 2.0,
+            Self::Lanczos => 3.0,
+        }
+    }
 }
 
 /// What frames spend on more paths for samples that have fewer than they may.
@@ -166,6 +192,8 @@ pub struct Settings {
     pub samples: u32,
     /// Samples to pixels.
     pub filter: Filter,
+    /// How far it reaches, in pixels; the filter's usual radius if nobody says. The box has no other.
+    pub filter_radius: Option<f32>,
     /// Bounces that a ray from the eye may take at mirrors and glass.
     pub depth: u32,
     /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not.
@@ -206,6 +234,7 @@ impl Default for Settings {
             height: 720,
             samples: 2,
             filter: Filter::default(),
+            filter_radius: None,
             depth: 4,
             reflections: 4,
             paths: 0,
@@ -226,6 +255,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// How far the filter reaches, in pixels.
+    pub fn filter_radius(&self) -> f32 {
+        self.filter_radius.unwrap_or(self.filter.usual_radius())
+    }
+
     /// Paths that a new sample gets at once.
     pub fn first_paths(&self) -> u32 {
         if self.budget == Budget::None {

@@ -335,6 +335,7 @@ mod tests {
             height: 3,
             samples: 2,
             filter: Filter::Mitchell,
+            filter_radius: None,
             depth: 4,
             reflections: 4,
             paths: 0,

@@ -242,7 +242,7 @@ fn over_its_background_a_transparent_picture_is_the_visible_one() {
                     // a wide filter is clamped layer by layer
                     let is_right = match filter {
                         Filter::Box => (sum - shown).abs() <= rounding(sum),
-                        Filter::Mitchell => sum >= shown - rounding(sum) - ROUNDING,
+                        _ => sum >= shown - rounding(sum) - ROUNDING,
                     };
                     assert!(is_right, "{filter:?}, {channel} of pixel {pixel}: {sum}, not {shown}");
                     assert!(filter == Filter::Mitchell || alpha[pixel] > 0.0 || over[pixel] == 0.0);

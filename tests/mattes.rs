@@ -135,9 +135,9 @@ fn mattes_add_up_to_alpha() {
 #[test]
 fn what_has_a_name_in_common_is_one_matte_and_groups_are_told_apart_by_their_models() {
     let mut scene = matt_world();
-    let mut groups = Groups::named(["left", "right"].map(String::from).into_iter());
-    groups.begin(0, 0);
-    groups.begin(4, 1);
+    let mut groups = Groups::named(["default", "left", "right"].map(String::from).into_iter());
+    groups.begin(0, 1);
+    groups.begin(4, 2);
     // an octahedron: of its eight faces the first four are one group
     let solid = scene.models.iter_mut().find(|model| model.name == "matt").unwrap();
     Arc::make_mut(&mut solid.mesh).groups = Arc::new(groups);

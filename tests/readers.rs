@@ -95,7 +95,9 @@ fn in_blender(name: &str, ours: &Channels) -> Vec<String> {
                 "V" => "Y",
                 _ => axis,
             };
-            vec![name.to_owned(), format!("{layer}.{alike}")]
+            // those of Cryptomattes are written small
+            let small = format!("{layer}.{}", axis.to_lowercase());
+            vec![name.to_owned(), format!("{layer}.{alike}"), small]
         }
         _ => vec![name.to_owned()],
     }

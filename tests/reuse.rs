@@ -283,7 +283,12 @@ fn layers_that_are_left_out_change_no_other() {
                 assert!(some.film.planes.len() < 12);
                 for plane in &some.film.planes {
                     let all = if plane.name == "rays_shadow.V" { without } else { all };
-                    assert_eq!(all.film.values(&plane.name), Some(plane.values.to_floats()), "{}", plane.name);
+                    assert_eq!(
+                        all.film.values(&plane.name),
+                        Some(plane.values.to_floats()),
+                        "{}",
+                        plane.name
+                    );
                 }
             }
         }
@@ -409,7 +414,8 @@ fn what_is_at_rest_is_left_alone() {
                 ["R", "P.X"].map(|name| film.values(name).expect("a plane").iter().filter(is_marked).count());
             drop(film);
             renderer.spoil_film(|film| {
-                for plane in film.planes.iter_mut().filter(|plane| mark && matches!(&*plane.name, "R" | "P.X"))
+                for plane in
+                    film.planes.iter_mut().filter(|plane| mark && matches!(&*plane.name, "R" | "P.X"))
                 {
                     let count = plane.values.len();
                     plane.values = Values::of(plane.kind, &vec![MARK; count]);

@@ -333,8 +333,8 @@ fn mistakes_are_told_with_place_and_remedy() {
         (format!("{REST}scale = [1, 1]\n"), "s.toml:7:9: `scale`: invalid length 2"),
         (REST.replace("m.obj", "none.obj"), "s.toml:6:7: `obj`: there is no file `none.obj`"),
         (
-            format!("{REST}[output]\nlayers = [\"Z\", \"depth\"]\n"),
-            "s.toml:8:16: `layers`: there is no layer `depth`; there are diffuse",
+            format!("{REST}[output]\nlayers = [\"Z\", \"far\"]\n"),
+            "s.toml:8:16: `layers`: there is no layer `far`; there are diffuse",
         ),
         (
             format!("{REST}[output]\ncompression = \"dwaa\"\n"),

@@ -150,7 +150,7 @@ fn the_schema_refuses_what_the_program_refuses() {
         ("[occlusion]\nradius = 0", "shot.occlusion.radius"),
         ("[occlusion]\nrays = 257", "shot.occlusion.rays"),
         ("[environment]\nsky = { turbidity = 1 }", "shot.environment.sky.turbidity"),
-        ("[output]\nlayers = [\"depth\"]", "shot.output.layers[0]"),
+        ("[output]\nlayers = [\"far\"]", "shot.output.layers[0]"),
         ("[[light]]\ntype = \"laser\"", "shot.light[0].type"),
         ("[[light]]\ntype = \"spot\"\ncone = 180", "shot.light[0].cone"),
         ("[[light]]\ntype = \"sphere\"\nposition = [0, 1, 0]\nsamples = 2", "shot.light[0].samples"),

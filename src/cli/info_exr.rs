@@ -64,8 +64,9 @@ fn part(image: &ReadImage, values: &[Values]) -> String {
     line("channels", image.channels.len().to_string());
     text += &channels(image, values);
     let _ = writeln!(text, "  {:<13}{}", "attributes", image.attributes.len());
+    let longest = image.attributes.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0).max(24);
     for (name, value) in &image.attributes {
-        let _ = writeln!(text, "    {name:<24}{}", attribute(value));
+        let _ = writeln!(text, "    {name:<longest$}{}", attribute(value));
     }
     text
 }

@@ -45,6 +45,10 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub filter: Option<FilterArg>,
 
+    /// How far the filter reaches, in pixels, 0.5 to 4; not for the box [default: the shot's, or by the filter]
+    #[arg(long, value_name = "PIXELS", value_parser = filter_radius)]
+    pub filter_radius: Option<f32>,
+
     /// Maximum number of mirror reflections and refractions along a camera path [default: the shot's]
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub depth: Option<u32>,
@@ -145,8 +149,16 @@ pub struct ShotArgs {
 pub enum FilterArg {
     /// The mean of a pixel's own samples
     Box,
+    /// Falls evenly
+    Tent,
+    /// A normal distribution
+    Gaussian,
     /// Mitchell and Netravali's cubic
     Mitchell,
+    /// Blackman's and Harris' window
+    BlackmanHarris,
+    /// The windowed sinc: sharpest, and rings
+    Lanczos,
 }
 
 /// Backgrounds by name.
@@ -298,14 +310,28 @@ impl ShotArgs {
         let (width, height) = self.size.unwrap_or((settings.width, settings.height));
         let filter = self.filter.map(|filter| match filter {
             FilterArg::Box => Filter::Box,
+            FilterArg::Tent => Filter::Tent,
+            FilterArg::Gaussian => Filter::Gaussian,
             FilterArg::Mitchell => Filter::Mitchell,
+            FilterArg::BlackmanHarris => Filter::BlackmanHarris,
+            FilterArg::Lanczos => Filter::Lanczos,
         });
+        // the radius of the shot is that of the shot's filter
+        let of_shot =
+            settings.filter_radius.filter(|_| filter.is_none_or(|filter| filter == settings.filter));
+        let filter = filter.unwrap_or(settings.filter);
+        if filter == Filter::Box && self.filter_radius.is_some() {
+            return Err(Failure::Usage(String::from(
+                "--filter-radius means nothing for the box, which is a pixel: add --filter",
+            )));
+        }
         let samples = self.samples.unwrap_or(settings.samples);
         let settled = Settings {
             width,
             height,
             samples,
-            filter: filter.unwrap_or(settings.filter),
+            filter,
+            filter_radius: self.filter_radius.or(of_shot),
             depth: self.depth.unwrap_or(settings.depth),
             reflections: self.reflections.unwrap_or(settings.reflections),
             paths: self.paths.unwrap_or(settings.paths),
@@ -397,6 +423,12 @@ fn name_of(shot: &Path) -> String {
     stem.replace(['#', '%'], "_")
 }
 
+fn filter_radius(text: &str) -> Result<f32, String> {
+    let range = Filter::LEAST_RADIUS..=Filter::LARGEST_RADIUS;
+    let radius = text.trim().parse().ok().filter(|radius| range.contains(radius));
+    radius.ok_or_else(|| format!("must be from {} to {} pixels", range.start(), range.end()))
+}
+
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
         let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
@@ -442,6 +474,7 @@ mod tests {
             height: 32,
             samples: 3,
             filter: Filter::Mitchell,
+            filter_radius: Some(1.75),
             depth: 5,
             reflections: 4,
             paths: 3,
@@ -468,13 +501,14 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter box --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
             height: 4,
             samples: 2,
-            filter: Filter::Box,
+            filter: Filter::Tent,
+            filter_radius: Some(1.25),
             depth: 1,
             reflections: 9,
             paths: 16,

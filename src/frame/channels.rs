@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use super::kernel::Kernel;
 use crate::cryptomatte::{Kind, RANKS};
 use crate::film::{Film, PlaneKind, Values};
 use crate::layers::Layers;
 use crate::scene::LightGroups;
-use crate::settings::Filter;
 
 /// The planes of sums: numbers of those that begin a colour. A colour lies within one group of eight
-/// ([`mitchell`](super::mitchell)), so that some stay empty; what nearly every sample has is in the first, and what is
+/// ([`spread`](super::spread)), so that some stay empty; what nearly every sample has is in the first, and what is
 /// seldom asked for has groups of its own.
 pub mod sums {
     use crate::lanes::LANES;
@@ -298,8 +298,8 @@ pub fn channels(layers: Layers, groups: &LightGroups) -> impl Iterator<Item = Ch
 /// What is to be written.
 #[derive(Debug)]
 pub struct Picture {
-    /// From samples to pixels.
-    pub filter: Filter,
+    /// From samples to pixels, if it is wider than a pixel.
+    pub kernel: Option<Kernel>,
     /// Of the film's planes.
     pub channels: Vec<Channel>,
     /// For each plane, whether it was zero throughout before this frame.
@@ -308,9 +308,9 @@ pub struct Picture {
 
 impl Picture {
     /// These channels, to be written over what `film` shows.
-    pub fn over(film: &Film, filter: Filter, channels: &[Channel]) -> Self {
+    pub fn over(film: &Film, kernel: Option<Kernel>, channels: &[Channel]) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
-        Self { filter, channels: channels.to_vec(), was_zero }
+        Self { kernel, channels: channels.to_vec(), was_zero }
     }
 
     /// Number of the plane with the ages.

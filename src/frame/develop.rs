@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, matte_planes, sums};
 use super::grid::Grid;
 use super::mattes::MattePlanes;
-use super::mitchell::{GROUPS, HALO, TileFilm};
+use super::spread::{GROUPS, TileFilm};
 use super::window::{Window, cut};
 use crate::cryptomatte::Kind;
 use crate::film::{Film, Plane};
@@ -64,14 +64,14 @@ impl DirtyTiles {
         self.is_needed.clear();
     }
 
-    /// Of the tiles in their order.
-    pub fn set(&mut self, grid: &Grid, is_changed: impl Iterator<Item = bool>) {
+    /// Of the tiles in their order, with a filter that reaches so many pixels beyond them.
+    pub fn set(&mut self, grid: &Grid, halo: u32, is_changed: impl Iterator<Item = bool>) {
         self.is_changed.clear();
         self.is_changed.extend(is_changed);
         self.is_needed.clone_from(&self.is_changed);
         // two tiles that reach the same piece have pixels no farther apart than this
         let [across, down] =
-            PIECE.map(|size| (2 * HALO as usize + size - 1).div_ceil(grid.tile_pixels as usize));
+            PIECE.map(|size| (2 * halo as usize + size - 1).div_ceil(grid.tile_pixels as usize));
         let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
         if !self.is_changed.contains(&false) {
             return;
@@ -116,12 +116,14 @@ impl Developer {
         dirty: &DirtyTiles,
         end: u32,
     ) -> Written {
-        let reached = if end < grid.height { end - HALO } else { grid.height };
+        let Some(halo) = picture.kernel.map(|kernel| kernel.halo()) else { return Written::default() };
+        let reached = if end < grid.height { end - halo } else { grid.height };
         let rows = self.next as usize..reached as usize;
         self.next = reached;
         let width = film.width as usize;
-        let stands =
-            |pixels: &[Range<usize>; 2]| !tiles_that_reach(grid, pixels).any(|tile| dirty.is_changed[tile]);
+        let stands = |pixels: &[Range<usize>; 2]| {
+            !tiles_that_reach(grid, halo, pixels).any(|tile| dirty.is_changed[tile])
+        };
         let some_rows = rows.clone().step_by(PIECE[1]).map(|top| top..(top + PIECE[1]).min(rows.end));
         // rows, and whether nothing is to be written there
         let some_rows: Vec<(Range<usize>, bool)> =
@@ -138,7 +140,7 @@ impl Developer {
                 let pixels = [columns, rows.clone()];
                 written.plus(match stands(&pixels) {
                     true => Written::SHOWN,
-                    false => write_piece(picture, grid, bands, &pixels, &mut window),
+                    false => write_piece(picture, grid, (bands, halo), &pixels, &mut window),
                 })
             })
         };
@@ -146,11 +148,14 @@ impl Developer {
     }
 }
 
+/// Of a pixel's samples together: a sixteenth of what one sample in the centre of a pixel has in it.
+const LEAST_WEIGHT: f32 = 1.0 / 16.0;
+
 /// Writes the filtered planes of the rectangle `pixels`.
 fn write_piece(
     picture: &Picture,
     grid: &Grid,
-    bands: Bands,
+    (bands, halo): (Bands, u32),
     pixels: &[Range<usize>; 2],
     window: &mut Window,
 ) -> Written {
@@ -162,7 +167,7 @@ fn write_piece(
     // few of them are shown
     let mut groups: [Vec<F32x8>; GROUPS] = Default::default();
     let mut is_some = [false; sums::COUNT];
-    for tile in tiles_that_reach(grid, pixels) {
+    for tile in tiles_that_reach(grid, halo, pixels) {
         let film = bands.film(tile);
         film.for_each_run(grid, tile, pixels, |group, [x, y], run| {
             groups[group].resize(PIXELS, F32x8::ZERO);
@@ -177,8 +182,9 @@ fn write_piece(
         let (group, lane) = (&groups[plane / LANES], plane % LANES);
         std::array::from_fn(|pixel| group[pixel].lane(lane))
     };
-    let scales = column(sums::WEIGHT).map(f32::recip);
-    let mattes = mattes_of_piece(picture, grid, bands, pixels, &scales);
+    // negative lobes of samples that lie unevenly could take nearly all of it away
+    let scales = column(sums::WEIGHT).map(|weight| weight.max(LEAST_WEIGHT).recip());
+    let mattes = mattes_of_piece(picture, grid, (bands, halo), pixels, &scales);
     let mut written = Written::default();
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
         let planes = match channel.source {
@@ -221,7 +227,7 @@ fn write_piece(
 fn mattes_of_piece(
     picture: &Picture,
     grid: &Grid,
-    bands: Bands,
+    (bands, halo): (Bands, u32),
     pixels: &[Range<usize>; 2],
     scales: &[f32; PIXELS],
 ) -> Vec<Vec<f32>> {
@@ -233,8 +239,8 @@ fn mattes_of_piece(
     for kind in Kind::ALL.into_iter().filter(shows) {
         planes.resize(MATTE_PLANES, Vec::new());
         let mut sums = MattePlanes::<PIXELS>::default();
-        for tile in tiles_that_reach(grid, pixels) {
-            let corner = grid.pixel_corner(tile).map(|at| at as isize - HALO as isize);
+        for tile in tiles_that_reach(grid, halo, pixels) {
+            let corner = grid.pixel_corner(tile).map(|at| at as isize - halo as isize);
             sums.add(&bands.film(tile).mattes[kind as usize], corner, pixels, PIECE[0]);
         }
         let first = matte_planes(kind).start;
@@ -252,8 +258,12 @@ fn mattes_of_piece(
 }
 
 /// Numbers of the tiles whose samples reach any of these pixels, in order.
-fn tiles_that_reach(grid: &Grid, pixels: &[Range<usize>; 2]) -> impl Iterator<Item = usize> + use<> {
-    let (edge, halo) = (grid.tile_pixels as usize, HALO as usize);
+fn tiles_that_reach(
+    grid: &Grid,
+    halo: u32,
+    pixels: &[Range<usize>; 2],
+) -> impl Iterator<Item = usize> + use<> {
+    let (edge, halo) = (grid.tile_pixels as usize, halo as usize);
     let across = grid.tiles_x as usize;
     let [columns, rows] =
         [(&pixels[0], across), (&pixels[1], grid.tiles_y as usize)].map(|(pixels, tiles)| {
@@ -267,7 +277,8 @@ mod tests {
     use super::*;
     use crate::frame::channels::channels;
     use crate::frame::grid::{holds, tests::settings};
-    use crate::frame::mitchell::spread;
+    use crate::frame::kernel::Kernel;
+    use crate::frame::spread::spread;
     use crate::layers::Layers;
     use crate::samples::{CELLS, EMPTY, TagLayout, Tile};
     use crate::scene::LightGroups;
@@ -283,15 +294,16 @@ mod tests {
                 ..settings(width, height, samples)
             };
             let grid = Grid::new(&settings);
-            let films = films(&grid);
+            let kernel = Kernel::of(settings.filter, 2.0);
+            let films = films(&grid, kernel.as_ref().expect("it is wide"));
             let mut dirty = DirtyTiles::default();
-            dirty.set(&grid, std::iter::repeat_n(true, grid.tiles()));
+            dirty.set(&grid, 2, std::iter::repeat_n(true, grid.tiles()));
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             let least = 8_u32.div_ceil(grid.tile_pixels);
             for band in [grid.tiles_y, least] {
                 let channels: Vec<Channel> = channels(settings.layers, &LightGroups::default()).collect();
                 let mut film = blank(&grid, &channels);
-                let picture = Picture::over(&film, settings.filter, &channels);
+                let picture = Picture::over(&film, kernel, &channels);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
                 let mut written = Written::default();
                 for row in (0..grid.tiles_y).step_by(band as usize) {
@@ -330,13 +342,13 @@ mod tests {
             let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
             let mut dirty = DirtyTiles::default();
             let changed = tiles_y / 2 * tiles_x + tiles_x / 2;
-            dirty.set(&grid, (0..grid.tiles()).map(|tile| tile == changed));
+            dirty.set(&grid, 2, (0..grid.tiles()).map(|tile| tile == changed));
             // pieces may begin in any row
             for (left, top) in
                 (0..300).step_by(PIECE[0]).flat_map(|left| (0..200).map(move |top| (left, top)))
             {
                 let pixels = [left..(left + PIECE[0]).min(300), top..(top + PIECE[1]).min(200)];
-                let reach = || tiles_that_reach(&grid, &pixels);
+                let reach = || tiles_that_reach(&grid, 2, &pixels);
                 if reach().any(|tile| tile == changed) {
                     assert!(reach().all(|tile| dirty.is_needed(tile)), "{samples}: {pixels:?}");
                 }
@@ -352,7 +364,7 @@ mod tests {
     }
 
     /// Of tiles whose samples are all of the same red, a third of it a highlight, and of a green that rises.
-    fn films(grid: &Grid) -> Vec<TileFilm> {
+    fn films(grid: &Grid, kernel: &Kernel) -> Vec<TileFilm> {
         let (one, red, shine) = ([1.0; CELLS], [0.5; CELLS], [0.25; CELLS]);
         let mut columns = [None; sums::COUNT];
         columns[sums::ALPHA] = Some(&one);
@@ -373,7 +385,7 @@ mod tests {
             let mut columns = columns;
             columns[sums::DIFFUSE + 1] = Some(&ramp);
             let mut film = TileFilm::default();
-            spread(grid, &tile, [&x, &y], &columns, &mut film);
+            spread(kernel, grid, &tile, [&x, &y], &columns, &mut film);
             film
         };
         (0..grid.tiles()).map(film_of).collect()

@@ -11,24 +11,18 @@ use super::channels::{Channel, Picture};
 use super::develop::{Bands, Developer, DirtyTiles, blank};
 use super::frame_view::FrameView;
 use super::grid::Grid;
-use super::mitchell::TileFilm;
+use super::spread::TileFilm;
 use super::thread_scratch::ThreadScratch;
 use super::tiles::band_rows;
 use super::window::cut;
 use super::{enhance, filter};
 use crate::film::{Film, Plane};
 use crate::samples::SampleStore;
-use crate::settings::{Filter, Settings};
 
 /// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of `store` do.
 /// Nothing but the result is changed, and no rays are counted.
-pub fn differing_pixels(
-    frame: &FrameView,
-    store: &SampleStore,
-    settings: &Settings,
-    film: &Film,
-) -> Vec<bool> {
-    let (anew, picture) = make_anew(frame, store, settings);
+pub fn differing_pixels(frame: &FrameView, store: &SampleStore, film: &Film) -> Vec<bool> {
+    let (anew, picture) = make_anew(frame, store);
     let mut differs = vec![false; film.width as usize * film.height as usize];
     let planes = film.planes.iter().zip(&anew.planes).zip(&picture.channels);
     for ((shown, anew), _) in planes.filter(|(_, channel)| !counts_rays(channel)) {
@@ -67,15 +61,15 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
 }
 
 /// The film that the samples of a finished frame give, with nothing in it that was there before.
-fn make_anew(frame: &FrameView, store: &SampleStore, settings: &Settings) -> (Film, Picture) {
+fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
     let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
     let mut film = blank(grid, frame.channels);
-    let picture = Picture::over(&film, settings.filter, frame.channels);
-    let is_wide = settings.filter != Filter::Box;
+    let picture = Picture::over(&film, frame.kernel, frame.channels);
+    let is_wide = frame.kernel.is_some();
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
-    if is_wide {
-        dirty.set(grid, std::iter::repeat_n(true, grid.tiles()));
+    if let Some(kernel) = frame.kernel {
+        dirty.set(grid, kernel.halo(), std::iter::repeat_n(true, grid.tiles()));
     }
     let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
     let (width, pixels) = (grid.width as usize, grid.tile_pixels as usize);

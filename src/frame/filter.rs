@@ -12,17 +12,16 @@ use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, data, mat
 use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::mattes::{ids_of_cells, rank_boxes};
-use super::mitchell::{TileFilm, spread};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
 use super::placed::PlacedTile;
 use super::radiance::{Light, Radiance};
 use super::ray_tally::CellRays;
+use super::spread::{TileFilm, spread};
 use super::window::Window;
 use crate::cryptomatte::{Id, Kind, Mattes};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Tile};
-use crate::settings::Filter;
 
 /// A worker's memory for this phase.
 #[derive(Debug)]
@@ -79,16 +78,17 @@ pub fn sum(
     radiance: &Radiance,
     film: &mut TileFilm,
 ) {
+    let Some(kernel) = &frame.kernel else { return };
     prepare(frame, tile, filtering);
     locate(frame, number, tile, filtering);
     let Filtering { alpha, albedo, openness, depth, x, y, ids, .. } = filtering;
     let mut columns = [None; sums::COUNT];
     let planes = filtered(frame, radiance, [alpha, openness, depth], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
-    spread(&frame.view.grid, tile, [x, y], &columns, film);
+    spread(kernel, &frame.view.grid, tile, [x, y], &columns, film);
     for (kind, mattes) in shown_mattes(frame) {
         ids_of_cells(frame, mattes, tile, kind, ids);
-        film.mattes[kind as usize].spread(&frame.view.grid, [x, y], ids);
+        film.mattes[kind as usize].spread(kernel, &frame.view.grid, [x, y], ids);
     }
 }
 
@@ -120,7 +120,7 @@ pub fn filter(
     filtering.mattes.begin();
     let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
     // with a wide filter it is known already where samples are seen, and `sum` is done
-    if picture.filter == Filter::Box {
+    if picture.kernel.is_none() {
         prepare(frame, tile, filtering);
         if shows_samples && grid.samples > 1 {
             locate(frame, number, tile, filtering);
@@ -218,8 +218,7 @@ fn finish(
     };
     let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
     // with a wide filter, colours are made of the sums of many tiles
-    let is_ours =
-        |channel: &Channel| wanted(channel) && (picture.filter == Filter::Box || !channel.is_filtered());
+    let is_ours = |channel: &Channel| wanted(channel) && (picture.kernel.is_none() || !channel.is_filtered());
     let mut channels = channels.filter(|(_, (channel, _))| is_ours(channel)).peekable();
     while let Some((number, (channel, was_zero))) = channels.next() {
         // rows lie far from each other, each in memory that no cache has any more

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::bits::{bits_of_models, set_bits};
 use super::channels::Channel;
 use super::grid::place;
+use super::kernel::Kernel;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
@@ -99,6 +100,8 @@ pub struct FrameView<'a> {
     pub shows_background: bool,
     /// Of the frame, if a layer shows motion.
     pub motion_vectors: Option<&'a MotionVectors>,
+    /// By which samples become pixels, if it is wider than a pixel.
+    pub kernel: Option<Kernel>,
     /// The planes of the picture.
     pub channels: &'a [Channel],
     /// Whose share of the picture has a layer, if any has.

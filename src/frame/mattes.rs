@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use super::frame_view::FrameView;
 use super::grid::Grid;
-use super::mitchell::{Reach, edge};
+use super::kernel::{Kernel, MOST_TAPS};
+use super::spread::{Reach, edge};
 use crate::cryptomatte::{Id, Kind, Mattes, RANKS};
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
@@ -103,23 +104,39 @@ impl MatteSums {
         self.sums.clear();
     }
 
-    /// Spreads the weight of each sample of a tile over the pixels that it reaches. `x` and `y` say where it is seen, in
-    /// cells from the tile's corner.
-    pub fn spread(&mut self, grid: &Grid, [x, y]: [&Column<f32>; 2], ids: &Column<Id>) {
+    /// Spreads the weight of each sample of a tile over the pixels that it reaches by the `kernel`. `x` and `y` say where it is
+    /// seen, in cells from the tile's corner.
+    pub fn spread(&mut self, kernel: &Kernel, grid: &Grid, places: [&Column<f32>; 2], ids: &Column<Id>) {
+        match kernel.halo() {
+            1 => self.spread_by::<2>(kernel, grid, places, ids),
+            2 => self.spread_by::<4>(kernel, grid, places, ids),
+            3 => self.spread_by::<6>(kernel, grid, places, ids),
+            _ => self.spread_by::<MOST_TAPS>(kernel, grid, places, ids),
+        }
+    }
+
+    /// The same with a kernel that reaches `N` pixels in a row.
+    fn spread_by<const N: usize>(
+        &mut self,
+        kernel: &Kernel,
+        grid: &Grid,
+        [x, y]: [&Column<f32>; 2],
+        ids: &Column<Id>,
+    ) {
         const NONE: u16 = u16::MAX;
         self.clear();
-        let (edge, scale) = (edge(grid), F32x8::splat((grid.samples as f32).recip()));
-        let reach = |first| Reach::of([x, y].map(|at| F32x8::load(at, first) * scale), edge);
+        let (edge, scale) = (edge(grid, kernel.halo()), F32x8::splat((grid.samples as f32).recip()));
+        let reach = |first| Reach::<N>::of(kernel, [x, y].map(|at| F32x8::load(at, first) * scale), edge);
         let with_matte = |first: usize| (0..LANES).filter(move |lane| ids[first + lane] != Id::NONE);
         let mut patch_of = [NONE; CELLS];
         for first in (0..CELLS).step_by(LANES).filter(|first| with_matte(*first).next().is_some()) {
             let reach = reach(first);
             for lane in with_matte(first) {
                 let [left, top] = reach.corner(lane, edge);
-                let number = self.patch(ids[first + lane], [left, top]);
+                let number = self.patch(ids[first + lane], [left, top], N);
                 let [columns, rows] = &mut self.patches[number].pixels;
-                *columns = columns.start.min(left)..columns.end.max(left + 4);
-                *rows = rows.start.min(top)..rows.end.max(top + 4);
+                *columns = columns.start.min(left)..columns.end.max(left + N);
+                *rows = rows.start.min(top)..rows.end.max(top + N);
                 patch_of[first + lane] = number as u16;
             }
         }
@@ -141,12 +158,13 @@ impl MatteSums {
         }
     }
 
-    /// The number of the patch of `id`; if it is new, it has the pixels of a sample that reaches from this one on.
-    fn patch(&mut self, id: Id, first: [usize; 2]) -> usize {
+    /// The number of the patch of `id`; if it is new, it has the pixels of a sample that reaches from this one on, so many in a
+    /// row.
+    fn patch(&mut self, id: Id, first: [usize; 2], reach: usize) -> usize {
         // most samples are of the matte of the one before
         let known = self.patches.iter().rposition(|patch| patch.id == id);
         known.unwrap_or_else(|| {
-            self.patches.push(Patch { id, pixels: first.map(|at| at..at + 4), first: 0 });
+            self.patches.push(Patch { id, pixels: first.map(|at| at..at + reach), first: 0 });
             self.patches.len() - 1
         })
     }
@@ -224,6 +242,7 @@ impl<const N: usize> MattePlanes<N> {
 mod tests {
     use super::*;
     use crate::frame::grid::tests::settings;
+    use crate::settings::Filter;
 
     #[test]
     fn shares_are_sorted_and_add_up_to_the_coverage() {
@@ -254,9 +273,10 @@ mod tests {
             let ids: Column<Id> =
                 std::array::from_fn(|cell| Id((cell as u32).wrapping_mul(2654435761) >> 8).at(6));
             let mut sums = MatteSums::default();
-            sums.spread(&grid, [&x, &y], &ids);
+            let kernel = Kernel::of(Filter::Mitchell, 2.0).expect("it is wide");
+            sums.spread(&kernel, &grid, [&x, &y], &ids);
             let mut of_all = MattePlanes::<1600>::default();
-            let edge = edge(&grid);
+            let edge = edge(&grid, kernel.halo());
             of_all.add(&sums, [0, 0], &[0..edge, 0..edge], 40);
             assert_eq!(of_all.planes.len(), 5);
             for wanted in 1..6 {

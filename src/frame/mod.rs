@@ -28,12 +28,12 @@ pub mod filter;
 mod frame_view;
 mod gather;
 pub mod grid;
+mod kernel;
 pub mod light;
 mod light_paths;
 mod lighting;
 mod lobes;
 mod mattes;
-mod mitchell;
 mod motion_vectors;
 mod moved_bounds;
 mod need;
@@ -57,6 +57,7 @@ mod serve_tests;
 mod shadow;
 mod sight;
 mod spoil;
+mod spread;
 mod stay;
 mod surface;
 mod thread_scratch;
@@ -95,6 +96,7 @@ use channels::{Channel, channels};
 use estimate::{Estimate, estimate};
 use frame_view::{FrameView, Occlusion};
 use grid::Grid;
+use kernel::Kernel;
 use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
 pub use need::{need, with_writing};
@@ -267,6 +269,7 @@ impl<'s> Renderer<'s> {
             layers: self.settings.layers,
             shows_background: self.settings.background == Backdrop::Visible,
             motion_vectors: motion_vectors.as_ref(),
+            kernel: Kernel::of(self.settings.filter, self.settings.filter_radius()),
             channels: &self.channels,
             light_groups: &self.light_groups,
             mattes: self.mattes.as_ref(),
@@ -294,15 +297,7 @@ impl<'s> Renderer<'s> {
         let film_is_last = shown.is_some();
         let mut film = shown.unwrap_or_else(|| develop::blank(&self.grid, &self.channels));
         self.rendered += 1;
-        let sum = run_tiles(
-            &frame_view,
-            &mut start_with,
-            &self.settings,
-            &mut store,
-            buffers,
-            &mut film,
-            film_is_last,
-        );
+        let sum = run_tiles(&frame_view, &mut start_with, &mut store, buffers, &mut film, film_is_last);
         sum.share_time(&mut seconds);
         let mode = match (&start_with.reused, self.settings.mode) {
             (Reused::None, Mode::Full) => "full",
@@ -314,7 +309,7 @@ impl<'s> Renderer<'s> {
         let audit = self.settings.audit.then(|| {
             // nothing was left in a film that is new
             let differs = match film_is_last {
-                true => film_audit::differing_pixels(&frame_view, &store, &self.settings, &film),
+                true => film_audit::differing_pixels(&frame_view, &store, &film),
                 false => Vec::new(),
             };
             audit_tiles(&frame_view, &store, &differs)

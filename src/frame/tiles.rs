@@ -15,9 +15,9 @@ use super::estimate::Estimate;
 use super::filter::{self, Shown};
 use super::frame_view::FrameView;
 use super::grid::Grid;
-use super::mitchell::TileFilm;
 use super::path_bounds::TilePaths;
 use super::remake::{Change, Remake, TileFacts};
+use super::spread::TileFilm;
 use super::stay::{self, Detached};
 use super::thread_scratch::{PhaseSeconds, ThreadScratch};
 use super::tile_state::TileState;
@@ -26,7 +26,7 @@ use super::window::{Window, cut};
 use super::{enhance, gather, light, occlusion, reproject, trace_missed, verify};
 use crate::film::Film;
 use crate::samples::{Flags, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
-use crate::settings::{Filter, Reuse, Settings};
+use crate::settings::Reuse;
 use crate::stats::{RayCounts, SampleCounts, Seconds};
 
 /// The samples of the frame before, as far as this frame reuses them.
@@ -121,14 +121,13 @@ impl FrameBuffers {
 pub fn run_tiles(
     frame: &FrameView,
     start: &mut Start,
-    settings: &Settings,
     store: &mut SampleStore,
     buffers: &mut FrameBuffers,
     film: &mut Film,
     film_is_last: bool,
 ) -> TileSum {
-    let is_wide = settings.filter != Filter::Box;
-    let picture = Picture::over(film, settings.filter, frame.channels);
+    let is_wide = frame.kernel.is_some();
+    let picture = Picture::over(film, frame.kernel, frame.channels);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*frame.view.grid;
     let mut developer = Developer::default();
@@ -137,9 +136,10 @@ pub fn run_tiles(
     let band_rows = band_rows(grid, if is_free { TILES_IN_PLACE } else { 0 });
     let FrameBuffers { pool, layout, scratch, bands: [now, before], states, dirty } = buffers;
     dirty.clear();
-    if is_wide {
+    if let Some(kernel) = frame.kernel {
         dirty.set(
             grid,
+            kernel.halo(),
             states.iter().map(|state| state.facts(frame, film_is_last, false).remake() >= Remake::Picture),
         );
     }

@@ -61,6 +61,7 @@ pub(crate) mod tests {
             height: 10,
             samples: 1,
             filter: Filter::Box,
+            filter_radius: None,
             depth: 4,
             reflections: 4,
             paths: 0,

@@ -1,5 +1,6 @@
 //! Triangles with what shading needs at their corners.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use embree::VertexBuffer;
@@ -62,7 +63,12 @@ impl Groups {
         }
     }
 
-    /// By their numbers.
+    /// The numbers of those that triangles are in.
+    pub fn used(&self) -> BTreeSet<usize> {
+        self.begins.iter().map(|(_, group)| *group as usize).collect()
+    }
+
+    /// By their numbers; the first is that of triangles that the file puts in none.
     pub fn names(&self) -> &[String] {
         &self.names
     }

@@ -13,7 +13,7 @@ use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     BackgroundTable, BudgetValue, IndirectTable, MaterialTable, ModelTable, OcclusionTable, OutputTable,
-    Rate, ShotFile, Three,
+    Rate, RenderTable, ShotFile, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
@@ -23,7 +23,7 @@ use super::{
 use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
     MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
 };
 
@@ -213,6 +213,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         height,
         samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
+        filter_radius: filter_radius(text, table)?,
         depth: whole("depth", &table.depth, default.depth, 0..65)?,
         reflections: whole(
             "reflections",
@@ -290,6 +291,21 @@ fn fraction(rate: &Rate) -> Option<(i32, u32)> {
         }
     };
     (above > 0 && below > 0).then_some((above, below))
+}
+
+fn filter_radius(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>, SceneError> {
+    let Some(radius) = &table.filter_radius else { return Ok(None) };
+    if table.filter == Filter::Box {
+        return Err(text.bad(
+            "filter_radius",
+            radius,
+            "means nothing for the box, which is a pixel: choose another `filter`",
+        ));
+    }
+    let range = f64::from(Filter::LEAST_RADIUS)..=f64::from(Filter::LARGEST_RADIUS);
+    let radius =
+        text.number("filter_radius", radius, "from 0.5 to 4 pixels", |radius| range.contains(&radius))?;
+    Ok(Some(radius as f32))
 }
 
 fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {

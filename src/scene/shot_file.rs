@@ -115,6 +115,9 @@ pub(crate) struct RenderTable {
     /// Pixel filter
     #[serde(default)]
     pub filter: Filter,
+    /// How far the filter reaches, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
+    #[schemars(range(min = 0.5, max = 4))]
+    pub filter_radius: Option<At<f64>>,
     /// Maximum number of mirror reflections and refractions along a camera path (4)
     #[schemars(range(min = 0, max = 64))]
     pub depth: Option<At<i64>>,

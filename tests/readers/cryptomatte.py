@@ -7,7 +7,8 @@ import numpy
 from cryptomatte_api import Cryptomatte
 
 for layer in Cryptomatte.load(sys.argv[1]):
+    of = layer.metadata().name()
     for name, values in layer.masks().items():
         values = values.astype("float64").ravel()
         moment = float((values * numpy.arange(values.size)).sum())
-        print(layer.metadata.name(), name, float(values.sum()), moment, sep="\t")
+        print(of, name, float(values.sum()), moment, sep="\t")

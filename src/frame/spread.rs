@@ -1,4 +1,4 @@
-//! Mitchell's filter: a sample spreads over all pixels within two of it, those of other tiles included.
+//! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other tiles included.
 //!
 //! What a tile's samples add to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds up what
 //! neighbours have for each pixel.
@@ -9,13 +9,11 @@ use wide::i32x8;
 
 use super::channels::sums;
 use super::grid::Grid;
+use super::kernel::{Kernel, MOST_TAPS};
 use super::mattes::MatteSums;
 use crate::cryptomatte::Kind;
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, EMPTY, Tile};
-
-/// How far, in pixels, a sample reaches beyond its own pixel.
-pub const HALO: u32 = 2;
 
 /// Eight planes of sums make a group: a pixel's eight sums lie side by side, and grow together.
 pub const GROUPS: usize = sums::COUNT.div_ceil(LANES);
@@ -28,19 +26,26 @@ pub struct TileFilm {
     groups: [Vec<F32x8>; GROUPS],
     /// Which planes are not zero throughout.
     is_some: [bool; sums::COUNT],
+    /// Of the filter: pixels around the tile.
+    halo: u32,
     /// By kind; of those that a layer shows.
     pub mattes: [MatteSums; Kind::ALL.len()],
 }
 
 impl Default for TileFilm {
     fn default() -> Self {
-        Self { groups: Default::default(), is_some: [false; sums::COUNT], mattes: Default::default() }
+        Self {
+            groups: Default::default(),
+            is_some: [false; sums::COUNT],
+            halo: 0,
+            mattes: Default::default(),
+        }
     }
 }
 
 /// Pixels along an edge of a tile with its halo.
-pub fn edge(grid: &Grid) -> usize {
-    (grid.tile_pixels + 2 * HALO) as usize
+pub fn edge(grid: &Grid, halo: u32) -> usize {
+    (grid.tile_pixels + 2 * halo) as usize
 }
 
 impl TileFilm {
@@ -63,7 +68,7 @@ impl TileFilm {
         pixels: &[Range<usize>; 2],
         mut add: impl FnMut(usize, [usize; 2], &[F32x8]),
     ) {
-        let (edge, halo) = (edge(grid), HALO as usize);
+        let (edge, halo) = (edge(grid, self.halo), self.halo as usize);
         let corner = grid.pixel_corner(number).map(|at| at as usize);
         let common = [0, 1].map(|axis| {
             let reached = corner[axis].saturating_sub(halo)..corner[axis] + edge - halo;
@@ -82,9 +87,27 @@ impl TileFilm {
     }
 }
 
-/// Spreads each sample of a tile over the pixels that it reaches. `x` and `y` say where it is seen, in cells from
-/// the tile's corner; `columns` what is to be summed, where there is anything but zeros.
+/// Spreads each sample of a tile over the pixels that it reaches by the `kernel`. `x` and `y` say where it is seen, in cells
+/// from the tile's corner; `columns` what is to be summed, where there is anything but zeros.
 pub fn spread(
+    kernel: &Kernel,
+    grid: &Grid,
+    tile: &Tile,
+    places: [&Column<f32>; 2],
+    columns: &[Option<&Column<f32>>; sums::COUNT],
+    film: &mut TileFilm,
+) {
+    match kernel.halo() {
+        1 => spread_by::<2>(kernel, grid, tile, places, columns, film),
+        2 => spread_by::<4>(kernel, grid, tile, places, columns, film),
+        3 => spread_by::<6>(kernel, grid, tile, places, columns, film),
+        _ => spread_by::<MOST_TAPS>(kernel, grid, tile, places, columns, film),
+    }
+}
+
+/// The same with a kernel that reaches `N` pixels in a row.
+fn spread_by<const N: usize>(
+    kernel: &Kernel,
     grid: &Grid,
     tile: &Tile,
     [x, y]: [&Column<f32>; 2],
@@ -93,7 +116,8 @@ pub fn spread(
 ) {
     static NOTHING: Column<f32> = [0.0; CELLS];
     static ONE: Column<f32> = [1.0; CELLS];
-    let (edge, scale) = (edge(grid), F32x8::splat((grid.samples as f32).recip()));
+    film.halo = kernel.halo();
+    let (edge, scale) = (edge(grid, film.halo), F32x8::splat((grid.samples as f32).recip()));
     film.is_some = columns.map(|column| column.is_some());
     film.is_some[sums::WEIGHT] = true;
     let has_group: [bool; GROUPS] = std::array::from_fn(|group| film.has_group(group));
@@ -110,7 +134,7 @@ pub fn spread(
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let at = [x, y].map(|at| F32x8::load(at, first) * scale);
-        let reach = Reach::of(at, edge);
+        let reach = Reach::<N>::of(kernel, at, edge);
         for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
             for group in (0..GROUPS).filter(|group| has_group[*group]) {
                 let value = F32x8::of(columns[group].map(|column| column[first + lane]));
@@ -123,23 +147,23 @@ pub fn spread(
     }
 }
 
-/// The 4 x 4 pixels that each of eight samples reaches.
-pub struct Reach {
+/// The N x N pixels that each of eight samples reaches.
+pub struct Reach<const N: usize> {
     /// The first one: its number in rows of `edge` pixels, halo included.
     start: [i32; LANES],
     /// In rows.
-    weights: [[F32x8; 4]; 4],
+    weights: [[F32x8; N]; N],
 }
 
-impl Reach {
+impl<const N: usize> Reach<N> {
     /// Of samples `at` places from the tile's corner, in pixels.
     #[inline(always)]
-    pub fn of(at: [F32x8; 2], edge: usize) -> Self {
-        // the centres of pixels first .. first + 3 are within two pixels; the halo's two come first
+    pub fn of(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
+        // half of the pixels come before the sample; the halo's come first
         let [x, y] = at.map(|at| at + F32x8::splat(0.5));
         let whole = [x, y].map(F32x8::to_whole);
         let first = whole.map(F32x8::from_whole);
-        let (across, down) = (mitchell(x - first[0]), mitchell(y - first[1]));
+        let (across, down) = (kernel.weights::<N>(x - first[0]), kernel.weights::<N>(y - first[1]));
         Self {
             start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
             weights: down.map(|down| across.map(|across| across * down)),
@@ -164,48 +188,22 @@ impl Reach {
     /// Adds `value`, that of sample `lane`, to its pixels.
     #[inline(always)]
     fn add(&self, lane: usize, value: F32x8, edge: usize, pixels: &mut [F32x8]) {
-        let pixels = &mut pixels[self.start[lane] as usize..][..3 * edge + 4];
+        let pixels = &mut pixels[self.start[lane] as usize..][..(N - 1) * edge + N];
         for (row, weights) in self.weights.iter().enumerate() {
-            let four = &mut pixels[row * edge..row * edge + 4];
-            for (pixel, weight) in four.iter_mut().zip(weights) {
+            let in_row = &mut pixels[row * edge..row * edge + N];
+            for (pixel, weight) in in_row.iter_mut().zip(weights) {
                 *pixel = *pixel + value * F32x8::splat(weight.lane(lane));
             }
         }
     }
 }
 
-/// Weights of the four pixels around samples that lie `beyond` (0 to 1) the second one's centre: the cubic
-/// with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988,
-/// equation 8).
-#[inline(always)]
-fn mitchell(beyond: F32x8) -> [F32x8; 4] {
-    const B: f32 = 1.0 / 3.0;
-    const C: f32 = 1.0 / 3.0;
-    const NEAR: [f32; 4] = [12.0 - 9.0 * B - 6.0 * C, -18.0 + 12.0 * B + 6.0 * C, 0.0, 6.0 - 2.0 * B];
-    const FAR: [f32; 4] = [-B - 6.0 * C, 6.0 * B + 30.0 * C, -12.0 * B - 48.0 * C, 8.0 * B + 24.0 * C];
-    let cubic = |terms: [f32; 4], x: F32x8| {
-        let sum = terms.into_iter().fold(F32x8::ZERO, |sum, term| sum * x + F32x8::splat(term));
-        sum / F32x8::splat(6.0)
-    };
-    let [one, two] = [1.0, 2.0].map(F32x8::splat);
-    [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-    #[test]
-    fn the_weights_add_up_to_one_wherever_the_sample_is() {
-        for step in 0..=20 {
-            let weights = mitchell(F32x8::splat(step as f32 / 20.0));
-            let sum: f32 = weights.iter().map(|weight| weight.lane(5)).sum();
-            assert!((sum - 1.0).abs() < 1e-6, "{step}: {sum}");
-        }
-        let on_a_centre = mitchell(F32x8::ZERO);
-        let wanted = [1.0 / 18.0, 8.0 / 9.0, 1.0 / 18.0, 0.0];
-        assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a.lane(2) - b).abs() < 1e-6), "{on_a_centre:?}");
-    }
+    use super::*;
+    use crate::settings::Filter;
 
     #[test]
     fn a_sample_reaches_the_pixels_around_it() {
@@ -219,9 +217,11 @@ mod tests {
         let mut columns = [None; sums::COUNT];
         columns[sums::SPECULAR + 1] = Some(&value);
         let mut film = TileFilm::default();
-        spread(&grid, &tile, [&x, &y], &columns, &mut film);
+        let kernel = Kernel::of(Filter::Mitchell, 2.0).unwrap();
+        spread(&kernel, &grid, &tile, [&x, &y], &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
-        let (across, down) = (mitchell(F32x8::splat(0.25)), mitchell(F32x8::splat(0.75)));
+        let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond));
+        let (across, down) = (weights(0.25), weights(0.75));
         let mut reached = 0;
         film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {
             for (x, sums) in (left..).zip(run).filter(|(_, sums)| **sums != F32x8::ZERO) {
