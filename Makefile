@@ -8,7 +8,7 @@ DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x3
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
-.PHONY: help setup build demo test bench compare-peers quality clean
+.PHONY: help setup build demo test bench compare-peers quality crates clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -52,6 +52,10 @@ compare-peers: build ## measure Mitsuba and Cycles on the same work, where they 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.
 quality: setup ## measure how good pictures of reused samples are
 	$(CARGO) bench --locked --bench quality -- $(QUALITY)
+
+# Needs cargo 1.90 or later. The crates are built in a folder from which .deps is not found.
+crates: setup ## check that the crates can be published: packed, and built of what was packed
+	EMBREE_DIR=$${EMBREE_DIR:-$(wildcard $(CURDIR)/.deps/embree)} $(CARGO) publish --workspace --dry-run --locked
 
 clean: ## remove what was built and rendered; what `setup` fetched stays
 	rm -rf target out

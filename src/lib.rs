@@ -27,6 +27,8 @@
 //! [`cli`] is the only room that prints, and [`cli::schedule`] decides which frames are traced in full.
 //!
 //! # As a library
+//! `default-features = false` leaves out the program and what only its command line needs.
+//!
 //! A renderer remembers the samples of the frame that it rendered last. With `reuse` the next frame is
 //! inferred from them; the first one never is.
 //!
@@ -49,6 +51,7 @@
 pub mod aligned;
 pub mod animation;
 pub mod changes;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod cryptomatte;
 pub mod denoise;

@@ -5,7 +5,7 @@
 //! `RTCRayHit`. The build looks in `EMBREE_DIR`, then in `/usr/local` and `/usr`, then in `.deps/embree`
 //! of this workspace, and refuses versions below 4.3.
 //!
-//! Use the `embree` crate; this one is for it alone. Names and meaning are those of Embree's manual.
+//! Use the crate `afterimage-embree`; this one is for it alone. Names and meaning are those of Embree's manual.
 //! What the headers define in a way that bindgen cannot see stands in this file by hand.
 //!
 //! A dependent crate's build script finds in `DEP_EMBREE4_VERSION` the version of the headers and in

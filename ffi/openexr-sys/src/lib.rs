@@ -1,6 +1,6 @@
 //! Raw bindings to OpenEXR's C interface (OpenEXRCore), made from the installed headers.
 //!
-//! Nothing here is safe or convenient: see the crate `openexr` beside this one. The bindings are made
+//! Nothing here is safe or convenient: see the crate `afterimage-openexr`. The bindings are made
 //! when this crate is built, so structs have the size that the installed library expects, from 3.1.5
 //! (Debian 12) over 3.1.13 (Debian 13) on; `tests/layout.rs` compares them with the C compiler's own
 //! answer. Bindgen sees no macro that makes a struct: [`context_initializer`] is the Rust form of

@@ -1,6 +1,6 @@
 //! Prints seconds and bytes of a 1280x720 frame with 37 channels, for deflate levels and methods.
 //!
-//! `cargo run --release -p openexr --example write_speed [FOLDER]`; the folder defaults to the
+//! `cargo run --release -p afterimage-openexr --example write_speed [FOLDER]`; the folder defaults to the
 //! temporary one. Planes imitate a rendered frame: noisy colours, empty layers, coverage that is 0 or
 //! 1, positions and normals that vary smoothly, and a sky.
 
