@@ -3,12 +3,14 @@
 CARGO := scripts/cargo
 SHELL := /bin/bash
 
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
 DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x360 --samples 1 --audit --png -o out/city-sky/city.\#\#\#\#.exr --report out/city-sky/report.html
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
-.PHONY: help setup build demo test bench compare-peers quality crates clean
+.PHONY: help setup build demo test bench compare-peers quality package crates clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -52,6 +54,10 @@ compare-peers: build ## measure Mitsuba and Cycles on the same work, where they 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.
 quality: setup ## measure how good pictures of reused samples are
 	$(CARGO) bench --locked --bench quality -- $(QUALITY)
+
+package: setup ## make an archive that runs where it is unpacked, and test it: target/package/
+	scripts/package
+	scripts/test-package target/package/afterimage-$(VERSION)-$(shell uname -m)-linux.tar.gz
 
 # Needs cargo 1.90 or later. The crates are built in a folder from which .deps is not found.
 crates: setup ## check that the crates can be published: packed, and built of what was packed

@@ -1,13 +1,16 @@
-//! What the program must know of its build: where Embree is, its version, and the state of the sources. And what its
-//! tests must know: whether the scene collection is at hand, and programs that read EXR files.
+//! What the program must know of its build: where its libraries are, Embree's version, and the state of the sources. And
+//! what its tests must know: whether the scene collection is at hand, and programs that read EXR files.
 
 use std::env;
 use std::path::Path;
 use std::process::Command;
 
+/// Where a program that is made to be carried elsewhere finds its libraries: `scripts/package` puts them there.
+const CARRIED_LIBRARIES: &str = "$ORIGIN/../lib/afterimage";
+
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    embree();
+    libraries();
     source_state();
     scene_collection();
     programs_of_tests();
@@ -57,14 +60,26 @@ fn open_image_denoise() {
     }
 }
 
-/// `ffi/embree` hands on what the build found. The run path makes the program start from anywhere.
-fn embree() {
+/// The run path makes the program start from anywhere, as long as the libraries of the build stay where they are; with
+/// `AFTERIMAGE_RELOCATABLE` they travel with the program, which then names no folder of this checkout.
+fn libraries() {
+    println!("cargo::rerun-if-env-changed=AFTERIMAGE_RELOCATABLE");
+    let is_relocatable = env::var_os("AFTERIMAGE_RELOCATABLE").is_some_and(|value| !value.is_empty());
+    // `ffi/embree` hands on what the build found.
     let version = env::var("DEP_EMBREE_VERSION").unwrap_or_default();
     let rpath = env::var("DEP_EMBREE_RPATH").unwrap_or_default();
     println!("cargo::rustc-env=AFTERIMAGE_EMBREE_VERSION={version}");
+    if is_relocatable {
+        // The old kind of run path counts for libraries that libraries ask for, too, and comes before LD_LIBRARY_PATH,
+        // with which other programs of a studio may name another Embree or TBB.
+        println!("cargo::rustc-link-arg=-Wl,--disable-new-dtags,-rpath,{CARRIED_LIBRARIES}");
+        return;
+    }
     if !rpath.is_empty() {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{rpath}");
     }
+    let checkout = env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    println!("cargo::rustc-env=AFTERIMAGE_PRIVATE_OIDN={checkout}/.deps/oidn");
 }
 
 /// `AFTERIMAGE_GIT_DESCRIBE`: tag or commit, `-dirty` if the sources differ from it; the package's version

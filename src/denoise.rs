@@ -18,8 +18,9 @@ pub const PLANES: [&str; 3] = ["denoised.R", "denoised.G", "denoised.B"];
 /// What the library is called: version 2 in any of its revisions.
 const LIBRARY: &str = "libOpenImageDenoise.so.2";
 
-/// Where `make setup` puts it.
-const PRIVATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/.deps/oidn");
+/// Where `make setup` puts it. Programs that are made to be carried elsewhere know no such place: their run path names
+/// the folder of the libraries that they carry, in which the loader looks before it asks the system.
+const PRIVATE: Option<&str> = option_env!("AFTERIMAGE_PRIVATE_OIDN");
 
 /// Names the prefix of a library that is to be used, and no other.
 const PREFIX_VARIABLE: &str = "OIDN_DIR";
@@ -78,8 +79,8 @@ pub struct Denoiser {
 }
 
 impl Denoiser {
-    /// Loads the library, which will work on so many threads of its own: what `OIDN_DIR` names, or else that of the system
-    /// or that of `make setup`.
+    /// Loads the library, which will work on so many threads of its own: what `OIDN_DIR` names, or else what the
+    /// program carries, or that of the system, or that of `make setup`.
     ///
     /// # Errors
     /// None of them can be used: what was tried, and what to do.
@@ -88,7 +89,10 @@ impl Denoiser {
         let in_prefix = |prefix: &Path| prefix.join("lib").join(LIBRARY);
         let places: Vec<PathBuf> = match &named {
             Some(prefix) => vec![in_prefix(Path::new(prefix))],
-            None => vec![PathBuf::from(LIBRARY), in_prefix(Path::new(PRIVATE))],
+            None => {
+                let private = PRIVATE.map(|prefix| in_prefix(Path::new(prefix)));
+                std::iter::once(PathBuf::from(LIBRARY)).chain(private).collect()
+            }
         };
         let mut tried = Vec::new();
         for place in &places {

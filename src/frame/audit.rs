@@ -18,7 +18,7 @@
 //! positions may differ from fresh ones by what rounding them for the store does ([`COLOR_TOLERANCE`],
 //! [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::u32x8;
 
@@ -256,7 +256,8 @@ fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
     let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32 - 0.5;
-    Verdict::of(aside(0, seen.x).hypot(aside(1, seen.y)) <= REACH + CELL_TOLERANCE)
+    let off = Vec2::new(aside(0, seen.x), aside(1, seen.y));
+    Verdict::of(off.length() <= REACH + CELL_TOLERANCE)
 }
 
 /// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.

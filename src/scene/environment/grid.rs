@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::distribution::Distribution;
 use super::light_from::LightFrom;
@@ -78,8 +78,10 @@ impl Grid {
     fn place(&self, direction: Vec3) -> [f32; 2] {
         use std::f32::consts::{FRAC_1_PI, TAU};
         let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
-        // not the arc cosine of y, which knows no small angles
-        let v = direction.x.hypot(direction.z).atan2(direction.y) * FRAC_1_PI;
+        // Not the arc cosine of y, which knows no small angles; and not `hypot`, which does the same with a symbol that
+        // C libraries before glibc 2.35 lack.
+        let aside = Vec2::new(direction.x, direction.z).as_dvec2().length() as f32;
+        let v = aside.atan2(direction.y) * FRAC_1_PI;
         [u * self.width as f32, v * self.height as f32]
     }
 
