@@ -10,7 +10,7 @@ DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x3
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
-.PHONY: help setup build demo test bench compare-peers quality package crates clean
+.PHONY: help setup build demo test bench compare-peers quality package wheel crates clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -58,6 +58,10 @@ quality: setup ## measure how good pictures of reused samples are
 package: setup ## make an archive that runs where it is unpacked, and test it: target/package/
 	scripts/package
 	scripts/test-package target/package/afterimage-$(VERSION)-$(shell uname -m)-linux.tar.gz
+
+wheel: package ## make a Python wheel of the program, and test it: target/package/
+	scripts/wheel
+	scripts/test-package target/package/afterimage_renderer-$(VERSION)-*.whl
 
 # Needs cargo 1.90 or later. The crates are built in a folder from which .deps is not found.
 crates: setup ## check that the crates can be published: packed, and built of what was packed
