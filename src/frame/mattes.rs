@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::kernel::{Kernel, MOST_TAPS};
-use super::spread::{Reach, edge};
+use super::reach::{Reach, edge};
 use crate::cryptomatte::{Id, Kind, Mattes, RANKS};
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};

@@ -48,6 +48,7 @@ pub mod plan;
 mod project;
 mod radiance;
 mod ray_tally;
+mod reach;
 mod remake;
 mod reproject;
 mod rough_sky;
