@@ -241,6 +241,36 @@ impl fmt::Display for Percent {
     }
 }
 
+/// What was saved, for people. Where much more was taken, a percentage far below zero says little: how many times as much does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Saved {
+    /// Of what is compared with; negative where up to twice as much was taken.
+    Percent(Percent),
+    /// So many times as much was taken: more than 2.
+    Times(f64),
+}
+
+impl Saved {
+    /// Of `full`, where `taken` was taken; `None` where that is nothing.
+    pub fn of(taken: f64, full: f64) -> Option<Self> {
+        (full > 0.0).then(|| Self::of_percent(saved_percent(taken, full)))
+    }
+
+    /// By [`saved_percent`].
+    pub fn of_percent(percent: f64) -> Self {
+        if percent < -100.0 { Self::Times(1.0 - percent / 100.0) } else { Self::Percent(Percent(percent)) }
+    }
+}
+
+impl fmt::Display for Saved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Percent(percent) => write!(f, "{percent} %"),
+            Self::Times(times) => write!(f, "{times:.1}×"),
+        }
+    }
+}
+
 /// The settings of a run as its statistics state them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSettings {
@@ -326,6 +356,15 @@ mod tests {
         let texts = [-0.04, -0.0, 0.04, -0.06, 99.96].map(|percent| Percent(percent).to_string());
         assert_eq!(texts, ["0.0", "0.0", "0.0", "-0.1", "100.0"]);
         assert_eq!(format!("{:>7}|", Percent(-0.01)), "    0.0|");
+    }
+
+    #[test]
+    fn what_takes_more_than_twice_as_much_is_no_percentage() {
+        let texts = [(1.0, 4.0), (4.0, 4.001), (4.0, 4.0), (4.0, 2.0), (5.0, 2.0), (1e6, 2.0)]
+            .map(|(taken, full)| Saved::of(taken, full).map(|saved| saved.to_string()));
+        let wanted = ["75.0 %", "0.0 %", "0.0 %", "-100.0 %", "2.5×", "500000.0×"];
+        assert_eq!(texts, wanted.map(|text| Some(text.to_owned())));
+        assert_eq!(Saved::of(1.0, 0.0), None);
     }
 
     #[test]

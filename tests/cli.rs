@@ -83,11 +83,22 @@ fn a_reference_tells_the_error_of_both_ways() {
     let output = afterimage(&words);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("reprojected at equal error"), "{}", stdout(&output));
-    assert!(fs::read_to_string(html).unwrap().contains("at equal error"));
+    let page = fs::read_to_string(html).unwrap();
+    assert!(page.contains("at equal error"));
     let made: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
     let display =
         |frame: usize, way: &str| made["frames"][frame]["error"][way]["display"].as_f64().expect("measured");
     assert_eq!(display(0, "reprojected"), display(0, "full"), "frame 1 is a base frame");
+    for (frame, mode) in
+        (1..).zip(made["frames"].as_array().unwrap().iter().map(|frame| &frame["reprojected"]["mode"]))
+    {
+        let is_shown = page.contains(&format!("<h3>Frame {frame}</h3>"));
+        assert_eq!(
+            is_shown,
+            mode == "reproject",
+            "frame {frame} is {mode}: the report shows what was reused"
+        );
+    }
     for frame in 0..3 {
         let full = display(frame, "full");
         assert!(full > 1e-4 && full < 0.1 && display(frame, "reprojected") < 4.0 * full, "{made}");

@@ -9,16 +9,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::backend_table;
+use super::compare_table::{header, row, summary};
 use super::failure::Failure;
 use super::paths::{self, Report};
 use super::reference::{self, Judge};
 use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
 use super::shot_args::{Job, ShotArgs, on_threads};
-use super::table;
+use super::shown::Shown;
 use super::target::Target;
-use super::terminal::{Terminal, duration};
+use super::terminal::Terminal;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
@@ -26,15 +26,11 @@ use crate::report::both_ways::{BothTotals, ComparedFrame, Difference, Saving};
 use crate::report::comparison::Comparison;
 use crate::report::file::{write_json, write_text};
 use crate::report::html::{self, Pictures};
-use crate::report::picture;
 use crate::report::reference::Reference;
 use crate::report::versions::Versions;
 use crate::settings::{MOST_SAMPLES, Mode, Settings};
-use crate::stats::{Percent, RunSettings, held_bytes, saved_percent};
+use crate::stats::{RunSettings, held_bytes};
 use crate::trace::BackendKind;
-
-/// Frames that the report shows.
-const PICTURES: usize = 4;
 
 /// Below the options in `--help`.
 const EXAMPLES: &str = "\
@@ -201,7 +197,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let mut pairs = pairs?;
     let judge = options.reference.map(|samples| Judge::new(pairs[0].kind, job, samples)).transpose();
     let mut contest = Contest { pairs: &mut pairs, judge: judge? };
-    let mut made = Made::new(contest.pairs, shown(&steps));
+    let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps)));
     terminal.begin(steps.len());
     terminal.result(&header(options.reference.is_some()));
     let outcome =
@@ -209,7 +205,8 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     terminal.end();
 
     // what was measured is reported even if a later frame failed
-    let (pictures, runs) = (std::mem::take(&mut made.pictures), made.runs(&pairs));
+    let pictures = made.shown.take().map(Shown::into_pictures).unwrap_or_default();
+    let runs = made.runs(&pairs);
     let comparison = comparison(options, made.frames.swap_remove(0), runs, &pairs[0]);
     terminal.result(&summary(&comparison));
     let reports = write_reports(options, &comparison, &pictures, terminal);
@@ -236,14 +233,14 @@ struct Made {
     frames: Vec<Vec<ComparedFrame>>,
     /// By tracer: with the first one's pictures, reprojected and in full.
     agreements: Vec<[Agreement; 2]>,
-    pictures: Vec<Pictures>,
-    to_show: Vec<i32>,
+    /// For the report.
+    shown: Option<Shown>,
 }
 
 impl Made {
-    fn new(pairs: &[Pair], to_show: Vec<i32>) -> Self {
+    fn new(pairs: &[Pair], shown: Option<Shown>) -> Self {
         let agreements = vec![[Agreement::default(); 2]; pairs.len()];
-        Self { frames: vec![Vec::new(); pairs.len()], agreements, pictures: Vec::new(), to_show }
+        Self { frames: vec![Vec::new(); pairs.len()], agreements, shown }
     }
 
     /// What each tracer was measured at.
@@ -298,8 +295,8 @@ fn compare_step(
         made.frames[number].push(compared(&theirs.0, &theirs.1));
     }
     let file = options.target.as_ref().map(|target| target.write(&mut ours, None, None, None)).transpose()?;
-    if options.report.is_some() && made.to_show.contains(&step.frame) {
-        made.pictures.extend(pictures(&ours, &full));
+    if let Some(shown) = &mut made.shown {
+        shown.offer(&ours, &full);
     }
     let mut frame = compared(&ours, &full);
     frame.error = judge.as_mut().map(|judge| judge.errors([&ours, &full])).transpose()?;
@@ -321,27 +318,6 @@ fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
 
 fn render(renderer: &mut Renderer<'_>, frame: i32, reuse: bool) -> Result<Finished, Failure> {
     renderer.render(frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
-}
-
-/// Frames for the report: inferred ones, spread evenly from the first to the last.
-fn shown(steps: &[Step]) -> Vec<i32> {
-    let inferred: Vec<i32> =
-        steps.iter().filter(|step| step.write && step.reuse).map(|step| step.frame).collect();
-    let Some(last) = inferred.len().checked_sub(1) else {
-        return steps.iter().filter(|step| step.write).map(|step| step.frame).take(1).collect();
-    };
-    let mut frames: Vec<i32> = (0..PICTURES).map(|i| inferred[i * last / (PICTURES - 1)]).collect();
-    frames.dedup();
-    frames
-}
-
-fn pictures(ours: &Finished, full: &Finished) -> Option<Pictures> {
-    Some(Pictures {
-        frame: ours.stats.frame,
-        reprojected: picture::beauty(&ours.film)?,
-        statuses: picture::status_map(&ours.film),
-        full: picture::beauty(&full.film)?,
-    })
 }
 
 fn comparison(
@@ -393,166 +369,4 @@ fn write_reports(
         terminal.result(&format!("{:<9}{}", "files", target.text()));
     }
     Ok(())
-}
-
-/// Titles of the columns, with those of errors where there is a reference.
-fn header(has_errors: bool) -> String {
-    let errors = if has_errors { reference::TITLES } else { "" };
-    format!(
-        " frame mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02%{errors} audit",
-    )
-}
-
-fn row(frame: &ComparedFrame) -> String {
-    let (ours, full) = (&frame.reprojected, &frame.full);
-    let seconds = (ours.seconds.rendering(), full.seconds.rendering());
-    let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
-    format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7} {:>7.1} {:>10.5} {:>7.2}{} {}",
-        frame.frame,
-        ours.mode,
-        seconds.0,
-        seconds.1,
-        speed_up,
-        table::millions(ours.rays.total()),
-        table::millions(full.rays.total()),
-        Percent(saved_percent(ours.rays.total() as f64, full.rays.total() as f64)),
-        table::reused_percent(ours),
-        frame.difference.mean,
-        frame.difference.percent_above,
-        frame.error.map_or_else(String::new, |error| reference::columns(&error)),
-        table::audit(ours.audit),
-    )
-}
-
-fn summary(comparison: &Comparison) -> String {
-    let (ours, full) = (&comparison.totals.reprojected, &comparison.totals.full);
-    let mut lines =
-        vec![String::new(), format!("{:<14}{:>13}{:>13}{:>9}", "", "reprojected", "full", "saved")];
-    let rays = |name, ours: u64, full: u64| {
-        let saved = percent_or_dash(ours as f64, full as f64);
-        format!("{name:<14}{:>11} M{:>11} M{saved:>9}", table::millions(ours), table::millions(full))
-    };
-    lines.extend([
-        rays("primary", ours.rays.primary, full.rays.primary),
-        rays("verification", ours.rays.verification, full.rays.verification),
-        rays("shadow", ours.rays.shadow, full.rays.shadow),
-        rays("reflection", ours.rays.reflection, full.rays.reflection),
-        rays("refraction", ours.rays.refraction, full.rays.refraction),
-        rays("gathering", ours.rays.gathering, full.rays.gathering),
-        rays("all rays", ours.rays.total(), full.rays.total()),
-    ]);
-    let seconds = |name, ours: f64, full: f64| {
-        format!("{name:<14}{ours:>11.3} s{full:>11.3} s{:>9}", percent_or_dash(ours, full))
-    };
-    lines.extend([
-        seconds("reproject", ours.seconds.reproject, full.seconds.reproject),
-        seconds("verify", ours.seconds.verify, full.seconds.verify),
-        seconds("trace", ours.seconds.trace, full.seconds.trace),
-        seconds("enhance", ours.seconds.enhance, full.seconds.enhance),
-        seconds("filter", ours.seconds.filter, full.seconds.filter),
-        seconds("all seconds", ours.seconds.rendering(), full.seconds.rendering()),
-        String::new(),
-        saving("all frames", &comparison.saved),
-        saving("inferred", &comparison.saved_inferred),
-    ]);
-    lines.extend(reference::lines(comparison.reference.as_ref()));
-    lines.extend(ours.audit.map(table::audit_line));
-    lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
-    lines.push(format!(
-        "{:<9}in no sum above: writing {}, building the scene{} {}",
-        "beside",
-        duration(ours.seconds.write),
-        table::quickly(comparison.settings.picture.build),
-        duration(comparison.build_seconds)
-    ));
-    lines.extend(backend_table::lines(&comparison.backends));
-    lines.push(in_short(comparison));
-    lines.join("\n")
-}
-
-/// What a run takes from its start to its last file. Writing takes both ways the same time; it was measured once.
-fn in_short(comparison: &Comparison) -> String {
-    let (ours, full) = (&comparison.totals.reprojected.seconds, &comparison.totals.full.seconds);
-    let beside = ours.write + comparison.build_seconds;
-    let [ours, full] = [ours, full].map(|seconds| seconds.rendering() + beside);
-    let writing = if beside > comparison.build_seconds { "writing files and " } else { "" };
-    format!(
-        "\nin short {} frames take {} with reuse and {} without, {writing}building the scene included: {:.1} times as fast",
-        comparison.saved.frames,
-        duration(ours),
-        duration(full),
-        if ours > 0.0 { full / ours } else { 1.0 }
-    )
-}
-
-fn saving(name: &str, saving: &Saving) -> String {
-    format!(
-        "saved    {} % of the rays, {} % of the time, {:.2} times as fast ({name}: {})",
-        Percent(saving.rays_percent),
-        Percent(saving.time_percent),
-        saving.speed_up,
-        saving.frames
-    )
-}
-
-fn percent_or_dash(ours: f64, full: f64) -> String {
-    // what full tracing hardly does cannot be saved
-    let comparable = full > 0.0 && ours < 2.0 * full;
-    if comparable { format!("{} %", Percent(saved_percent(ours, full))) } else { String::from("-") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::report::error::BothErrors;
-
-    fn step(frame: i32, reuse: bool, write: bool) -> Step {
-        Step { frame, reuse, write }
-    }
-
-    #[test]
-    fn the_report_shows_inferred_frames_from_first_to_last() {
-        let steps: Vec<Step> = (1..=60).map(|frame| step(frame, frame > 1, frame > 2)).collect();
-        assert_eq!(shown(&steps), [3, 22, 41, 60]);
-        assert_eq!(shown(&steps[..4]), [3, 4]);
-        assert_eq!(shown(&[step(7, false, true)]), [7]);
-        assert!(shown(&[]).is_empty());
-    }
-
-    #[test]
-    fn in_short_both_ways_build_and_write() {
-        let mut comparison = crate::report::comparison::tests::comparison(Vec::new());
-        let totals = &mut comparison.totals;
-        (totals.reprojected.seconds.total, totals.reprojected.seconds.write) = (11.0, 3.0);
-        (totals.full.seconds.total, comparison.build_seconds) = (68.0, 2.0);
-        comparison.saved.frames = 9;
-        let text = in_short(&comparison);
-        assert!(text.contains("9 frames take 13.0 s with reuse and 73.0 s without"), "{text}");
-        assert!(text.ends_with("writing files and building the scene included: 5.6 times as fast"), "{text}");
-    }
-
-    #[test]
-    fn rows_stand_under_their_titles() {
-        let frame = ComparedFrame {
-            frame: 5,
-            reprojected: Default::default(),
-            full: Default::default(),
-            difference: Difference::default(),
-            error: None,
-        };
-        for error in [None, Some(BothErrors::default())] {
-            let frame = ComparedFrame { error, ..frame.clone() };
-            let (head, row) = (header(error.is_some()), row(&frame));
-            for (title, value) in [(">0.02%", "0.00"), ("    full ratio", "0.00000     -")] {
-                let Some(end) = head.find(title).map(|at| at + title.len()) else {
-                    assert!(error.is_none(), "{head}");
-                    continue;
-                };
-                assert!(row[..end].ends_with(value), "{head}\n{row}");
-            }
-            let end = head.len() - " audit".len();
-            assert_eq!(row[end..], *" -", "{head}\n{row}");
-        }
-    }
 }

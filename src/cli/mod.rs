@@ -5,6 +5,7 @@
 
 mod backend_table;
 pub mod compare;
+mod compare_table;
 pub mod diff;
 pub mod failure;
 pub mod for_others;
@@ -18,6 +19,7 @@ pub mod render;
 mod resume;
 pub mod schedule;
 pub mod shot_args;
+mod shown;
 pub mod table;
 pub mod target;
 pub mod terminal;

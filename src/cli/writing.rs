@@ -149,7 +149,7 @@ fn wait_for<T>(channel: &Receiver<T>) -> Option<T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
@@ -158,7 +158,7 @@ mod tests {
     use crate::stats::FrameStats;
     use crate::trace::BackendKind;
 
-    fn finished(frame: i32) -> Finished {
+    pub fn finished(frame: i32) -> Finished {
         let plane = |name| Plane::new(name, PlaneKind::Half, &[frame as f32; 6]);
         let planes = ["R", "G", "B", "Z", "P.X"].map(plane).to_vec();
         Finished {

@@ -1,13 +1,14 @@
-//! Charts as inline SVG: one value a frame, stacked or as lines.
+//! Charts: one value a frame, stacked or as lines. Drawings are inline SVG that stretches to whatever box it gets; text stands
+//! beside them in HTML, so that it keeps its size on every screen.
 
 use std::fmt::Write;
 
-/// Size of a chart in SVG units, and the room for its labels.
-const WIDTH: f64 = 960.0;
-const HEIGHT: f64 = 220.0;
-const LEFT: f64 = 52.0;
-const BOTTOM: f64 = 24.0;
-const TOP: f64 = 10.0;
+/// Size of a drawing in SVG units.
+const WIDTH: f64 = 1000.0;
+const HEIGHT: f64 = 100.0;
+
+/// Most frames' numbers below a chart; narrow pages leave out every other one.
+const MOST_NUMBERS: usize = 12;
 
 /// One thing over all frames.
 pub struct Series {
@@ -23,11 +24,11 @@ pub struct Series {
 pub fn stacked_bars(frames: &[i32], series: &[Series], unit: &str) -> String {
     let sums = (0..frames.len()).map(|i| series.iter().map(|series| series.values[i]).sum());
     let axis = Axis::up_to(sums.fold(0.0, f64::max));
-    let mut svg = open(frames, &axis);
-    let slot = (WIDTH - LEFT) / frames.len().max(1) as f64;
+    let mut svg = open(&axis);
+    let slot = slot(frames);
     let width = (slot * 0.86).max(0.4);
     for (i, frame) in frames.iter().enumerate() {
-        let x = LEFT + slot * i as f64 + (slot - width) / 2.0;
+        let x = slot * (i as f64 + 0.5) - width / 2.0;
         let mut base = 0.0;
         let _ = write!(svg, "<g><title>frame {frame}");
         for series in series {
@@ -39,27 +40,27 @@ pub fn stacked_bars(frames: &[i32], series: &[Series], unit: &str) -> String {
             base += series.values[i];
             let _ = write!(
                 svg,
-                r#"<rect x="{x:.2}" y="{high:.2}" width="{width:.2}" height="{:.2}" fill="{}"/>"#,
+                r#"<rect x="{x:.2}" y="{high:.3}" width="{width:.2}" height="{:.3}" fill="{}"/>"#,
                 low - high,
                 series.color
             );
         }
         svg.push_str("</g>");
     }
-    close(svg, series)
+    close(svg, frames, &axis, series)
 }
 
-/// A line for each series, with a dot for each frame where there is room.
+/// A line for each series, with a dot for each frame.
 pub fn lines(frames: &[i32], series: &[Series], unit: &str) -> String {
     let most = series.iter().flat_map(|series| &series.values).copied().fold(0.0, f64::max);
     let axis = Axis::up_to(most);
-    let mut svg = open(frames, &axis);
-    let slot = (WIDTH - LEFT) / frames.len().max(1) as f64;
-    let radius = if frames.len() > 150 { 1.2 } else { 2.6 };
+    let mut svg = open(&axis);
+    let slot = slot(frames);
+    let dot = if frames.len() > 150 { 2.4 } else { 5.6 };
     for series in series {
-        let x = |i: usize| LEFT + slot * (i as f64 + 0.5);
+        let x = |i: usize| slot * (i as f64 + 0.5);
         let points: Vec<String> = (series.values.iter().enumerate())
-            .map(|(i, value)| format!("{:.2},{:.2}", x(i), axis.y(*value)))
+            .map(|(i, value)| format!("{:.2},{:.3}", x(i), axis.y(*value)))
             .collect();
         let _ = write!(
             svg,
@@ -68,9 +69,10 @@ pub fn lines(frames: &[i32], series: &[Series], unit: &str) -> String {
             series.color
         );
         for (i, (value, frame)) in series.values.iter().zip(frames).enumerate() {
+            // a line without length, whose ends are round however the drawing is stretched
             let _ = write!(
                 svg,
-                r#"<circle cx="{:.2}" cy="{:.2}" r="{radius}" fill="{}"><title>frame {frame}: {} {value:.3}{unit}</title></circle>"#,
+                r#"<path d="M{:.2} {:.3}h0" stroke="{}" stroke-width="{dot}" stroke-linecap="round"><title>frame {frame}: {} {value:.3}{unit}</title></path>"#,
                 x(i),
                 axis.y(*value),
                 series.color,
@@ -78,7 +80,12 @@ pub fn lines(frames: &[i32], series: &[Series], unit: &str) -> String {
             );
         }
     }
-    close(svg, series)
+    close(svg, frames, &axis, series)
+}
+
+/// What a frame has of the width.
+fn slot(frames: &[i32]) -> f64 {
+    WIDTH / frames.len().max(1) as f64
 }
 
 /// From 0 to a round number.
@@ -101,36 +108,41 @@ impl Axis {
     }
 
     fn y(&self, value: f64) -> f64 {
-        HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * (value / self.top).clamp(0.0, 1.0)
+        HEIGHT * (1.0 - (value / self.top).clamp(0.0, 1.0))
+    }
+
+    /// Where lines go across.
+    fn ticks(&self) -> impl Iterator<Item = f64> {
+        let (step, count) = (self.step, (self.top / self.step).round() as usize);
+        (0..=count).map(move |tick| step * tick as f64)
     }
 }
 
-/// The frame of a chart: lines across with numbers, and frames' numbers below.
-fn open(frames: &[i32], axis: &Axis) -> String {
-    let mut svg = format!(r#"<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img">"#);
-    let ticks = (axis.top / axis.step).round() as usize;
-    for tick in 0..=ticks {
-        let value = axis.step * tick as f64;
-        let y = axis.y(value);
-        let _ = write!(
-            svg,
-            r#"<line class="grid" x1="{LEFT}" x2="{WIDTH}" y1="{y:.2}" y2="{y:.2}"/><text x="{}" y="{:.2}" text-anchor="end">{}</text>"#,
-            LEFT - 6.0,
-            y + 4.0,
-            short(value)
-        );
-    }
-    let slot = (WIDTH - LEFT) / frames.len().max(1) as f64;
-    let every = frames.len().div_ceil(16).max(1);
-    for (i, frame) in frames.iter().enumerate().step_by(every) {
-        let x = LEFT + slot * (i as f64 + 0.5);
-        let _ = write!(svg, r#"<text x="{x:.2}" y="{}" text-anchor="middle">{frame}</text>"#, HEIGHT - 6.0);
+/// The drawing of a chart, with lines across.
+fn open(axis: &Axis) -> String {
+    let mut svg = format!(
+        r#"<div class="plot"><svg viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" role="img">"#
+    );
+    for y in axis.ticks().map(|value| axis.y(value)) {
+        let _ = write!(svg, r#"<line class="grid" x1="0" x2="{WIDTH}" y1="{y:.3}" y2="{y:.3}"/>"#);
     }
     svg
 }
 
-fn close(mut svg: String, series: &[Series]) -> String {
-    svg.push_str("</svg><p class=\"legend\">");
+/// Numbers beside the lines, frames' numbers below, and the legend.
+fn close(mut svg: String, frames: &[i32], axis: &Axis, series: &[Series]) -> String {
+    svg.push_str("</svg>");
+    for value in axis.ticks() {
+        let from_top = 100.0 * axis.y(value) / HEIGHT;
+        let _ = write!(svg, r#"<span class="y" style="top:{from_top:.2}%">{}</span>"#, short(value));
+    }
+    let every = frames.len().div_ceil(MOST_NUMBERS).max(1);
+    for (number, (i, frame)) in frames.iter().enumerate().step_by(every).enumerate() {
+        let from_left = 100.0 * slot(frames) * (i as f64 + 0.5) / WIDTH;
+        let class = if number % 2 == 0 { "x" } else { "x odd" };
+        let _ = write!(svg, r#"<span class="{class}" style="left:{from_left:.2}%">{frame}</span>"#);
+    }
+    svg.push_str("</div><p class=\"legend\">");
     for series in series {
         let _ = write!(svg, r#"<span><i style="background:{}"></i>{}</span>"#, series.color, series.name);
     }
@@ -165,7 +177,28 @@ mod tests {
         let bars = stacked_bars(&[1, 2], &[series(&[1.0, 2.0]), series(&[0.0, 1.0])], " %");
         assert_eq!((bars.matches("<rect").count(), bars.matches("<title>").count()), (3, 2));
         let lines = lines(&[1, 2, 3], &[series(&[1.0, 2.0, 3.0])], " s");
-        assert_eq!((lines.matches("<circle").count(), lines.matches("<polyline").count()), (3, 1));
+        assert_eq!((lines.matches("<path").count(), lines.matches("<polyline").count()), (3, 1));
+    }
+
+    /// Text in a drawing would shrink with it.
+    #[test]
+    fn text_stands_outside_of_the_drawing_where_its_line_is() {
+        let html = lines(&[7, 8], &[series(&[0.0, 4.0])], " s");
+        assert!(!html.contains("<text"), "{html}");
+        assert!(html.contains(r#"<line class="grid" x1="0" x2="1000" y1="25.000" y2="25.000"/>"#), "{html}");
+        assert!(html.contains(r#"style="top:25.00%">3</span>"#), "{html}");
+        assert!(html.contains(r#"<span class="x" style="left:25.00%">7</span>"#), "{html}");
+        assert!(html.contains(r#"<span class="x odd" style="left:75.00%">8</span>"#), "{html}");
+    }
+
+    #[test]
+    fn frames_are_numbered_as_far_as_there_is_room() {
+        for count in [1, 12, 13, 480, 10_000] {
+            let frames: Vec<i32> = (1..=count).collect();
+            let html = lines(&frames, &[series(&vec![1.0; count as usize])], "");
+            let numbers = html.matches(r#"<span class="x"#).count();
+            assert!((1..=MOST_NUMBERS).contains(&numbers), "{count}: {numbers}");
+        }
     }
 
     #[test]

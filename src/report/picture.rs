@@ -1,14 +1,20 @@
 //! Small pictures for the report, as PNG in data URIs.
 
+use std::cmp::Ordering;
 use std::io::Cursor;
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::film::Film;
+use crate::output::false_color;
 
 /// Widest picture in a report, pixels.
 const WIDEST: usize = 560;
+
+/// Widest map in a report, pixels. Pages show maps enlarged, on phones as well: a browser that makes them smaller may leave
+/// out the thin lines that they are looked at for.
+const WIDEST_MAP: usize = 320;
 
 /// A status, the plane's layer channel, its colour (sRGB), and what it means.
 pub struct StatusKey {
@@ -52,48 +58,100 @@ pub fn hex([r, g, b]: [u8; 3]) -> String {
 
 /// The picture as a viewer shows it: sRGB, clipped. `None` where the film has no picture.
 pub fn beauty(film: &Film) -> Option<String> {
-    let planes = [film.values("R")?, film.values("G")?, film.values("B")?];
-    Some(data_uri(film, |pixel| planes.each_ref().map(|plane| plane[pixel])))
+    let planes = colors(film)?;
+    Some(Blocks::of(film, WIDEST).png(|block| {
+        let mean = |plane: &Vec<f32>| {
+            let sum: f32 = block.iter().map(|pixel| plane[*pixel].clamp(0.0, 1.0)).sum();
+            sum / block.len() as f32
+        };
+        planes.each_ref().map(|plane| to_byte(mean(plane)))
+    }))
 }
 
-/// Each pixel in the colours of its samples' statuses. `None` where the film has no statuses.
+/// How far the pictures of two films of the same size are apart, in false colours. `None` where one has no picture.
+/// Of each block of [`block_side`] it shows the pixel that is farthest apart.
+pub fn difference_map(a: &Film, b: &Film) -> Option<String> {
+    let (a_planes, b_planes) = (colors(a)?, colors(b)?);
+    let apart = |pixel: &usize| {
+        let channels = a_planes.iter().zip(&b_planes).map(|(a, b)| (a[*pixel] - b[*pixel]).abs());
+        channels.fold(0.0, larger)
+    };
+    let largest = |block: &[usize]| block.iter().map(apart).fold(0.0, larger);
+    Some(Blocks::of(a, WIDEST_MAP).png(|block| false_color::of_difference(largest(block))))
+}
+
+/// What is no number is larger than any.
+fn larger(a: f32, b: f32) -> f32 {
+    if b.is_nan() || b > a { b } else { a }
+}
+
+/// Each pixel in the colours of its samples' statuses. `None` where the film has no statuses. Of each block of
+/// [`block_side`] it shows the worst pixel: that with most samples traced anew, then with most overlapped ones.
 pub fn status_map(film: &Film) -> Option<String> {
     let names = STATUSES.map(|status| format!("status_{}.V", status.name));
     let planes = names.iter().map(|name| film.values(name)).collect::<Option<Vec<_>>>()?;
     let colors = STATUSES.map(|status| status.color.map(|byte| linear(f32::from(byte) / 255.0)));
-    Some(data_uri(film, |pixel| {
+    let badness = |pixel: usize| {
+        let [overlapped, missed, obscured] = [2, 3, 4].map(|status: usize| planes[status][pixel]);
+        [missed + obscured, overlapped]
+    };
+    let worse = |a: &&usize, b: &&usize| badness(**a).partial_cmp(&badness(**b)).unwrap_or(Ordering::Equal);
+    Some(Blocks::of(film, WIDEST_MAP).png(|block| {
+        let worst = block.iter().max_by(worse).copied().unwrap_or(0);
         let mut sum = [0.0; 3];
         for (plane, color) in planes.iter().zip(colors) {
             for (channel, part) in sum.iter_mut().zip(color) {
-                *channel += plane[pixel] * part;
+                *channel += plane[worst] * part;
             }
         }
-        sum
+        sum.map(to_byte)
     }))
 }
 
-/// Shrinks by whole factors with a mean in linear light, and encodes. `color` gives a pixel's linear RGB.
-fn data_uri(film: &Film, color: impl Fn(usize) -> [f32; 3]) -> String {
-    let (width, height) = (film.width as usize, film.height as usize);
-    let factor = width.div_ceil(WIDEST).max(1);
-    let (small_width, small_height) = ((width / factor).max(1), (height / factor).max(1));
-    let mut bytes = Vec::with_capacity(small_width * small_height * 3);
-    for y in 0..small_height {
-        for x in 0..small_width {
-            let mut sum = [0.0_f32; 3];
-            let (mut count, rows) = (0.0_f32, y * factor..((y + 1) * factor).min(height));
-            for (row, column) in rows
-                .flat_map(|row| (x * factor..((x + 1) * factor).min(width)).map(move |column| (row, column)))
-            {
-                for (channel, part) in sum.iter_mut().zip(color(row * width + column)) {
-                    *channel += part.clamp(0.0, 1.0);
-                }
-                count += 1.0;
-            }
-            bytes.extend(sum.map(|channel| (encoded(channel / count.max(1.0)) * 255.0 + 0.5) as u8));
-        }
+/// Pixels along an edge of the blocks that a map of a picture so wide shows as one.
+pub fn block_side(width: u32) -> usize {
+    side(width, WIDEST_MAP)
+}
+
+fn side(width: u32, widest: usize) -> usize {
+    (width as usize).div_ceil(widest).max(1)
+}
+
+fn colors(film: &Film) -> Option<[Vec<f32>; 3]> {
+    Some([film.values("R")?, film.values("G")?, film.values("B")?])
+}
+
+/// A film in square blocks of pixels, cut off at its right and lower rim.
+struct Blocks {
+    side: usize,
+    /// Of the film.
+    size: [usize; 2],
+}
+
+impl Blocks {
+    /// No more of them than `widest` in a row.
+    fn of(film: &Film, widest: usize) -> Self {
+        Self { side: side(film.width, widest), size: [film.width, film.height].map(|edge| edge as usize) }
     }
-    png_uri(&bytes, small_width as u32, small_height as u32)
+
+    /// A pixel for each block; `color` gives its sRGB of the numbers of the block's pixels.
+    fn png(&self, color: impl Fn(&[usize]) -> [u8; 3]) -> String {
+        let [width, height] = self.size;
+        let [columns, rows] = self.size.map(|edge| edge.div_ceil(self.side));
+        let mut bytes = Vec::with_capacity(columns * rows * 3);
+        let mut block = Vec::with_capacity(self.side * self.side);
+        for (top, left) in (0..height)
+            .step_by(self.side)
+            .flat_map(|top| (0..width).step_by(self.side).map(move |left| (top, left)))
+        {
+            block.clear();
+            for y in top..(top + self.side).min(height) {
+                block.extend((left..(left + self.side).min(width)).map(|x| y * width + x));
+            }
+            bytes.extend(color(&block));
+        }
+        png_uri(&bytes, columns as u32, rows as u32)
+    }
 }
 
 fn png_uri(rgb: &[u8], width: u32, height: u32) -> String {
@@ -102,6 +160,10 @@ fn png_uri(rgb: &[u8], width: u32, height: u32) -> String {
         .write_image(rgb, width, height, ExtendedColorType::Rgb8)
         .expect("memory takes every byte, and the bytes are as many as the size says");
     format!("data:image/png;base64,{}", base64(png.get_ref()))
+}
+
+fn to_byte(linear: f32) -> u8 {
+    (encoded(linear) * 255.0 + 0.5) as u8
 }
 
 /// sRGB's curve.
@@ -133,10 +195,34 @@ mod tests {
     use super::*;
     use crate::film::{Plane, PlaneKind};
 
+    fn film_of(width: u32, height: u32, planes: &[(&'static str, Vec<f32>)]) -> Film {
+        let planes = planes.iter().map(|(name, values)| Plane::new(*name, PlaneKind::Half, values));
+        Film { width, height, planes: planes.collect() }
+    }
+
     fn film(width: u32, height: u32, names: &[(&'static str, f32)]) -> Film {
         let data = |value| vec![value; (width * height) as usize];
-        let planes = names.iter().map(|&(name, value)| Plane::new(name, PlaneKind::Half, &data(value)));
-        Film { width, height, planes: planes.collect() }
+        let planes: Vec<_> = names.iter().map(|&(name, value)| (name, data(value))).collect();
+        film_of(width, height, &planes)
+    }
+
+    /// The pixels of a data URI, and how many there are in a row.
+    fn decoded(uri: &str) -> (Vec<[u8; 3]>, u32) {
+        let text = uri.strip_prefix("data:image/png;base64,").expect("a PNG");
+        let digit = |byte: u8| match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' => 62,
+            _ => 63,
+        };
+        let digits: Vec<u8> = text.trim_end_matches('=').bytes().map(digit).collect();
+        let bits = digits.chunks(4).flat_map(|four| {
+            let group = (0..4).fold(0_u32, |group, i| group << 6 | u32::from(*four.get(i).unwrap_or(&0)));
+            group.to_be_bytes()[1..four.len()].to_vec()
+        });
+        let picture = image::load_from_memory(&bits.collect::<Vec<u8>>()).expect("a PNG").to_rgb8();
+        (picture.pixels().map(|pixel| pixel.0).collect(), picture.width())
     }
 
     #[test]
@@ -149,21 +235,59 @@ mod tests {
 
     #[test]
     fn wide_pictures_shrink() {
-        let uri = beauty(&film(1200, 30, &[("R", 2.0), ("G", f32::NAN), ("B", -1.0)])).expect("a picture");
-        assert!(uri.starts_with("data:image/png;base64,iVBORw0KGgo"));
-        assert!(uri.len() < 4000, "one colour packs well");
+        let uri = beauty(&film(1200, 31, &[("R", 2.0), ("G", f32::NAN), ("B", -1.0)])).expect("a picture");
+        let (pixels, width) = decoded(&uri);
+        assert_eq!((width, pixels.len()), (400, 400 * 11), "the last row of blocks is one of pixels");
+        assert!(pixels.iter().all(|pixel| pixel[0] == 255 && pixel[2] == 0));
         assert!(beauty(&film(1, 1, &[])).is_none());
+    }
+
+    const STATUS_PLANES: [&str; 5] =
+        ["status_base.V", "status_good.V", "status_overlapped.V", "status_missed.V", "status_obscured.V"];
+
+    /// A film of one row in which pixels have these statuses.
+    fn row_of(statuses: &[usize]) -> Film {
+        let plane = |status| statuses.iter().map(|own| f32::from(u8::from(*own == status))).collect();
+        let planes = [0, 1, 2, 3, 4].map(|status| (STATUS_PLANES[status], plane(status)));
+        film_of(statuses.len() as u32, 1, &planes)
     }
 
     #[test]
     fn a_status_has_exactly_its_colour() {
-        let color = STATUSES[1].color.map(|byte| linear(f32::from(byte) / 255.0));
-        let back = color.map(|part| (encoded(part) * 255.0 + 0.5) as u8);
-        assert_eq!(back, STATUSES[1].color);
-        let names =
-            ["status_base.V", "status_good.V", "status_overlapped.V", "status_missed.V", "status_obscured.V"];
-        let planes = names.map(|name| (name, 0.2));
-        assert!(status_map(&film(3, 2, &planes)).is_some());
-        assert!(status_map(&film(3, 2, &planes[1..])).is_none());
+        let all: Vec<usize> = (0..5).collect();
+        let (pixels, _) = decoded(&status_map(&row_of(&all)).expect("statuses"));
+        assert_eq!(pixels, STATUSES.map(|status| status.color));
+        assert!(
+            status_map(&film(3, 2, &STATUS_PLANES[1..].iter().map(|name| (*name, 0.2)).collect::<Vec<_>>()))
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn a_block_of_a_map_shows_its_worst_pixel() {
+        let mut statuses = vec![1; 640];
+        assert_eq!(block_side(640), 2);
+        (statuses[10], statuses[21], statuses[30], statuses[31]) = (3, 4, 2, 3);
+        statuses[40] = 2;
+        let (pixels, width) = decoded(&status_map(&row_of(&statuses)).expect("statuses"));
+        assert_eq!(width, 320);
+        let wanted = [(4, 1), (5, 3), (10, 4), (15, 3), (20, 2), (319, 1)];
+        for (block, status) in wanted {
+            assert_eq!(pixels[block], STATUSES[status].color, "block {block}");
+        }
+    }
+
+    #[test]
+    fn a_block_of_differences_shows_the_largest() {
+        let of =
+            |green: Vec<f32>| film_of(640, 1, &[("R", vec![0.5; 640]), ("G", green), ("B", vec![0.0; 640])]);
+        let mut green = vec![0.25; 640];
+        let flat = of(green.clone());
+        (green[3], green[8], green[9]) = (0.0, f32::NAN, 0.5);
+        let (pixels, _) = decoded(&difference_map(&of(green), &flat).expect("pictures"));
+        assert_eq!(pixels[0], [0; 3]);
+        assert_eq!(pixels[1], false_color::of_difference(0.25));
+        assert_eq!(pixels[4], false_color::of_difference(f32::NAN));
+        assert!(difference_map(&flat, &film(640, 1, &[])).is_none());
     }
 }
