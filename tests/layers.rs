@@ -12,6 +12,7 @@ use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind, Material, Mesh, Scene};
 use afterimage::settings::{Backdrop, Filter, Mode, Settings};
 use glam::{DVec3, Vec2, Vec3};
+use half::f16;
 use toy::worlds::*;
 
 const PARTS: [&str; 4] = ["direct", "indirect", "emission", "background"];
@@ -86,6 +87,21 @@ fn parts_add_up_with_a_wide_filter_where_nothing_is_clamped() {
                         "nothing is lost: {sum}, {diffuse}"
                     );
                 }
+            }
+        }
+    }
+}
+
+/// The negative lobes of a wide filter would make more of what is bright beside what is dark.
+#[test]
+fn no_albedo_is_larger_than_that_of_the_brightest_material() {
+    for mut scene in worlds() {
+        scene.materials[0].diffuse = Vec3::new(0.6, 0.9, 1.5);
+        for film in frames(&scene, &Settings { filter: Filter::Mitchell, ..toy::settings(2) }, 3) {
+            for (channel, kd) in [("R", 0.6), ("G", 0.9), ("B", 1.5)] {
+                let values = film.values(&format!("albedo.{channel}")).unwrap();
+                let largest = values.into_iter().fold(0.0, f32::max);
+                assert_eq!(largest, f16::from_f32(kd).to_f32(), "albedo.{channel}");
             }
         }
     }

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use glam::Vec3;
+
 use super::kernel::Kernel;
 use crate::cryptomatte::{Kind, RANKS};
 use crate::film::{Film, PlaneKind, Values};
@@ -132,9 +134,10 @@ impl Channel {
     }
 
     /// The least and the greatest value that a filter may make of it: its negative lobes must make neither negative light
-    /// nor coverage of more than all.
-    pub fn limits(&self) -> [f32; 2] {
+    /// nor coverage of more than all, nor more reflectance than that of the `brightest` material.
+    pub fn limits(&self, brightest: Vec3) -> [f32; 2] {
         match self.source {
+            Source::Filtered([sum @ sums::ALBEDO..sums::SPECULAR]) => [0.0, brightest[sum - sums::ALBEDO]],
             Source::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
             Source::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
             Source::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
@@ -304,13 +307,15 @@ pub struct Picture {
     pub channels: Vec<Channel>,
     /// For each plane, whether it was zero throughout before this frame.
     pub was_zero: Vec<bool>,
+    /// Largest diffuse reflectance of the scene's materials, by channel.
+    pub brightest: Vec3,
 }
 
 impl Picture {
     /// These channels, to be written over what `film` shows.
-    pub fn over(film: &Film, kernel: Option<Kernel>, channels: &[Channel]) -> Self {
+    pub fn over(film: &Film, kernel: Option<Kernel>, channels: &[Channel], brightest: Vec3) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
-        Self { kernel, channels: channels.to_vec(), was_zero }
+        Self { kernel, channels: channels.to_vec(), was_zero, brightest }
     }
 
     /// Number of the plane with the ages.

@@ -213,7 +213,7 @@ fn write_piece(
         for plane in some {
             values.iter_mut().zip(column(*plane)).for_each(|(value, more)| *value += more);
         }
-        let [least, most] = channel.limits();
+        let [least, most] = channel.limits(picture.brightest);
         for (value, scale) in values.iter_mut().zip(&scales) {
             *value = (*value * scale).max(least).min(most);
         }
@@ -303,7 +303,7 @@ mod tests {
             for band in [grid.tiles_y, least] {
                 let channels: Vec<Channel> = channels(settings.layers, &LightGroups::default()).collect();
                 let mut film = blank(&grid, &channels);
-                let picture = Picture::over(&film, kernel, &channels);
+                let picture = Picture::over(&film, kernel, &channels, glam::Vec3::ONE);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
                 let mut written = Written::default();
                 for row in (0..grid.tiles_y).step_by(band as usize) {

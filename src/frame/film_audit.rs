@@ -65,7 +65,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
     let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
     let mut film = blank(grid, frame.channels);
-    let picture = Picture::over(&film, frame.kernel, frame.channels);
+    let picture = Picture::over(&film, frame.kernel, frame.channels, frame.palette.brightest);
     let is_wide = frame.kernel.is_some();
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
     if let Some(kernel) = frame.kernel {

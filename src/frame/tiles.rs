@@ -127,7 +127,7 @@ pub fn run_tiles(
     film_is_last: bool,
 ) -> TileSum {
     let is_wide = frame.kernel.is_some();
-    let picture = Picture::over(film, frame.kernel, frame.channels);
+    let picture = Picture::over(film, frame.kernel, frame.channels, frame.palette.brightest);
     film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*frame.view.grid;
     let mut developer = Developer::default();

@@ -40,6 +40,8 @@ pub struct Palette {
     paints: Vec<Paint>,
     /// Whether the reflectance that samples keep is the diffuse one for all materials.
     all_diffuse: bool,
+    /// By channel, the largest diffuse reflectance of any of them: of white where there is a texture.
+    pub brightest: Vec3,
     /// The layers of those that are metal-rough.
     pub coats: Coats,
 }
@@ -61,12 +63,13 @@ impl Palette {
     /// All materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
-        Self { coats: Coats::of(&scene.materials), ..Self::new(paints) }
+        let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
+        Self { coats: Coats::of(&scene.materials), brightest, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
         let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
-        Self { paints, all_diffuse, coats: Coats::default() }
+        Self { paints, all_diffuse, brightest: Vec3::ZERO, coats: Coats::default() }
     }
 
     /// Diffuse reflectance, of the reflectance that is kept.
