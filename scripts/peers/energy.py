@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import afterimage, measure, places, workers
-from .report import markdown, say
+from .report import markdown, rounded, say
 
 FIELDS = 4  # along each edge of a picture
 DEPTH = 5  # of Mitsuba's paths: light that has bounced up to three times
@@ -67,12 +67,12 @@ def compared(title, ours, theirs):
     whole = ours.mean() / theirs.mean() - 1
     lines = [["left", *[""] * (FIELDS - 2), "right"], ["---:"] * FIELDS]
     lines += [[cell(*values) for values in zip(*rows)] for rows in zip(off, sure)]
-    verdict = f"Whole picture {100 * whole:+.3f} %. Fields off by more than {UNSURE:.0f} standard errors: {beyond} of {off.size}."
+    verdict = f"Whole picture {rounded(100 * whole, 3):+.3f} %. Fields off by more than {UNSURE:.0f} standard errors: {beyond} of {off.size}."
     return f"**{title}.** {verdict}\n\n{markdown(lines)}"
 
 
 def cell(off, sure):
-    text = f"{100 * off:+.2f} ± {100 * sure:.2f}"
+    text = f"{rounded(100 * off, 2):+.2f} ± {100 * sure:.2f}"
     return f"**{text}**" if abs(off) > UNSURE * sure else text
 
 

@@ -1,7 +1,7 @@
 """Seconds a frame to a relative error of 10 %: the matt kitchen under a panel, in all renderers that are there."""
 
 from . import afterimage, measure, places, workers
-from .report import markdown, say
+from .report import markdown, rounded, say
 
 SIZE, SMALL = [320, 180], [96, 54]
 DEPTHS = {3: "light that bounced once", 4: "light that bounced twice"}
@@ -139,7 +139,7 @@ def reference_table(found, references, depths):
         for renderer, one in loaded.items():
             mean = one.picture.mean()
             line = [str(depth), found[renderer], f"{mean:.5f}", f"{100 * one.own_error():.1f}"]
-            apart = f"{100 * (mean / first.picture.mean() - 1):+.2f} %"
+            apart = f"{rounded(100 * (mean / first.picture.mean() - 1), 2):+.2f} %"
             lines.append([*line, apart, f"{100 * measure.relative_rmse(one.picture, first.picture):.1f}"])
     return markdown(lines)
 
