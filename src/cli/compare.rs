@@ -186,7 +186,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     warn_about(job, terminal);
     options.target.as_ref().map_or(Ok(()), Target::check)?;
     let steps = plan(job, false, |_| false)?;
-    if let Some(note) = schedule::run_up_note(&steps) {
+    if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
     need(job, options.reference).check(&memory::left()).map_err(Failure::of)?;

@@ -45,6 +45,9 @@ Files are written under a hidden temporary name (.NAME….part) and renamed when
 same frames removes what a killed run left. Exit code: 0 if every requested frame exists and is complete, 1 if
 something failed, 2 if the command line is invalid.";
 
+/// What makes run-ups shorter.
+const FEWER_STEPS: &str = "--mode full needs no run-up, --base-every makes it shorter";
+
 /// As typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = EXAMPLES)]
@@ -202,7 +205,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     if let Some(note) = review.note() {
         terminal.note(&note);
     }
-    if let Some(note) = schedule::run_up_note(&steps) {
+    if let Some(note) = schedule::run_up_note(&steps, FEWER_STEPS) {
         terminal.note(&note);
     }
     if !steps.is_empty() {

@@ -177,20 +177,18 @@ fn chains(runs: &[Run], shot_first: i32) -> Vec<(u32, BTreeSet<i32>)> {
     chains.into_iter().map(|((stride, _), frames)| (stride, frames)).collect()
 }
 
-/// What to say about the frames that are rendered without being written, if there are any.
-pub fn run_up_note(steps: &[Step]) -> Option<String> {
+/// What to say about the frames that are rendered without being written, if there are any. `remedy` says how to have fewer.
+pub fn run_up_note(steps: &[Step], remedy: &str) -> Option<String> {
     let count = steps.iter().filter(|step| !step.write).count();
     let first = steps.iter().find(|step| !step.write)?;
     let (frames, are) = if count == 1 { ("frame", "is") } else { ("frames", "are") };
     // then most of the time goes into frames that nobody asked for
-    let remedy = match steps.len() - count {
-        written if count > written => format!(
-            "that is more than the {written} to write: --mode full needs no run-up, and --base-every makes it shorter"
-        ),
-        _ => String::from("--base-every makes a run-up shorter"),
+    let much = match steps.len() - count {
+        written if count > written => format!(", more than the {written} to write"),
+        _ => String::new(),
     };
     Some(format!(
-        "run-up: {count} {frames} from {} on {are} rendered without being written, because later frames \
+        "run-up: {count} {frames} from {} on {are} rendered without being written{much}, because later frames \
          are inferred from them ({remedy})",
         first.frame
     ))
@@ -251,12 +249,22 @@ mod tests {
         let steps = plan("15-17", &RULE);
         assert_eq!(steps.len(), 7);
         assert_eq!((bases(&steps), written(&steps)), (vec![11], vec![15, 16, 17]));
-        assert!(run_up_note(&steps).is_some_and(|note| note.contains("4 frames from 11 on are")));
-        assert!(run_up_note(&plan("11-20", &RULE)).is_none());
-        let long = run_up_note(&plan("19-20", &RULE)).expect("8 frames from 11 on");
-        assert!(long.contains("8 frames") && long.contains("the 2 to write: --mode full"), "{long}");
-        let short = run_up_note(&plan("12-20", &RULE)).expect("frame 11");
-        assert!(short.contains("1 frame from 11 on is") && !short.contains("--mode full"), "{short}");
+        let note = |frames| run_up_note(&plan(frames, &RULE), "remedy");
+        assert!(note("11-20").is_none());
+        for (frames, words) in [
+            (
+                "15-17",
+                "4 frames from 11 on are rendered without being written, more than the 3 to write, because",
+            ),
+            (
+                "19-20",
+                "8 frames from 11 on are rendered without being written, more than the 2 to write, because",
+            ),
+            ("12-20", "1 frame from 11 on is rendered without being written, because"),
+        ] {
+            let note = note(frames).expect("frames that are not written");
+            assert!(note.contains(words) && note.ends_with("(remedy)"), "{note}");
+        }
     }
 
     #[test]
