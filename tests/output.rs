@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use program::{Place, Ran, assert_same, whole};
+use program::{Place, Ran, analytic, assert_same, whole};
 use serde_json::Value;
 
 /// Frames 1 to 8 of two runs.
@@ -125,6 +125,55 @@ fn frames_do_not_depend_on_chunks() {
         }
         assert_same_frames(&place, "all", "chunks");
     }
+}
+
+/// `compare` of the analytic shot with Embree.
+fn compare(place: &Place, options: &str) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(place.path("")).arg("compare").arg(analytic()).args(["--backend", "embree"]);
+    Ran::of(command.args(options.split_whitespace()).output().unwrap()).done()
+}
+
+#[test]
+fn compare_writes_the_frames_that_render_writes() {
+    let place = Place::new();
+    place.render("-o render/a.####.exr").done();
+    for threads in [1, 3] {
+        compare(&place, &format!("-o compare/a.####.exr --json a.json --threads {threads}"));
+        assert_same_frames(&place, "render", "compare");
+        assert_eq!(place.names("compare").len(), 8, "nothing else is left");
+        let json: Value = serde_json::from_slice(&std::fs::read(place.path("a.json")).unwrap()).unwrap();
+        for frame in json["frames"].as_array().unwrap() {
+            let seconds = |way: &str| frame[way]["seconds"]["write"].as_f64().unwrap();
+            assert!(seconds("reprojected") > 0.0 && seconds("full") == 0.0, "writing is told: {frame}");
+        }
+    }
+}
+
+#[test]
+fn compare_tells_of_frames_when_their_files_are_there_and_of_run_up_without() {
+    let place = Place::new();
+    let ran = compare(&place, "-o a.####.exr --frames 3,4,7 --base-every 0 --progress json");
+    let events = ran.stderr.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let frames: Vec<Value> = events.filter(|event| event["event"] == "frame").collect();
+    let told: Vec<_> =
+        frames.iter().map(|event| (event["frame"].as_i64().unwrap(), event["file"].as_str())).collect();
+    let file = |frame, name| (frame, Some(name));
+    let wanted = [
+        (1, None),
+        (2, None),
+        file(3, "a.0003.exr"),
+        file(4, "a.0004.exr"),
+        (5, None),
+        (6, None),
+        file(7, "a.0007.exr"),
+    ];
+    assert_eq!(told, wanted);
+    let rows: Vec<&str> = ran.stdout.lines().skip(1).take(3).map(|row| row.trim_start()).collect();
+    assert!(rows.iter().zip(["3 ", "4 ", "7 "]).all(|(row, start)| row.starts_with(start)), "{}", ran.stdout);
+    // it has no --mode to advise
+    let note = ran.stderr.lines().find(|line| line.contains("run-up:")).unwrap();
+    assert!(note.contains("--base-every") && !note.contains("--mode"), "{note}");
 }
 
 #[test]

@@ -3,11 +3,16 @@
 //! Which of the two ways comes first alternates from frame to frame, and the tracers take turns with every
 //! frame, so that whatever else the machine does strikes all. Tables, files and the report tell of the first
 //! tracer, as if there were no other; what all of them were measured at follows.
+//!
+//! A frame is packed before the next one is rendered: what is measured shares the processors with nothing. Only the disk is waited
+//! for meanwhile (`writing.rs`).
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver, Sender};
 
 use clap::Args;
+use rayon::ThreadPool;
 
 use super::compare_table::{header, row, summary};
 use super::failure::Failure;
@@ -15,12 +20,15 @@ use super::paths::{self, Report};
 use super::reference::{self, Judge};
 use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
-use super::shot_args::{Job, ShotArgs, on_threads};
+use super::shot_args::{self, Job, ShotArgs};
 use super::shown::Shown;
 use super::target::Target;
 use super::terminal::Terminal;
+use super::writing::{self, Behind, Frame, Waiting};
 use crate::frame::{self, Finished, Renderer};
+use crate::layers::Layers;
 use crate::memory::{self, Need};
+use crate::output::exr::Packing;
 use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
 use crate::report::both_ways::{BothTotals, ComparedFrame, Difference, Saving};
 use crate::report::comparison::Comparison;
@@ -101,8 +109,8 @@ impl CompareArgs {
 
     /// Compares. `command` is what made it, for the report.
     pub fn execute(self, command: String, terminal: &mut Terminal) -> Result<(), Failure> {
-        let threads = self.shot.threads;
-        on_threads(threads, || compare(&self.settle(command)?, terminal))
+        let pool = shot_args::pool(self.shot.threads)?;
+        pool.install(|| compare(&self.settle(command)?, &pool, terminal))
     }
 
     fn settle(self, command: String) -> Result<Options, Failure> {
@@ -166,14 +174,19 @@ fn in_full(job: &Job) -> Settings {
     Settings { mode: Mode::Full, audit: false, ..job.settings.clone() }
 }
 
-/// What all renderers together will need.
-fn need(job: &Job, reference: Option<u32>) -> Need {
+/// What all renderers together will need, and a frame that is being written.
+fn need(options: &Options) -> Need {
+    let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
         frame::need(&job.shot, settings, kind, rayon::current_num_threads())
     };
     let both = |kind| [&job.settings, &in_full(job)].map(|settings| need(settings, kind));
     let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
-    kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and)
+    let renderers = kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and);
+    match options.target {
+        Some(_) => frame::with_writing(renderers, &job.settings),
+        None => renderers,
+    }
 }
 
 /// Which tracers are compared, the first one first.
@@ -181,7 +194,8 @@ fn kinds(job: &Job) -> Vec<BackendKind> {
     job.backend.map_or_else(|| vec![BackendKind::Embree, BackendKind::Rust], |kind| vec![kind])
 }
 
-fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
+/// `pool` is that of which the caller is a thread.
+fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Result<(), Failure> {
     let job = &options.job;
     warn_about(job, terminal);
     options.target.as_ref().map_or(Ok(()), Target::check)?;
@@ -189,7 +203,7 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
-    need(job, options.reference).check(&memory::left()).map_err(Failure::of)?;
+    need(options).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 
@@ -200,12 +214,20 @@ fn compare(options: &Options, terminal: &mut Terminal) -> Result<(), Failure> {
     let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps)));
     terminal.begin(steps.len());
     terminal.result(&header(options.reference.is_some()));
-    let outcome =
-        steps.iter().try_for_each(|step| compare_step(*step, &mut contest, options, &mut made, terminal));
+    let (measured, to_tell) = mpsc::channel();
+    let (mut frames, target) = (Vec::new(), options.target.as_ref());
+    let (told, out) = (&mut frames, &mut *terminal);
+    let write = move |frame: &mut Frame, _: &Waiting| write(frame, target, pool, &to_tell, told, out);
+    let layers = target.map_or(Layers::NONE, |_| job.settings.layers);
+    let outcome = writing::behind(layers, write, |behind| {
+        let mut out = Out { measured, behind, writes: target.is_some() };
+        steps.iter().try_for_each(|step| compare_step(*step, &mut contest, &mut made, &mut out))
+    });
     terminal.end();
 
     // what was measured is reported even if a later frame failed
     let pictures = made.shown.take().map(Shown::into_pictures).unwrap_or_default();
+    made.frames[0] = frames;
     let runs = made.runs(&pairs);
     let comparison = comparison(options, made.frames.swap_remove(0), runs, &pairs[0]);
     terminal.result(&summary(&comparison));
@@ -229,8 +251,10 @@ fn verdict(runs: &[BackendRun]) -> Result<(), Failure> {
 
 /// What is kept of the frames.
 struct Made {
-    /// By tracer.
+    /// By tracer; those of the first one come when they are written.
     frames: Vec<Vec<ComparedFrame>>,
+    /// How many were made in both ways.
+    count: usize,
     /// By tracer: with the first one's pictures, reprojected and in full.
     agreements: Vec<[Agreement; 2]>,
     /// For the report.
@@ -240,7 +264,7 @@ struct Made {
 impl Made {
     fn new(pairs: &[Pair], shown: Option<Shown>) -> Self {
         let agreements = vec![[Agreement::default(); 2]; pairs.len()];
-        Self { frames: vec![Vec::new(); pairs.len()], agreements, shown }
+        Self { frames: vec![Vec::new(); pairs.len()], count: 0, agreements, shown }
     }
 
     /// What each tracer was measured at.
@@ -269,40 +293,74 @@ struct Contest<'p, 's> {
     judge: Option<Judge<'s>>,
 }
 
+/// Where frames go that are done.
+struct Out<'b, 'w> {
+    /// Before each frame what was measured of it; nothing of run-up.
+    measured: Sender<Option<ComparedFrame>>,
+    behind: &'b mut Behind<'w>,
+    /// Whether there are files.
+    writes: bool,
+}
+
 fn compare_step(
     step: Step,
     contest: &mut Contest<'_, '_>,
-    options: &Options,
     made: &mut Made,
-    terminal: &mut Terminal,
+    out: &mut Out<'_, '_>,
 ) -> Result<(), Failure> {
     let Contest { pairs, judge } = contest;
     if !step.write {
-        for (number, pair) in pairs.iter_mut().enumerate() {
-            let run_up = render(&mut pair.ours, step.frame, step.reuse)?;
-            if number == 0 {
-                terminal.frame_done(&run_up.stats, None);
-            }
-        }
-        return Ok(());
+        let mut run_up = pairs.iter_mut().map(|pair| render(&mut pair.ours, step.frame, step.reuse));
+        let first = run_up.next().transpose()?;
+        run_up.try_for_each(|run_up| run_up.map(drop))?;
+        // it is heard as long as frames are taken
+        let _ = out.measured.send(None);
+        return first.map_or(Ok(()), |first| out.behind.take(first, None, false));
     }
-    let ours_first = made.frames[0].len() % 2 == 0;
-    let (mut ours, full) = pairs[0].render(step, ours_first)?;
+    let ours_first = made.count % 2 == 0;
+    made.count += 1;
+    let (ours, full) = pairs[0].render(step, ours_first)?;
     for (number, pair) in pairs.iter_mut().enumerate().skip(1) {
         let theirs = pair.render(step, ours_first)?;
         made.agreements[number][0] += Agreement::between(&ours.film, &theirs.0.film);
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
     }
-    let file = options.target.as_ref().map(|target| target.write(&mut ours, None, None, None)).transpose()?;
     if let Some(shown) = &mut made.shown {
         shown.offer(&ours, &full);
     }
     let mut frame = compared(&ours, &full);
     frame.error = judge.as_mut().map(|judge| judge.errors([&ours, &full])).transpose()?;
-    terminal.result(&row(&frame));
-    terminal.frame_done(&frame.reprojected, file.as_deref());
-    made.frames[0].push(frame);
+    let _ = out.measured.send(Some(frame));
+    out.behind.take_and_pack(ours, out.writes)
+}
+
+/// Writes a frame if it is to be written, and tells of it. Its seconds have all that writing takes, waited for or not.
+fn write(
+    frame: &mut Frame,
+    target: Option<&Target>,
+    pool: &ThreadPool,
+    to_tell: &Receiver<Option<ComparedFrame>>,
+    frames: &mut Vec<ComparedFrame>,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let Frame { finished, write, copying, packed, .. } = frame;
+    let packing = Packing { threads: Some(pool), done: packed.take() };
+    let file = match target.filter(|_| *write) {
+        Some(target) => {
+            let file = target.write(finished, None, None, packing)?;
+            finished.stats.seconds.write += *copying;
+            finished.stats.seconds.total += *copying;
+            Some(file)
+        }
+        None => None,
+    };
+    if let Ok(Some(measured)) = to_tell.recv() {
+        let measured = ComparedFrame { reprojected: finished.stats.clone(), ..measured };
+        terminal.result(&row(&measured));
+        frames.push(measured);
+    }
+    terminal.frame_done(&finished.stats, file.as_deref());
     Ok(())
 }
 

@@ -20,6 +20,7 @@ use super::writing::{self, Behind, Frame, Waiting};
 use crate::denoise::{self, Denoiser};
 use crate::frame::{self, Renderer};
 use crate::memory::{self, Need};
+use crate::output::exr::Packing;
 use crate::report::file::write_json;
 use crate::scene::limits;
 use crate::settings::{Build, DenoiseQuality, Mode, Settings};
@@ -298,11 +299,12 @@ impl Writer<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
         let start = Instant::now();
-        let Frame { finished, denoised, write, copying } = frame;
+        let Frame { finished, denoised, write, copying, packed } = frame;
         let seconds = finished.stats.seconds;
         let file = if *write {
             let made_from = Some(self.fingerprints.at(finished.stats.frame));
-            Some(self.target.write(finished, denoised.as_ref(), made_from, Some(self.pool))?)
+            let packing = Packing { threads: Some(self.pool), done: packed.take() };
+            Some(self.target.write(finished, denoised.as_ref(), made_from, packing)?)
         } else {
             None
         };

@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(shown(&steps(60, 3), |_| false), [3, 22, 41, 60]);
         assert_eq!(shown(&steps(60, 1), |_| false), [2, 21, 40, 60]);
         assert_eq!(shown(&steps(4, 3), |_| false), [3, 4]);
-        assert_eq!(shown(&[], |_| false), []);
+        assert!(shown(&[], |_| false).is_empty());
     }
 
     #[test]

@@ -4,12 +4,11 @@ use std::fs::FileType;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rayon::ThreadPool;
-
 use super::failure::Failure;
 use crate::film::Plane;
 use crate::frame::Finished;
 use crate::layers::Layers;
+use crate::output::exr::Packing;
 use crate::output::fingerprint::Kind;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 use crate::settings::FileFormat;
@@ -145,8 +144,7 @@ impl Target {
     }
 
     /// Writes a frame, with its `denoised` picture if there is one, and adds the time this took to its statistics. Returns
-    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`. The EXR is
-    /// packed by `threads`, or else by those of which the caller is one.
+    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`.
     ///
     /// The preview comes first: a frame counts as finished by its EXR.
     pub fn write(
@@ -154,7 +152,7 @@ impl Target {
         finished: &mut Finished,
         denoised: Option<&[Plane; 3]>,
         made_from: Option<Fingerprint>,
-        threads: Option<&ThreadPool>,
+        packing: Packing<'_>,
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
@@ -183,7 +181,7 @@ impl Target {
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));
         let planes = planes.chain(denoised.into_iter().flatten());
-        exr::write_planes(&path, size, planes, &meta, self.format, threads).map_err(Failure::of)?;
+        exr::write_planes(&path, size, planes, &meta, self.format, packing).map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();
         finished.stats.seconds.write += seconds;
         finished.stats.seconds.total += seconds;

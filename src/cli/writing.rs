@@ -26,6 +26,8 @@ pub struct Frame {
     pub write: bool,
     /// Seconds that its copy took.
     pub copying: f64,
+    /// Is to be told when it is packed, and only the disk is waited for.
+    pub packed: Option<Sender<()>>,
 }
 
 /// Since when rendering has been waiting for a frame to be written, if it does.
@@ -99,6 +101,26 @@ impl Behind<'_> {
         denoised: Option<[Plane; 3]>,
         write: bool,
     ) -> Result<(), Failure> {
+        self.send(finished, denoised, write, None)
+    }
+
+    /// The same, and waits until the frame is packed: for who measures what comes next, which then shares the processors with
+    /// nothing while the disk is waited for.
+    pub fn take_and_pack(&mut self, finished: Finished, write: bool) -> Result<(), Failure> {
+        let (done, packed) = mpsc::channel();
+        self.send(finished, None, write, Some(done))?;
+        // of a frame that is not packed at all, because it failed or is not to be written, the other end is dropped
+        let _ = wait_for(&packed);
+        Ok(())
+    }
+
+    fn send(
+        &mut self,
+        finished: Finished,
+        denoised: Option<[Plane; 3]>,
+        write: bool,
+        packed: Option<Sender<()>>,
+    ) -> Result<(), Failure> {
         self.wait()?;
         let start = Instant::now();
         let mut film = self.film.take().unwrap_or_else(Film::empty);
@@ -108,7 +130,7 @@ impl Behind<'_> {
         // the renderer's own goes back to it
         let finished = Finished { film: Arc::new(film), ..finished };
         let copying = start.elapsed().as_secs_f64();
-        self.frames.send(Frame { finished, denoised, write, copying }).map_err(|_| ended())
+        self.frames.send(Frame { finished, denoised, write, copying, packed }).map_err(|_| ended())
     }
 
     /// Waits until all frames that were taken are written.
@@ -151,6 +173,8 @@ fn wait_for<T>(channel: &Receiver<T>) -> Option<T> {
 #[cfg(test)]
 pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+    use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
     use crate::film::PlaneKind;
@@ -235,6 +259,37 @@ pub(super) mod tests {
             Err(Failure::Failed("frame 2".into()))
         });
         assert_eq!((outcome, written), (Err(Failure::Failed("frame 2".into())), 1));
+    }
+
+    #[test]
+    fn what_comes_after_packing_waits_for_no_disk() {
+        let [is_packed, is_written] = [const { AtomicBool::new(false) }; 2];
+        let write = |frame: &mut Frame, _: &Waiting| {
+            thread::sleep(Duration::from_millis(20));
+            is_packed.store(true, Ordering::SeqCst);
+            frame.packed.take().unwrap().send(()).unwrap();
+            thread::sleep(Duration::from_millis(300));
+            is_written.store(true, Ordering::SeqCst);
+            Ok(())
+        };
+        behind(Layers::NONE, write, |behind| {
+            behind.take_and_pack(finished(1), true)?;
+            assert!(is_packed.load(Ordering::SeqCst) && !is_written.load(Ordering::SeqCst));
+            Ok(())
+        })
+        .unwrap();
+        assert!(is_written.into_inner());
+    }
+
+    #[test]
+    fn a_frame_that_is_never_packed_is_not_waited_for() {
+        for (write, outcome) in [(false, Ok(())), (true, Err(Failure::Failed("full".into())))] {
+            let fails = |frame: &mut Frame, _: &Waiting| {
+                if frame.write { Err(Failure::Failed("full".into())) } else { Ok(()) }
+            };
+            let ended = behind(Layers::NONE, fails, |behind| behind.take_and_pack(finished(1), write));
+            assert_eq!(ended, outcome);
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::Path;
+use std::sync::mpsc::Sender;
 use std::time::SystemTime;
 
 use rayon::ThreadPool;
@@ -49,6 +50,15 @@ impl fmt::Display for ExrError {
 
 impl std::error::Error for ExrError {}
 
+/// How a frame is packed.
+#[derive(Debug, Default)]
+pub struct Packing<'t> {
+    /// By these threads, or else by those of which the caller is one.
+    pub threads: Option<&'t ThreadPool>,
+    /// Is told when that is done, and only the disk is waited for.
+    pub done: Option<Sender<()>>,
+}
+
 /// Writes all planes and the metadata to `path`, whole or not at all. ZIPS, which loses nothing and
 /// is what compositors read fastest.
 ///
@@ -56,11 +66,17 @@ impl std::error::Error for ExrError {}
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
 pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
-    write_planes(path, [film.width, film.height], film.planes.iter(), meta, FileFormat::default(), None)
+    write_planes(
+        path,
+        [film.width, film.height],
+        film.planes.iter(),
+        meta,
+        FileFormat::default(),
+        Packing::default(),
+    )
 }
 
-/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says. It is
-/// packed by these `threads`, or else by those of which the caller is one.
+/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says.
 ///
 /// # Errors
 /// The same.
@@ -70,7 +86,7 @@ pub fn write_planes<'p>(
     planes: impl Iterator<Item = &'p Plane>,
     meta: &FrameMeta,
     format: FileFormat,
-    threads: Option<&ThreadPool>,
+    packing: Packing<'_>,
 ) -> Result<(), ExrError> {
     let channels = planes.map(|plane| {
         let stored = match plane.kind {
@@ -93,10 +109,14 @@ pub fn write_planes<'p>(
     let write = if format.multipart { openexr::write_parts } else { openexr::write };
     write_whole(path, |file| {
         // only what takes the processors' time: what waits for the disk must not keep one of them
-        let written = match threads {
+        let written = match packing.threads {
             Some(threads) => threads.install(|| write(file, path, &image)),
             None => write(file, path, &image),
         };
+        if let Some(done) = &packing.done {
+            // nobody may wait for it
+            let _ = done.send(());
+        }
         written.map_err(ExrError::from)
     })
 }
@@ -231,7 +251,7 @@ mod tests {
         let path = folder.path().join("walk.1042.exr");
         let film = film();
         let format = FileFormat { multipart: true, compression: settings::Compression::Piz };
-        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format, None).unwrap();
+        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format, Packing::default()).unwrap();
         assert_eq!(openexr::part_count(&path).unwrap(), 4);
         assert_eq!(openexr::read(&path).unwrap().channels[0].name, "R");
         assert_eq!(openexr::read(&path).unwrap().compression, Some(Compression::Piz));
