@@ -184,7 +184,7 @@ fn need(options: &Options) -> Need {
     let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
     let renderers = kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and);
     match options.target {
-        Some(_) => frame::with_writing(renderers, &job.settings),
+        Some(_) => frame::with_writing(renderers, &job.shot.scene, &job.settings),
         None => renderers,
     }
 }

@@ -133,7 +133,7 @@ mod tests {
         let pictures = Pictures::of(2, &ours, &full).expect("both have pictures");
         assert_eq!(pictures.statuses, None, "of a film without statuses");
         assert_ne!(pictures.reprojected, pictures.full);
-        let html = section(&comparison(vec![frame(1, 0), frame(2, 90)]), &[pictures.clone()]);
+        let html = section(&comparison(vec![frame(1, 0), frame(2, 90)]), std::slice::from_ref(&pictures));
         for part in [
             &*pictures.reprojected,
             &pictures.full,
@@ -152,7 +152,7 @@ mod tests {
     fn it_says_where_no_frame_reused_anything_and_how_large_blocks_are() {
         let pictures = Pictures::of(1, &film([0.5; 4]), &film([0.5; 4])).expect("both have pictures");
         let mut comparison = comparison(vec![frame(1, 0)]);
-        let html = section(&comparison, &[pictures.clone()]);
+        let html = section(&comparison, std::slice::from_ref(&pictures));
         assert!(html.contains("No frame of this run reused samples.") && !html.contains("worst pixel"));
         comparison.settings.picture.width = 1280;
         assert!(section(&comparison, &[pictures]).contains("the worst pixel of each 4×4"));

@@ -1,3 +1,20 @@
+//! Tables of the page: rays, seconds, errors, frames and tracers.
+
+use super::grouped;
+use crate::report::backends::AGREEMENT;
+use crate::report::both_ways::THRESHOLD;
+use crate::report::comparison::Comparison;
+use crate::stats::{Saved, Seconds, Totals};
+
+/// Of what all frames cost.
+type Count = fn(&Totals) -> u64;
+
+/// Of what frames took.
+type Phase = fn(&Seconds) -> f64;
+
+/// How the column of what was saved is read.
+const TIMES_AS_MUCH: &str = "Where reuse cost more than tracing in full, it is said how many times as much.";
+
 /// Sums of rays, by kind.
 pub fn rays_table(comparison: &Comparison) -> String {
     let kinds: [(&str, Count); 7] = [
