@@ -38,23 +38,93 @@ fn the_camera_sees_all_of_the_model() {
         assert!(ran.stdout.contains("afterimage render s.toml"), "{}", ran.stdout);
         let info = run(&place, "info s.toml").done();
         assert!(
-            info.stdout.contains("48 in all") && info.stderr.is_empty(),
+            info.stdout.contains("120 in all") && info.stderr.is_empty(),
             "{}{}",
             info.stdout,
             info.stderr
         );
-        let options = "-o a.####.exr --frames 1-48x47,24 --size 64x36 --samples 1 --layers none --background transparent";
+        // without its floor what is covered is the model
+        let text = fs::read_to_string(place.path("s.toml")).unwrap();
+        let (before, after) = text.split_once("[floor]").unwrap();
+        let after = &after[after.find("\n#").unwrap()..];
+        fs::write(place.path("s.toml"), format!("{before}{after}")).unwrap();
+        let options = "-o a.####.exr --frames 1,31,81 --size 64x36 --samples 1 --paths 0 --layers none --background transparent";
         Ran::of(place.command("s.toml", options).output().unwrap()).done();
-        for frame in [1, 24, 48] {
+        let mut highest = 0;
+        for frame in [1, 31, 81] {
             let frame = whole(&place.path(&format!("a.{frame:04}.exr")));
             let coverage = &frame.channel("A").unwrap().data;
-            let seen = coverage.iter().filter(|alpha| **alpha > 0.0).count();
-            assert!(seen > 64 * 36 / 20, "{center:?} {size}: {seen} pixels");
-            let is_rim = |pixel: usize| [0, 63].contains(&(pixel % 64)) || [0, 35].contains(&(pixel / 64));
-            let at_rim = (0..64 * 36).filter(|&pixel| is_rim(pixel) && coverage[pixel] > 0.0).count();
+            let is_seen = |pixel: &usize| coverage[*pixel] > 0.0;
+            let is_rim = |pixel: &usize| [0, 63].contains(&(pixel % 64)) || [0, 35].contains(&(pixel / 64));
+            let at_rim = (0..64 * 36).filter(|pixel| is_rim(pixel) && is_seen(pixel)).count();
             assert_eq!(at_rim, 0, "{center:?} {size}");
+            let rows: Vec<usize> = (0..64 * 36).filter(is_seen).map(|pixel| pixel / 64).collect();
+            highest = highest.max(rows.last().unwrap() - rows[0] + 1);
         }
+        assert!(highest > 36 * 7 / 10, "{center:?} {size}: {highest} rows");
     }
+}
+
+/// What `init` writes is what a bare model is rendered by.
+#[test]
+fn a_bare_model_looks_as_its_shot() {
+    let place = Place::new();
+    fs::write(place.path("a.obj"), pyramid([0.3, 2.0, -1.0], 1.5)).unwrap();
+    run(&place, "init a.obj").done();
+    let options = "--frames 1-3 --size 64x36 --samples 1 --paths 2 --audit --stats s.json";
+    for (shot, output) in [("a.toml", "shot.####.exr"), ("a.obj", "bare.####.exr")] {
+        let ran = Ran::of(place.command(shot, &format!("{options} -o {output}")).output().unwrap()).done();
+        assert_eq!(ran.stderr.contains("up is y"), shot == "a.obj", "{}", ran.stderr);
+    }
+    for frame in 1..=3 {
+        let [shot, bare] = ["shot", "bare"].map(|name| place.path(&format!("{name}.{frame:04}.exr")));
+        program::assert_same(&shot, &bare);
+        // pictures that can be looked at, but of a shot only those that were asked for
+        assert_eq!([&shot, &bare].map(|path| path.with_extension("png").exists()), [false, true]);
+    }
+    // model and light rest: what samples have gathered is kept
+    let stats: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(place.path("s.json")).unwrap()).unwrap();
+    let frames = stats["frames"].as_array().unwrap();
+    let modes: Vec<&str> = frames.iter().map(|frame| frame["mode"].as_str().unwrap()).collect();
+    assert_eq!(modes, ["base", "reproject", "reproject"]);
+    let gathering = |frame: usize| frames[frame]["rays"]["gathering"].as_u64().unwrap();
+    assert!(gathering(1) * 4 < gathering(0) && gathering(2) * 4 < gathering(0), "{stats}");
+}
+
+#[test]
+fn the_axis_up_is_guessed_or_given() {
+    let place = Place::new();
+    let upright = pyramid([0.0; 3], 1.0);
+    let lying: String = upright.lines().fold(String::new(), |all, line| {
+        let words: Vec<&str> = line.split(' ').collect();
+        let line = match words[..] {
+            ["v", x, y, z] => format!("v {x} {} {y}", -z.parse::<f64>().unwrap()),
+            _ => line.to_owned(),
+        };
+        all + &line + "\n"
+    });
+    fs::write(place.path("y.obj"), upright).unwrap();
+    fs::write(place.path("z.obj"), lying).unwrap();
+    let rotate = "\nrotate = [-90, 0, 0]";
+    for (model, options, note, turns) in [
+        ("y", "", "up is y", false),
+        ("z", "", "up is z", true),
+        ("y", "--up z", "", true),
+        ("z", "--up y", "", false),
+    ] {
+        let ran = run(&place, &format!("init {model}.obj {options} -o s.toml")).done();
+        assert!(ran.stderr.contains(note) && ran.stderr.is_empty() == note.is_empty(), "{}", ran.stderr);
+        assert_eq!(
+            fs::read_to_string(place.path("s.toml")).unwrap().contains(rotate),
+            turns,
+            "{model} {options}"
+        );
+        fs::remove_file(place.path("s.toml")).unwrap();
+    }
+    fs::write(place.path("s.toml"), "").unwrap();
+    let ran = run(&place, "render s.toml --up z");
+    assert!(ran.code == 2 && ran.stderr.contains("rotate"), "{}", ran.stderr);
 }
 
 #[test]
@@ -64,18 +134,19 @@ fn the_shot_lies_in_the_current_folder_and_replaces_nothing() {
     fs::write(place.path("m/a.obj"), pyramid([0.0; 3], 1.0)).unwrap();
     run(&place, "init m/a.obj").done();
     let text = fs::read_to_string(place.path("a.toml")).unwrap();
-    assert!(text.contains("obj = \"m/a.obj\"") && !text.contains("everywhere"), "{text}");
+    assert!(text.contains("obj = \"m/a.obj\"") && !text.contains("[[material]]"), "{text}");
     fs::write(place.path("a.toml"), "mine").unwrap();
     run(&place, "init m/a.obj").failed(&["a.toml", "not overwritten", "-o"]);
     assert_eq!(fs::read(place.path("a.toml")).unwrap(), b"mine");
     run(&place, "init m/a.obj -o x/y/b.toml").done();
     assert!(fs::read_to_string(place.path("x/y/b.toml")).unwrap().contains("obj = \"../../m/a.obj\""));
     run(&place, "info x/y/b.toml").done();
-    fs::write(place.path("m/dark.mtl"), "newmtl d\nKd 1 1 1\nKa 0 0 0\n").unwrap();
+    // black as some exporters write it
+    fs::write(place.path("m/dark.mtl"), "newmtl d\nKd 0 0 0\nKa 0 0 0\nillum 1\n").unwrap();
     let dark = pyramid([0.0; 3], 1.0).replacen("f ", "mtllib dark.mtl\nusemtl d\nf ", 1);
     fs::write(place.path("m/dark.obj"), dark).unwrap();
-    run(&place, "init m/dark.obj").done();
-    assert!(fs::read_to_string(place.path("dark.toml")).unwrap().contains("\neverywhere = true"));
+    assert!(run(&place, "init m/dark.obj").done().stderr.contains("light grey"));
+    assert!(fs::read_to_string(place.path("dark.toml")).unwrap().contains("name = \"d\"\nkd = "));
     assert_eq!(run(&place, "info dark.toml").done().stderr, "");
 }
 

@@ -124,6 +124,7 @@ fn the_schema_takes_what_may_be_written_in_several_ways() {
         "[indirect]\nbudget = 100000",
         "[occlusion]\nradius = 1e-3\nrays = 256\n[ambient]\noccluded = true",
         "[environment]\nsky = { elevation = -6 }",
+        "[floor]\ncolor = [0.2, 0.3, 0.4]\n[[camera.key]]\nframe = 2\norbit = [0, 10, 2]",
         "[output]\nlayers = [\"Z\", \"denoise_albedo\"]",
         "[[light]]\ntype = \"sphere\"\n[[light.key]]\nframe = 1.5",
     ] {

@@ -12,7 +12,7 @@ use super::terminal::Terminal;
 use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
 use crate::scene::shot::Shot;
-use crate::scene::{LightKind, Scene};
+use crate::scene::{LightKind, Scene, turntable};
 use crate::settings::DenoiseQuality;
 
 /// As typed.
@@ -51,7 +51,8 @@ impl InfoArgs {
         let text = match kind.as_str() {
             "exr" => info_exr::describe(path)?,
             "obj" | "toml" => {
-                let shot = open(path, false)?;
+                let shot = open(path, false, &turntable::Options::default())?;
+                shot.notes.iter().for_each(|note| terminal.note(note));
                 for warning in &shot.warnings {
                     terminal.warn(&warning.0.to_string());
                 }
@@ -135,7 +136,8 @@ fn described(shot: &Shot, path: &Path) -> String {
 
 fn model(scene: &Scene) -> String {
     let mut text = String::new();
-    for model in &scene.models {
+    // the first one is the file's; the other is the floor of its turntable
+    if let Some(model) = scene.models.first() {
         let _ = writeln!(text, "{}", model.path.display());
         let mesh = &model.mesh;
         line(&mut text, "triangles", mesh.triangles.len().to_string());

@@ -4,20 +4,13 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use glam::DVec3;
-use toml::Value;
 
+use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
 use super::shot_args::on_threads;
 use super::terminal::Terminal;
 use crate::output::{self, folder_of};
-use crate::scene::turntable::{self, Fit, Look};
-
-/// Last frame of the shot that is written.
-const FRAMES: i32 = 48;
-/// How far the camera turns around the model, degrees. Half-way between its two keys it comes nearer by the cosine of half of
-/// it, which the distance of a turntable allows for.
-const TURN: f64 = 30.0;
+use crate::scene::turntable;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -34,6 +27,10 @@ pub struct InitArgs {
     /// The shot file; what is there already is not overwritten [default: MODEL.toml in the current folder]
     #[arg(short, long, value_name = "SHOT.toml")]
     output: Option<PathBuf>,
+
+    /// The axis of the model's file that points up [default: guessed from what the model stands on]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    up: Option<UpArg>,
 }
 
 impl InitArgs {
@@ -43,16 +40,14 @@ impl InitArgs {
     }
 
     fn write(&self, terminal: &mut Terminal) -> Result<(), Failure> {
-        let has_ending =
-            |path: &Path, ending: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
-        if !has_ending(&self.model, "obj") {
+        if !is_model(&self.model) {
             return Err(Failure::Failed(format!(
                 "{}: not a model (.obj), by its ending",
                 self.model.display()
             )));
         }
         let shot = self.shot();
-        if !has_ending(&shot, "toml") {
+        if !shot.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
             return Err(Failure::Usage(format!("-o {}: shot files end in .toml", shot.display())));
         }
         // before the model is read: that may take a while
@@ -63,12 +58,11 @@ impl InitArgs {
         if shot.symlink_metadata().is_ok() {
             return Err(taken());
         }
-        let look = turntable::look(&self.model).map_err(Failure::of)?;
-        for warning in &look.warnings {
-            terminal.warn(&warning.0.to_string());
-        }
+        let options = turntable_options(&self.model, self.up, None)?;
+        let look = turntable::look(&self.model, &options).map_err(Failure::of)?;
+        look.notes.iter().for_each(|note| terminal.note(note));
         output::ensure_writable(&shot).map_err(Failure::of)?;
-        let text = text(&look, &self.model_from(&shot)?);
+        let text = turntable::text(&look, &self.model_from(&shot)?);
         match output::write_new_bytes(&shot, text.as_bytes()) {
             Err(error) if error.source.kind() == ErrorKind::AlreadyExists => return Err(taken()),
             outcome => outcome.map_err(Failure::of)?,
@@ -113,121 +107,9 @@ fn path_from(folder: &Path, file: &Path) -> PathBuf {
     path
 }
 
-/// A shot of a model that is seen as `look` says, and lies at `model`.
-fn text(look: &Look, model: &str) -> String {
-    let Fit { center, radius, fov, .. } = look.fit;
-    let turn = (TURN * 0.5).to_radians();
-    let [first, last] = [-turn, turn].map(|turn| vector(look.fit.eye(turn), radius));
-    let (target, file) = (vector(center, radius), Value::from(model));
-    let mut text = format!(
-        "\
-# A shot for Afterimage. Check it with `afterimage info`, render it with `afterimage render`.
-# Axes are right-handed, Y is up; angles are in degrees, colours are linear.
-
-[render]
-size = [1280, 720]      # pixels
-samples = 2             # 2 x 2 samples a pixel
-frames = \"1-{FRAMES}\"
-rate = 24               # frames a second
-
-# [output]
-# path = \"out/name.####.exr\"
-
-[background]
-zenith = [0.12, 0.12, 0.12]
-horizon = [0.35, 0.35, 0.35]
-ground = [0.18, 0.18, 0.18]
-
-# The model fits into the picture: it is {size} units across, around {target}.
-# Between keys the camera moves; \"smooth\" starts and stops gently.
-[camera]
-interpolation = \"smooth\"
-
-[[camera.key]]
-frame = 1
-eye = {first}
-target = {target}
-fov = {fov}                # vertical
-
-[[camera.key]]
-frame = {FRAMES}
-eye = {last}
-target = {target}
-
-[[model]]
-obj = {file}
-
-# To move it, keys of its own; `rotate` turns it about its origin.
-# [[model.key]]
-# frame = 1
-# rotate = [0, 0, 0]
-#
-# [[model.key]]
-# frame = {FRAMES}
-# rotate = [0, 90, 0]
-
-[[light]]
-name = \"key\"
-type = \"directional\"
-direction = [-0.5, -1, -0.6]    # in which the light travels
-color = [1, 0.97, 0.92]
-power = 0.8
-# angle = 0.53                  # the size of the sun: soft shadows
-
-[[light]]
-name = \"fill\"
-type = \"directional\"
-direction = [0.8, -0.35, 0.4]
-color = [0.85, 0.92, 1]
-power = 0.3
-
-[ambient]
-color = [0.2, 0.2, 0.2]
-",
-        size = number(2.0 * radius, radius),
-    );
-    if !look.has_ambient {
-        text += "everywhere = true       # no material says how it reflects ambient light (Ka is 0): as Kd\n";
-    }
-    text + "
-# Light from a sky and from other surfaces, instead of [ambient]:
-# [environment]
-# sky = { elevation = 40, azimuth = 135 }
-#
-# [indirect]
-# paths = 16
-"
-}
-
-fn vector(vector: DVec3, size: f64) -> String {
-    let [x, y, z] = vector.to_array().map(|coordinate| number(coordinate, size));
-    format!("[{x}, {y}, {z}]")
-}
-
-/// To a thousandth of `size` or finer, as short as it goes.
-fn number(value: f64, size: f64) -> String {
-    let digits = (3.0 - size.log10().floor()).clamp(0.0, 60.0) as usize;
-    let text = format!("{value:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    match text {
-        "-0" => String::from("0"),
-        // a whole number of the format has 64 bits
-        text if !text.contains('.') && text.len() > 15 => format!("{text}.0"),
-        text => text.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_as_fine_as_the_model() {
-        let texts =
-            [(1.23456, 1.0), (-0.0001, 1.0), (123_456.7, 5e5), (2e18, 1e18), (1.5e-9, 2e-9), (4.0, 3.0)];
-        let texts = texts.map(|(value, size)| number(value, size));
-        assert_eq!(texts, ["1.235", "0", "123457", "2000000000000000000.0", "0.0000000015", "4"]);
-    }
 
     #[test]
     fn paths_lead_from_folder_to_file() {

@@ -4,9 +4,11 @@
 //! the rest of the program. Results go to stdout, everything else to stderr.
 
 mod backend_table;
+mod bare_model;
 pub mod compare;
 mod compare_table;
 pub mod diff;
+mod extras;
 pub mod failure;
 pub mod for_others;
 mod frame_list;

@@ -2,12 +2,14 @@
 
 use std::fmt;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 
+use super::bare_model::is_model;
+use super::extras::{Extras, ExtrasArgs};
 use super::failure::{Failure, one_line};
 use super::paths::{self, Report};
 use super::resume::{Fingerprints, Review};
@@ -31,8 +33,10 @@ pub const EXAMPLES: &str = "\
 Examples:
   afterimage render city.toml
       renders the shot's frames to the files that it names, or to out/city/
-  afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr --png
-      a model on a turntable, with previews
+  afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr
+      a model on a turntable, with PNG previews
+  afterimage render statue.obj --contact-sheet --movie statue.mp4
+      a whole turn, all frames in one picture, and a movie (by FFmpeg)
   afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
       a chunk of a farm: complete frames of the same shot are kept; pictures do not depend on the chunk
 
@@ -79,6 +83,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
 
+    #[command(flatten)]
+    extras: ExtrasArgs,
+
     /// Keep frames that are complete and made from the same shot, inputs, settings and version
     #[arg(long)]
     resume: bool,
@@ -122,6 +129,7 @@ struct Options {
     job: Job,
     target: Target,
     stats: Option<PathBuf>,
+    extras: Extras,
     resume: bool,
     threads: Option<NonZeroUsize>,
 }
@@ -147,9 +155,13 @@ impl RenderArgs {
             job.denoise = Some(job.shot.denoise_quality);
         }
         job.denoise = self.denoise_quality.map(DenoiseQuality::from).or(job.denoise);
-        let target = job.target(self.output.as_deref(), self.shot.png)?;
-        paths::check(&job, Some(&target), &report(self.stats.as_deref()))?;
-        Ok(Options { job, target, stats: self.stats, resume: self.resume, threads: self.shot.threads })
+        let png = self.shot.png || is_model(&job.path);
+        let target = job.target(self.output.as_deref(), png)?;
+        let extras = self.extras.settle(&target)?;
+        let (stats, resume, threads) = (self.stats, self.resume, self.shot.threads);
+        let options = Options { job, target, stats, extras, resume, threads };
+        paths::check(&options.job, Some(&options.target), &reports(&options))?;
+        Ok(options)
     }
 }
 
@@ -184,13 +196,17 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
     }
+    for note in &job.shot.notes {
+        terminal.note(note);
+    }
     for limit in limits::of_camera(&job.shot.scene, &job.settings) {
         terminal.warn(&limit);
     }
 }
 
-fn report(stats: Option<&Path>) -> Vec<Report<'_>> {
-    stats.map(|path| ("--stats", path)).into_iter().collect()
+fn reports(options: &Options) -> Vec<Report<'_>> {
+    let stats = options.stats.as_deref().map(|path| ("--stats", path));
+    stats.into_iter().chain(options.extras.reports()).collect()
 }
 
 /// `pool` is that of which the caller is a thread.
@@ -212,15 +228,16 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     if !steps.is_empty() {
         need(job, settings).check(&memory::left()).map_err(Failure::of)?;
     }
+    options.extras.prepare()?;
     target.prepare()?;
-    paths::prepare(&report(options.stats.as_deref()))?;
+    paths::prepare(&reports(options))?;
     let kept = job.frames.list().len() - steps.iter().filter(|step| step.write).count();
     if kept > 0 {
         terminal.note(&format!("resume: {kept} frames are there and whole"));
     }
     if steps.is_empty() {
         // neither build a scene that nothing needs nor replace the statistics of the run that made them
-        return Ok(());
+        return options.extras.write(target, job.denoise.is_some(), terminal);
     }
 
     // before anything is rendered that it is to denoise
@@ -249,7 +266,9 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     ));
     terminal.result(&format!("{:<9}{}", "files", target.text()));
     let stats = write_stats(options, &record, memory);
-    outcome.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+    outcome?;
+    let extras = options.extras.write(target, job.denoise.is_some(), terminal);
+    extras.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
 }
 
 fn need(job: &Job, settings: &Settings) -> Need {

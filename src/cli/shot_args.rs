@@ -6,13 +6,15 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 
+use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
-use crate::scene::{self, Shot};
+use crate::scene::turntable;
+use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
     MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
@@ -115,9 +117,13 @@ pub struct ShotArgs {
     #[arg(long)]
     pub audit: bool,
 
-    /// Also write an 8-bit sRGB PNG beside each EXR
+    /// Also write an 8-bit sRGB PNG beside each EXR; `render` does so for a bare model in any case
     #[arg(long)]
     pub png: bool,
+
+    /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
 
     /// Treat missing textures, materials and MTL files, and invalid MTL values, as errors
     #[arg(long)]
@@ -287,7 +293,7 @@ pub struct Job {
 impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
-        let shot = open(&self.shot, self.strict)?;
+        let shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
         let settings = self.settled(&shot.settings)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
@@ -382,12 +388,14 @@ impl Job {
 }
 
 /// Loads a shot, or a model as a turntable.
-pub fn open(path: &Path, strict: bool) -> Result<Shot, Failure> {
+pub fn open(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, Failure> {
     /// What any shot takes while it is loaded.
     const LEAST_BYTES: u64 = 24 << 20;
     let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
     least.check(&memory::left()).map_err(Failure::of)?;
-    scene::load(path, strict).map_err(Failure::of)
+    let load =
+        |path| if is_model(path) { load_turntable(path, strict, options) } else { scene::load(path, strict) };
+    load(path).map_err(Failure::of)
 }
 
 /// Runs `work` on so many threads, all cores where none are given.
@@ -429,7 +437,8 @@ fn filter_radius(text: &str) -> Result<f32, String> {
     radius.ok_or_else(|| format!("must be from {} to {} pixels", range.start(), range.end()))
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+/// Reads `1280x720`.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
         let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
         Some((side(width)?, side(height)?))
@@ -442,7 +451,8 @@ fn radius(text: &str) -> Result<f64, String> {
     radius.ok_or_else(|| String::from("a length above 0 is wanted, in the units of the models"))
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+/// Reads a number of threads.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let count = text.parse::<NonZeroUsize>().ok().filter(|count| count.get() <= 4096);
     count.ok_or_else(|| String::from("a whole number from 1 to 4096 is wanted"))
 }
@@ -568,7 +578,11 @@ mod tests {
 
     #[test]
     fn how_to_build_follows_from_the_shot() {
-        let one = open(Path::new("scenes/analytic/triangle.obj"), true).expect("a scene of the repository");
+        let mut one = open(Path::new("scenes/analytic/triangle.obj"), true, &turntable::Options::default())
+            .expect("a scene of the repository");
+        // without its floor, and with a ray to each light
+        one.scene.models.truncate(1);
+        one.scene.lights.iter_mut().for_each(|light| light.samples = 1);
         let of = |model: &Model| {
             let scene = Scene { models: vec![model.clone(); 10], ..one.scene.clone() };
             Shot { scene, ..one.clone() }

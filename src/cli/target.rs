@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::failure::Failure;
+use crate::denoise;
 use crate::film::Plane;
 use crate::frame::Finished;
 use crate::layers::Layers;
 use crate::output::exr::Packing;
 use crate::output::fingerprint::Kind;
+use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 use crate::settings::FileFormat;
 
@@ -73,6 +75,33 @@ impl Target {
     /// As it was named.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Those asked for, in rising order.
+    pub fn frames(&self) -> &[i32] {
+        &self.frames
+    }
+
+    /// Frames a second, as a fraction.
+    pub fn rate(&self) -> (i32, u32) {
+        self.rate
+    }
+
+    /// Where a contact sheet goes that nobody has named.
+    pub fn contact_sheet(&self) -> PathBuf {
+        self.folder().join(format!("{}.contact.png", self.shot))
+    }
+
+    /// A frame that is finished, as its preview shows it, whether it has one or not.
+    pub fn picture(&self, frame: i32, is_denoised: bool) -> Result<Picture, Failure> {
+        let picture = match &self.previews {
+            Some(previews) => Picture::of_png(&previews.at(frame)),
+            None => {
+                let channels = if is_denoised { denoise::PLANES } else { ["R", "G", "B"] };
+                Picture::of_exr(&self.exr(frame), channels)
+            }
+        };
+        picture.map_err(Failure::of)
     }
 
     /// The EXR of `frame`.

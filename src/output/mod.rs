@@ -6,16 +6,22 @@
 //! - [`path`]: `out/name.####.exr` and what it means for a frame number
 //! - [`exr`]: layers and the header's metadata
 //! - [`png`]: an 8-bit sRGB look at `R G B`
+//! - [`picture`]: finished frames, read back as a viewer shows them
+//! - [`contact_sheet`]: many of them in one picture
+//! - [`movie`]: all of them in one file, packed by FFmpeg
 //! - [`fingerprint`]: what a frame was made from, so that a later run knows whether to keep it
 //! - [`false_color`]: colours for how far two pictures are apart
 //!
 //! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
 
+pub mod contact_sheet;
 pub mod exr;
 pub mod false_color;
 pub mod fingerprint;
 mod metadata;
+pub mod movie;
 pub mod path;
+pub mod picture;
 pub mod png;
 mod staged;
 

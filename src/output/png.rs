@@ -61,6 +61,20 @@ pub fn write_colors(
     planes: [&Plane; 3],
     made_from: Option<Fingerprint>,
 ) -> Result<(), PreviewError> {
+    write_bytes_of(path, size, &encoded(size, planes)?, made_from)
+}
+
+/// The bytes of the file that [`write_png`] writes.
+///
+/// # Errors
+/// A plane is missing or of the wrong size.
+pub fn file_of(film: &Film) -> Result<Vec<u8>, PreviewError> {
+    let size = [film.width, film.height];
+    file_of_bytes(size, &encoded(size, colors(film)?)?, None)
+}
+
+/// Red, green and blue of each pixel, encoded.
+fn encoded(size: [u32; 2], planes: [&Plane; 3]) -> Result<Vec<u8>, PreviewError> {
     let pixels = size[0] as usize * size[1] as usize;
     if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
         return Err(PreviewError::NoPlane(plane.name.clone()));
@@ -70,7 +84,7 @@ pub fn write_colors(
     for pixel in 0..pixels {
         bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
     }
-    write_bytes_of(path, size, &bytes, made_from)
+    Ok(bytes)
 }
 
 /// What the preview at `path` was made from; `None` for what does not say, or is no PNG.
@@ -95,9 +109,17 @@ fn write_bytes_of(
     bytes: &[u8],
     made_from: Option<Fingerprint>,
 ) -> Result<(), PreviewError> {
+    write_bytes(path, &file_of_bytes(size, bytes, made_from)?).map_err(PreviewError::Write)
+}
+
+fn file_of_bytes(
+    size: [u32; 2],
+    bytes: &[u8],
+    made_from: Option<Fingerprint>,
+) -> Result<Vec<u8>, PreviewError> {
     let mut file = Vec::new();
     encode(&mut file, size, bytes, made_from).map_err(|error| PreviewError::Encode(error.to_string()))?;
-    write_bytes(path, &file).map_err(PreviewError::Write)
+    Ok(file)
 }
 
 fn encode(

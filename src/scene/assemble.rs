@@ -52,6 +52,50 @@ pub(crate) struct Assembly {
     digests: Vec<Digest>,
     /// All names that MTL files define, for hints.
     known_names: Vec<String>,
+    /// A model that was read before, and has not been asked for yet.
+    read_before: Option<ReadModel>,
+}
+
+/// An OBJ file that was read.
+pub(crate) struct ReadModel {
+    pub path: PathBuf,
+    pub obj: ObjFile,
+    /// Of the file's text.
+    pub digest: Digest,
+}
+
+impl ReadModel {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// Those of [`obj::read`].
+    pub fn at(path: &Path) -> Result<Self, SceneError> {
+        let (obj, digest) = obj::read_with_digest(path)?;
+        Ok(Self { path: path.to_path_buf(), obj, digest })
+    }
+
+    /// The names of the materials that its faces use, if they are black throughout, as some exporters write them: no colour, no
+    /// texture, no highlight, no light of their own.
+    ///
+    /// # Errors
+    /// An MTL file cannot be read.
+    pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
+        let mut assembly = Assembly::new(false, Vec::new());
+        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
+        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, material)| *material).collect();
+        let names: HashSet<&str> =
+            used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
+        let is_black = |name: &&str| {
+            let found = defined.iter().rfind(|defined| defined.material.name == **name);
+            found.is_some_and(|defined| {
+                defined.material.map_kd.is_none() && defined.material.settle().is_black()
+            })
+        };
+        let mut names: Vec<&str> = names.into_iter().collect();
+        names.sort_unstable();
+        let black = names.iter().all(is_black);
+        Ok(black.then(|| names.into_iter().map(String::from).collect()))
+    }
 }
 
 /// What models share, and where it comes from.
@@ -77,6 +121,23 @@ impl Assembly {
         Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
     }
 
+    /// The same, with a model that was read before: it is not read again.
+    pub fn with(self, model: ReadModel) -> Self {
+        Self { read_before: Some(model), ..self }
+    }
+
+    /// The path of a model that was read before, and has not been asked for yet.
+    pub fn path_read_before(&self) -> Option<PathBuf> {
+        self.read_before.as_ref().map(|model| model.path.clone())
+    }
+
+    /// A material beside those of the models; its index.
+    pub fn add_material(&mut self, material: Material) -> Option<u16> {
+        let index = u16::try_from(self.materials.len()).ok()?;
+        self.materials.push(material);
+        Some(index)
+    }
+
     /// The mesh of the OBJ file at `path`, in object space.
     ///
     /// # Errors
@@ -86,7 +147,10 @@ impl Assembly {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let (obj, digest) = obj::read_with_digest(path)?;
+        let ReadModel { obj, digest, .. } = match self.read_before.take() {
+            Some(model) if model.path == path => model,
+            _ => ReadModel::at(path)?,
+        };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
         let (defined, complete) = self.libraries(&obj, path)?;

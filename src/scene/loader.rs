@@ -20,10 +20,18 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
                 .map_err(|error| SceneError::new(path, format!("the shot file cannot be read: {error}")))?;
             shot::from_text(TomlText { path, text: &text }, strict)
         }
-        "obj" => turntable::shot(path, strict),
+        "obj" => load_turntable(path, strict, &turntable::Options::default()),
         _ => Err(SceneError::new(
             path,
             "not a file that can be rendered: give a shot (.toml) or a model (.obj)",
         )),
     }
+}
+
+/// The turntable of the OBJ file at `path`: see [`turntable`].
+///
+/// # Errors
+/// Those of [`load`].
+pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
+    turntable::shot(path, strict, options)
 }

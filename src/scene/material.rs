@@ -96,6 +96,12 @@ impl Material {
         }
     }
 
+    /// Whether, without a texture, it shows nothing: neither does it reflect or let light through, nor does it shine.
+    pub fn is_black(&self) -> bool {
+        let colors = [self.diffuse, self.specular, self.emission];
+        colors == [Vec3::ZERO; 3] && !self.has_secondary_rays()
+    }
+
     /// Whether shadow rays pass: clear glass casts no shadow, everything else a full one. Visibility
     /// stays a yes or no that can be kept as a tag.
     pub fn casts_shadow(&self) -> bool {

@@ -54,6 +54,11 @@ impl Extent {
         (self.high - self.low).length()
     }
 
+    /// Its middle.
+    pub fn center(&self) -> DVec3 {
+        (self.low + self.high) * 0.5
+    }
+
     /// With a model in it, wherever its track's keys put it. `bounds`: of its mesh, object space.
     pub fn with_model(self, bounds: (DVec3, DVec3), track: &TransformTrack) -> Self {
         let frames = track.key_frames().into_iter();

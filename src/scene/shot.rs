@@ -6,19 +6,19 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::assemble::{Assembled, Assembly, Override};
+use super::assemble::{Assembled, Assembly, Override, ReadModel};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
-    BackgroundTable, BudgetValue, IndirectTable, MaterialTable, ModelTable, OcclusionTable, OutputTable,
-    Rate, RenderTable, ShotFile, Three,
+    BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
+    OutputTable, Rate, RenderTable, ShotFile, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{
-    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, shot_environment, shot_tracks,
+    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::layers::Layers;
@@ -52,6 +52,8 @@ pub struct Shot {
     pub denoise_quality: DenoiseQuality,
     /// What a reader of the picture should know.
     pub warnings: Vec<Warning>,
+    /// What was decided for the user, in whole sentences.
+    pub notes: Vec<String>,
     /// The file itself, and all that were read for it.
     pub files: Vec<PathBuf>,
     /// What it is made of.
@@ -96,6 +98,15 @@ impl Shot {
 /// # Errors
 /// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
 pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
+    from_text_with(text, strict, None)
+}
+
+/// [`from_text`]; `only` is the text's only model, if it was read before: then the text need not name its path.
+pub(super) fn from_text_with(
+    text: TomlText<'_>,
+    strict: bool,
+    only: Option<ReadModel>,
+) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
     let (mut settings, frames, rate) = render(text, &file)?;
     if file.environment.is_some() && file.indirect.paths.is_none() {
@@ -126,17 +137,25 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         ));
     }
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
-    let mut assembly = Assembly::new(strict, overrides);
+    let assembly = Assembly::new(strict, overrides);
+    let mut assembly = match only {
+        Some(model) => assembly.with(model),
+        None => assembly,
+    };
     let models: Vec<Model> =
         file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
     let bounds = bounds_of_meshes(&models);
     let extent = extent(text, &file.model, &models, &bounds)?;
+    let at_first = extent_at(&models, &bounds, frames.first());
     if file.occlusion.radius.is_none() {
-        settings.occlusion_radius = usual_occlusion_radius(&extent_at(&models, &bounds, frames.first()));
+        settings.occlusion_radius = usual_occlusion_radius(&at_first);
     }
     let space = RenderSpace::fit_for(extent.with_camera(&camera));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
-    let models = models.collect::<Result<_, _>>()?;
+    let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
+    if let Some(table) = &file.floor {
+        models.push(floor_model(text, table, &at_first, &mut assembly, &space)?);
+    }
     let (camera, lights) =
         (space.camera(camera), lights.into_iter().map(|light| space.light(light)).collect());
     assembly.report_unused_overrides()?;
@@ -180,6 +199,7 @@ pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneE
         denoise_quality: file.output.denoise_quality,
         output: output(text, file.output.path)?,
         warnings: findings.warnings,
+        notes: Vec::new(),
         files,
         content: Content { shot: said(text)?, inputs },
     })
@@ -382,10 +402,27 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
 }
 
 fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let path = file_of(text, "obj", &table.obj)?;
+    let path = assembly.path_read_before().map_or_else(|| file_of(text, "obj", &table.obj), Ok)?;
     let (track, mesh) = (shot_tracks::model(text, table)?, assembly.mesh(&path)?);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
+}
+
+/// The floor in the space in which the shot is rendered; `extent`: of all models at the shot's first frame.
+fn floor_model(
+    text: TomlText<'_>,
+    table: &At<FloorTable>,
+    extent: &Extent,
+    assembly: &mut Assembly,
+    space: &RenderSpace,
+) -> Result<Model, SceneError> {
+    let floor = floor::of_table(text, table.get_ref(), extent)?;
+    let too = |what| text.fault(table.span(), what);
+    let material =
+        assembly.add_material(floor.material()).ok_or_else(|| too("there are too many materials"))?;
+    let model = floor.model(text.path, material);
+    let model = Model { track: space.track(model.track), ..model };
+    model.settled().ok_or_else(|| too("the floor is too far from the models, or too large"))
 }
 
 /// The model in the space in which the shot is rendered.

@@ -82,6 +82,8 @@ pub(crate) struct ShotFile {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub model: Vec<ModelTable>,
+    /// A level floor under the models
+    pub floor: Option<At<FloorTable>>,
     /// Light sources
     #[serde(default)]
     pub light: Vec<At<LightTable>>,
@@ -256,11 +258,14 @@ pub(crate) struct CameraTable {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{"required": ["eye"]}, {"required": ["orbit"]}]))]
 pub(crate) struct CameraKey {
     /// Number of the frame; may be fractional
     pub frame: At<f64>,
-    /// Position of the camera
-    pub eye: Three,
+    /// Position of the camera; all keys use `eye`, or all use `orbit`
+    pub eye: Option<Three>,
+    /// [azimuth, elevation, distance] around `target`: degrees from +Z to +X, degrees above it
+    pub orbit: Option<Three>,
     /// Point to look at; all keys use `target`, or all use `rotation`
     pub target: Option<Three>,
     /// [pitch, yaw, roll] in degrees: up, left, clockwise about the view axis
@@ -307,6 +312,18 @@ pub(crate) struct ModelKey {
     pub rotate: Option<Three>,
     /// As of the model, at this frame
     pub scale: Option<At<Scale>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FloorTable {
+    /// Its Y (0)
+    pub height: Option<At<f64>>,
+    /// Reflectance, linear RGB [0.3, 0.3, 0.3]
+    pub color: Option<Three>,
+    /// How far it reaches around the middle of the models (40 times the diagonal of all models at the first frame)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<At<f64>>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::camera::Aim;
 use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
 use super::toml_text::{At, List, TomlText};
-use super::{CameraTrack, Light, LightGroups, LightKind, SceneError};
+use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track, TransformTrack};
 
@@ -24,7 +24,6 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
     let by_target = first.get_ref().target.is_some();
     let interpolation = table.get_ref().interpolation;
     let cuts = cuts(text, &keys)?;
-    let eye = each(&keys, |key| text.vector("eye", &key.eye))?;
     let fov = fields_of_view(text, &keys)?;
     let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
     let aim = each(&keys, |key| aim_of(text, key, by_target))?;
@@ -36,16 +35,16 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
             "goes with `target`: with `rotation`, give it as the third number",
         ));
     }
-    if let Some(i) = (0..keys.len()).find(|i| by_target && eye[*i].1 == aim[*i].1) {
-        return Err(text.bad(
-            "eye",
-            &keys[i].1.get_ref().eye,
-            "and `target` are the same point: move one of them",
-        ));
-    }
     let aim = through(aim, interpolation).cut_at(&cut_frames);
+    let eye = if keys.iter().any(|(_, key)| key.get_ref().orbit.is_some()) {
+        let around = through(each(&keys, |key| orbit::of_key(text, key))?, interpolation).cut_at(&cut_frames);
+        orbit::eyes(text, &keys, (&around, &aim), &cut_frames)?
+    } else {
+        let target = by_target.then_some(&aim);
+        through(eyes(text, &keys, target)?, interpolation).cut_at(&cut_frames)
+    };
     let track = CameraTrack {
-        eye: through(eye, interpolation).cut_at(&cut_frames),
+        eye,
         aim: if by_target {
             Aim::Target { target: aim, roll: through(roll, interpolation).cut_at(&cut_frames) }
         } else {
@@ -60,6 +59,25 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
         return Err(text.fault(table.span(), message));
     }
     Ok(track)
+}
+
+/// The places that keys give the eye, which looks at `target` if there is one.
+fn eyes(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    target: Option<&Track<DVec3>>,
+) -> Result<Vec<(f64, DVec3)>, SceneError> {
+    let place = |(frame, key): &(f64, &At<CameraKey>)| {
+        let missing =
+            || text.fault(key.span(), "this camera key needs `eye`, or `orbit`: where the camera is");
+        let stated = key.get_ref().eye.as_ref().ok_or_else(missing)?;
+        let eye = text.vector("eye", stated)?;
+        if target.is_some_and(|target| target.at(*frame) == eye) {
+            return Err(text.bad("eye", stated, "and `target` are the same point: move one of them"));
+        }
+        Ok((*frame, eye))
+    };
+    keys.iter().map(place).collect()
 }
 
 fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<i32>, SceneError> {

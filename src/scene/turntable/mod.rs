@@ -1,0 +1,102 @@
+//! A bare OBJ becomes a shot: it stands on a floor under a soft light, and the camera goes once around it.
+//!
+//! The model and its light rest, so that what samples have gathered of that light is kept all the way round.
+
+mod corners;
+mod fit;
+mod text;
+mod up;
+
+use std::path::Path;
+
+use super::SceneError;
+use super::assemble::ReadModel;
+use super::shot::{self, Shot};
+use super::toml_text::TomlText;
+use corners::Corners;
+pub use fit::Fit;
+pub use text::text;
+pub use up::Up;
+
+/// Frames of one turn.
+const FRAMES: i32 = 120;
+
+/// What whoever asks for a turntable may choose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// The axis of the file that points up; guessed where none is given.
+    pub up: Option<Up>,
+    /// Of the picture that the model is to fill: width and height, pixels.
+    pub size: [u32; 2],
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { up: None, size: [1280, 720] }
+    }
+}
+
+/// How a model is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Look {
+    /// Where the camera goes.
+    pub fit: Fit,
+    /// The axis of the file that points up.
+    pub up: Up,
+    /// Of the picture: width and height, pixels.
+    pub size: [u32; 2],
+    /// Materials that are shown in light grey: all of the model's, if they are black throughout.
+    pub black: Vec<String>,
+    /// What was decided, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// How the model at `path` is shown.
+///
+/// # Errors
+/// Those of the OBJ and of its MTL files.
+pub fn look(path: &Path, options: &Options) -> Result<Look, SceneError> {
+    look_at(&ReadModel::at(path)?, options)
+}
+
+fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
+    let corners = Corners { positions: &model.obj.positions, triangles: &model.obj.triangles };
+    let up = options.up.unwrap_or_else(|| Up::guess(&corners));
+    let [width, height] = options.size.map(f64::from);
+    let black = model.black_materials()?.unwrap_or_default();
+    let other = if up == Up::Y { Up::Z } else { Up::Y };
+    let guess = options
+        .up
+        .is_none()
+        .then(|| format!("up is {up}, by what the model stands on (--up {other} if it lies on its side)"));
+    let painted = (!black.is_empty())
+        .then(|| String::from("all materials of the model are black: they are shown in light grey"));
+    Ok(Look {
+        fit: Fit::of(&corners, up, width / height),
+        up,
+        size: options.size,
+        black,
+        notes: guess.into_iter().chain(painted).collect(),
+    })
+}
+
+/// The turntable of the OBJ file at `path`.
+///
+/// # Errors
+/// Those of the OBJ and what belongs to it.
+pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot, SceneError> {
+    let model = ReadModel::at(path)?;
+    let look = look_at(&model, options)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let text = text(&look, &name);
+    // a column is one of our text, which nobody has seen
+    let of_text = |error: &SceneError| error.path == path && error.column.is_some();
+    let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
+    let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model)).map_err(told)?;
+    // it stands there twice: for the model, and for the text
+    let mut files = shot.files;
+    if let Some(last) = files.iter().rposition(|file| file == path) {
+        files.remove(last);
+    }
+    Ok(Shot { notes: look.notes, files, ..shot })
+}

@@ -1,0 +1,95 @@
+//! Which axis of a model's file points up: what it stands on best.
+
+use std::fmt;
+
+use glam::{DVec3, Vec3A};
+
+use super::corners::Corners;
+
+/// The axis of a file that points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Up {
+    /// As in most OBJ files.
+    #[default]
+    Y,
+    /// As some CAD and modelling programs write.
+    Z,
+}
+
+/// What lies within this share of a model's height above its lowest point touches the ground.
+const CONTACT: f32 = 0.015;
+/// Where a model stands more safely than this, it does not matter how much: half the width of what it stands on, in heights of
+/// its centre.
+const SAFE: f64 = 0.3;
+/// Y is up unless the model stands so much better on the other side; and stands at all.
+const CLEARLY: f64 = 1.5;
+const LEAST: f64 = 0.01;
+
+impl fmt::Display for Up {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Y => "y",
+            Self::Z => "z",
+        })
+    }
+}
+
+impl Up {
+    /// The better guess.
+    pub(super) fn guess(corners: &Corners<'_>) -> Self {
+        let (low, high) = corners.bounds();
+        let center = corners.center();
+        let contacts = Contacts::of(corners, (low, high));
+        let [y, z] = [1, 2].map(|axis| contacts.standing((low, high), center, axis));
+        if z > LEAST && z > CLEARLY * y { Self::Z } else { Self::Y }
+    }
+}
+
+/// Boxes around what is lowest and highest along Y, and along Z.
+#[derive(Debug, Clone, Copy)]
+struct Contacts([[(Vec3A, Vec3A); 2]; 2]);
+
+impl Contacts {
+    fn of(corners: &Corners<'_>, (low, high): (DVec3, DVec3)) -> Self {
+        let (low, high) = (low.as_vec3a(), high.as_vec3a());
+        let rim = (high - low) * CONTACT;
+        let nothing = Self([[(Vec3A::INFINITY, Vec3A::NEG_INFINITY); 2]; 2]);
+        let with = |mut all: Self, point: Vec3A| {
+            for (which, axis) in [1, 2].into_iter().enumerate() {
+                let touches = [point[axis] <= low[axis] + rim[axis], point[axis] >= high[axis] - rim[axis]];
+                for (bounds, touches) in all.0[which].iter_mut().zip(touches) {
+                    if touches {
+                        *bounds = (bounds.0.min(point), bounds.1.max(point));
+                    }
+                }
+            }
+            all
+        };
+        let joined = |a: Self, b: Self| {
+            let join = |which: usize, side: usize| {
+                let (a, b) = (a.0[which][side], b.0[which][side]);
+                (a.0.min(b.0), a.1.max(b.1))
+            };
+            Self(std::array::from_fn(|which| std::array::from_fn(|side| join(which, side))))
+        };
+        corners.fold(nothing, with, joined)
+    }
+
+    /// How well the model stands along `axis`: on what share of its outline, how safely, and how much better than on its head.
+    /// A thing that is the same upside down, such as a box or a sheet, stands along no axis better than along another.
+    fn standing(&self, (low, high): (DVec3, DVec3), center: DVec3, axis: usize) -> f64 {
+        let [foot, head] = self.0[axis - 1].map(|(low, high)| (low.as_dvec3(), high.as_dvec3()));
+        let others = (0..3).filter(|other| *other != axis);
+        let share = |of: (DVec3, DVec3)| -> f64 {
+            let ratio = |other: usize| {
+                let whole = high[other] - low[other];
+                if whole > 0.0 { (of.1[other] - of.0[other]) / whole } else { 1.0 }
+            };
+            others.clone().map(ratio).product()
+        };
+        let reach = |other: usize| (center[other] - foot.0[other]).min(foot.1[other] - center[other]);
+        let reach = others.clone().map(reach).fold(f64::INFINITY, f64::min);
+        let height = (center[axis] - low[axis]).max(f64::MIN_POSITIVE);
+        share(foot) * (reach / height).clamp(0.0, SAFE) * (1.0 - share(head))
+    }
+}
