@@ -182,7 +182,7 @@ fn each_command_has_a_man_page() {
     let text = run(&place, "man").done().stdout;
     assert!(text.contains(".TH afterimage 1") && text.contains("afterimage\\-render(1)"), "{text}");
     run(&place, "man -o pages").done();
-    let commands = ["compare", "completions", "diff", "info", "init", "man", "render", "schema"];
+    let commands = ["compare", "completions", "diff", "info", "init", "man", "preview", "render", "schema"];
     let expected =
         commands.map(|name| format!("afterimage-{name}.1")).into_iter().chain(["afterimage.1".into()]);
     assert_eq!(place.names("pages"), expected.collect::<Vec<_>>());

@@ -16,6 +16,7 @@ pub mod info;
 mod info_exr;
 pub mod init;
 pub mod paths;
+pub mod preview;
 pub mod reference;
 pub mod render;
 mod resume;
@@ -61,6 +62,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Write a commented shot file for a model, to start from
     Init(init::InitArgs),
+    /// Show frames of a shot in a local web page that follows the shot file while it is edited
+    Preview(preview::PreviewArgs),
     /// Print completions of the command line for a shell
     Completions(for_others::CompletionsArgs),
     /// Print the man page, or write those of all commands
@@ -107,6 +110,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Command::Info(args) => quietly(|terminal| args.execute(terminal)),
         Command::Init(args) => quietly(|terminal| args.execute(terminal)),
+        Command::Preview(args) => quietly(|terminal| args.execute(terminal)),
         Command::Completions(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
         Command::Man(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
         Command::Schema(args) => quietly(|terminal| args.execute(terminal)),

@@ -82,7 +82,7 @@ impl ReadModel {
     pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
         let mut assembly = Assembly::new(false, Vec::new());
         let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
-        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, material)| *material).collect();
+        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
         let names: HashSet<&str> =
             used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
         let is_black = |name: &&str| {

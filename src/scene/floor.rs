@@ -75,6 +75,7 @@ impl Floor {
         let mesh = Mesh {
             positions: Arc::new(VertexBuffer::new(positions)),
             material_of: vec![material; triangles.len()],
+            groups: Arc::default(),
             shadow_casting: triangles.len(),
             triangles: Arc::new(triangles),
             normals: Vec::new(),

@@ -20,8 +20,8 @@ pub fn text(look: &Look, model: &str) -> String {
     let eye = vector(orbit::eye(fit.target, DVec3::new(0.0, fit.elevation, fit.distance)), size);
     let mut text = format!(
         "\
-# A shot for Afterimage. Check it with `afterimage info`, render it with `afterimage render`.
-# Axes are right-handed, Y is up; angles are in degrees, colours are linear.
+# A shot for Afterimage. Check it with `afterimage info`, look at it with `afterimage preview`, render it with `afterimage
+# render`. Axes are right-handed, Y is up; angles are in degrees, colours are linear.
 
 [render]
 size = [{width}, {height}]      # pixels

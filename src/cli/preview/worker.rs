@@ -1,0 +1,164 @@
+//! Loads the shot, renders what the page asks for, and begins anew when a file has changed.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::PreviewArgs;
+use super::board::{Board, Shown};
+use super::watch::Watch;
+use crate::cli::bare_model::{is_model, turntable_options};
+use crate::cli::failure::{Failure, one_line};
+use crate::cli::shot_args::check_samples;
+use crate::frame::{self, Renderer};
+use crate::layers::Layers;
+use crate::memory;
+use crate::output::png;
+use crate::scene::{self, Shot};
+use crate::settings::{Build, Settings};
+use crate::trace::BackendKind;
+
+/// Between two looks at the files.
+const PAUSE: Duration = Duration::from_millis(250);
+/// After which a shot that could not be loaded is loaded again, at least.
+const RETRY: Duration = Duration::from_secs(2);
+/// Longer side of pictures where nobody says their size, pixels.
+const USUAL_SIDE: u32 = 640;
+/// What makes pictures better and slow, at most.
+const MOST_RAYS: u32 = 4;
+
+/// The thread that renders, and its threads.
+pub struct Worker {
+    pub args: PreviewArgs,
+    pub board: Arc<Board>,
+}
+
+impl Worker {
+    /// Never ends.
+    pub fn work(&self) {
+        let mut watch = Watch::of([self.args.shot.clone()], &Watch::default());
+        loop {
+            // stamps are taken before files are read: what is written meanwhile is a change
+            let (before, start) = (watch.now(), Instant::now());
+            watch = match self.load() {
+                Ok((shot, settings)) => {
+                    let files = shot.files.iter().cloned().chain([self.args.shot.clone()]);
+                    let watch = Watch::of(files, &before);
+                    let warnings = shot.warnings.iter().map(|warning| warning.0.to_string());
+                    let notes = warnings.chain(shot.notes.iter().cloned()).collect();
+                    self.board.loaded(&shot.title, &shot.frames, shot.rate, notes);
+                    if let Err(error) = self.render(&shot, &settings, &watch) {
+                        self.board.failed(&one_line(&error));
+                        wait_for_change(&watch, Duration::MAX);
+                    }
+                    watch
+                }
+                Err((error, file)) => {
+                    let watch = Watch::of(before.files().chain(file), &before);
+                    self.board.failed(&one_line(&error));
+                    // a file that is missing has a name that nobody here knows
+                    wait_for_change(&watch, RETRY.max(start.elapsed() * 10));
+                    watch
+                }
+            };
+        }
+    }
+
+    /// The shot and how it is rendered; or what is wrong, and with which file if that is known.
+    fn load(&self) -> Result<(Shot, Settings), (String, Option<PathBuf>)> {
+        let PreviewArgs { shot: path, up, size, .. } = &self.args;
+        let other = |error: Failure| (error.to_string(), None);
+        let shot = if is_model(path) {
+            let options = turntable_options(path, *up, *size).map_err(other)?;
+            scene::load_turntable(path, false, &options)
+        } else {
+            scene::load(path, false)
+        };
+        let shot = shot.map_err(|error| (error.to_string(), Some(error.path)))?;
+        let settings = self.settings(&shot.settings);
+        check_samples(&settings, "--samples").map_err(other)?;
+        Ok((shot, settings))
+    }
+
+    /// Quick ones.
+    fn settings(&self, of_shot: &Settings) -> Settings {
+        let PreviewArgs { size, samples, paths, .. } = &self.args;
+        let [width, height] = size.map_or_else(|| small(of_shot), |(width, height)| [width, height]);
+        Settings {
+            width,
+            height,
+            samples: *samples,
+            paths: of_shot.paths.min(*paths),
+            paths_per_frame: of_shot.paths_per_frame.min(*paths).max(1),
+            reflections: of_shot.reflections.min(MOST_RAYS),
+            occlusion_rays: of_shot.occlusion_rays.min(MOST_RAYS),
+            layers: Layers::NONE,
+            audit: false,
+            build: Build::Quick,
+            ..of_shot.clone()
+        }
+    }
+
+    /// Renders frames as they are wanted, until a file has changed.
+    fn render(&self, shot: &Shot, settings: &Settings, watch: &Watch) -> Result<(), String> {
+        let kind = BackendKind::default();
+        let need = frame::need(shot, settings, kind, rayon::current_num_threads());
+        need.check(&memory::left()).map_err(|error| error.to_string())?;
+        let mut renderer = Renderer::with(kind, &shot.scene, settings).map_err(|error| error.to_string())?;
+        let mut last = None;
+        while !watch.has_changed() {
+            let Some(frame) = self.board.next_wanted(PAUSE) else { continue };
+            let start = Instant::now();
+            let reuse = last.is_some_and(|last| !is_cut(&shot.scene.camera.cuts, last, frame));
+            let finished =
+                renderer.render(frame, reuse).map_err(|error| format!("frame {frame}: {error}"))?;
+            last = Some(frame);
+            let png = png::file_of(&finished.film).map_err(|error| error.to_string())?;
+            self.board.rendered(frame, Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() });
+        }
+        Ok(())
+    }
+}
+
+/// Waits until a file has changed, but not for longer than that.
+fn wait_for_change(watch: &Watch, longest: Duration) {
+    let start = Instant::now();
+    while !watch.has_changed() && start.elapsed() < longest {
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Whether the shot cuts between two frames.
+fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
+    cuts.iter().any(|cut| a.min(b) < *cut && *cut <= a.max(b))
+}
+
+/// The shot's size, made smaller if it is large.
+fn small(settings: &Settings) -> [u32; 2] {
+    let [width, height] = [settings.width, settings.height];
+    let longer = width.max(height);
+    if longer <= USUAL_SIDE {
+        return [width, height];
+    }
+    let scaled =
+        |side: u32| (f64::from(side) * f64::from(USUAL_SIDE) / f64::from(longer)).round().max(1.0) as u32;
+    [scaled(width), scaled(height)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_pictures_become_small_in_their_proportions() {
+        let size = |width, height| small(&Settings { width, height, ..Settings::default() });
+        assert_eq!([size(1920, 1080), size(300, 200), size(1, 65535)], [[640, 360], [300, 200], [1, 640]]);
+    }
+
+    #[test]
+    fn nothing_is_reused_across_a_cut_in_either_direction() {
+        let is_cut = |a, b| is_cut(&[8], a, b);
+        assert_eq!([is_cut(7, 8), is_cut(8, 7), is_cut(8, 9), is_cut(1, 7)], [true, true, false, false]);
+    }
+}
