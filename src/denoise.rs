@@ -176,7 +176,7 @@ pub fn need(settings: &Settings) -> Part {
     const OURS: u64 = 4 * 12 + 2 * 3 * 2; // the last picture is being written meanwhile
     const WORKING: u64 = 720;
     const LIBRARY: u64 = 30 << 20;
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let pixels = settings.data_window().pixels();
     let working = (pixels * WORKING).min((oidn::MOST_MEGABYTES as u64) << 20);
     Part::new("denoising", pixels * OURS + working + LIBRARY, "a smaller --size, or no --denoise")
 }

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Longest side of a picture, pixels: sample numbers stay within 32 bits at usual counts.
 pub const LONGEST_SIDE: u32 = 65_535;
 
+/// Most pixels around a picture, on each side.
+pub const MOST_OVERSCAN: u32 = 16_384;
+
 /// Most samples along a pixel's edge.
 pub const MOST_SAMPLES: u32 = 16;
 
@@ -181,6 +184,60 @@ impl Build {
     }
 }
 
+/// A rectangle of pixels, counted from the picture's first to the right and down. What lies left of the picture or above
+/// it has negative places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct PixelRect {
+    /// The first column.
+    pub x: i32,
+    /// The first row.
+    pub y: i32,
+    /// How many columns.
+    pub width: u32,
+    /// How many rows.
+    pub height: u32,
+}
+
+impl PixelRect {
+    /// As the command line states it: `WxH+X+Y`, with `-` before what is negative.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (width, rest) = text.split_once(['x', 'X'])?;
+        let signs: Vec<usize> = rest.match_indices(['+', '-']).map(|(at, _)| at).collect();
+        let [x, y] = signs[..] else { return None };
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let count = |text: &str| digits(text).then(|| text.parse().ok()).flatten();
+        let place = |text: &str| digits(&text[1..]).then(|| text.parse().ok()).flatten();
+        Some(Self {
+            width: count(width)?,
+            height: count(&rest[..x])?,
+            x: place(&rest[x..y])?,
+            y: place(&rest[y..])?,
+        })
+    }
+
+    /// How many pixels it has.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Whether all of `other` lies in it, and there is any of that.
+    pub fn holds(&self, other: &Self) -> bool {
+        let within = |first: i32, count: u32, other: i32, others: u32| {
+            let [first, count, other, others] =
+                [i64::from(first), i64::from(count), i64::from(other), i64::from(others)];
+            first <= other && other + others <= first + count && others > 0
+        };
+        within(self.x, self.width, other.x, other.width) && within(self.y, self.height, other.y, other.height)
+    }
+}
+
+impl std::fmt::Display for PixelRect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { x, y, width, height } = self;
+        write!(f, "{width}x{height}{x:+}{y:+}")
+    }
+}
+
 /// Settings of a whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -188,6 +245,10 @@ pub struct Settings {
     pub width: u32,
     /// Pixels.
     pub height: u32,
+    /// Pixels around the picture, on each side, that are rendered as well.
+    pub overscan: u32,
+    /// What is rendered of the picture and its overscan; none: all.
+    pub crop: Option<PixelRect>,
     /// N, for N x N samples a pixel.
     pub samples: u32,
     /// Samples to pixels.
@@ -232,6 +293,8 @@ impl Default for Settings {
         Self {
             width: 1280,
             height: 720,
+            overscan: 0,
+            crop: None,
             samples: 2,
             filter: Filter::default(),
             filter_radius: None,
@@ -255,6 +318,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// How far, in pixels, a sample shows beyond its own pixel.
+    pub fn filter_reach(&self) -> u32 {
+        if self.filter == Filter::Box { 0 } else { self.filter_radius().ceil() as u32 }
+    }
+
     /// How far the filter reaches, in pixels.
     pub fn filter_radius(&self) -> f32 {
         self.filter_radius.unwrap_or(self.filter.usual_radius())
@@ -269,7 +337,30 @@ impl Settings {
         }
     }
 
-    /// Samples of one frame.
+    /// The picture and its overscan.
+    pub fn overscanned(&self) -> PixelRect {
+        let around = self.overscan as i32;
+        PixelRect {
+            x: -around,
+            y: -around,
+            width: self.width + 2 * self.overscan,
+            height: self.height + 2 * self.overscan,
+        }
+    }
+
+    /// Whether the picture with its overscan has no side that is too long.
+    pub fn fits(&self) -> bool {
+        let longest = self.width.max(self.height);
+        u64::from(longest) + 2 * u64::from(self.overscan) <= u64::from(LONGEST_SIDE)
+    }
+
+    /// The pixels that are rendered. Files call it so.
+    pub fn data_window(&self) -> PixelRect {
+        self.crop.unwrap_or_else(|| self.overscanned())
+    }
+
+    /// Samples of one frame of the whole picture, without overscan: what depends on this does not depend on what part of it
+    /// is rendered.
     pub fn samples_a_frame(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * u64::from(self.samples).pow(2)
     }
@@ -285,6 +376,48 @@ mod tests {
         assert_eq!(with(64, Budget::None), 64);
         assert_eq!(with(64, Budget::Full), DEFAULT_PATHS);
         assert_eq!(with(4, Budget::Rays(9)), 4);
+    }
+
+    #[test]
+    fn rectangles_are_read_as_they_are_written() {
+        for text in ["64x32+8+16", "1x1+0+0", "70x40-8-16", "9x9-1+65535"] {
+            assert_eq!(PixelRect::parse(text).map(|rect| rect.to_string()).as_deref(), Some(text));
+        }
+        let wrong = [
+            "",
+            "64x32",
+            "64x32+8",
+            "64x32+8+",
+            "64x+8+8",
+            "x32+1+1",
+            "+6x3+1+1",
+            "6x3+1+1+1",
+            "6x3+-1+1",
+            "6x3+1+1 ",
+        ];
+        for text in
+            wrong.into_iter().chain(["99999999999x1+0+0", "1x1+99999999999+0", "6.5x3+1+1", "6x\u{663}+1+1"])
+        {
+            assert_eq!(PixelRect::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_crop_lies_in_the_picture_with_its_overscan() {
+        let settings = Settings { width: 40, height: 20, overscan: 8, ..Settings::default() };
+        let rect = |x, y, width, height| PixelRect { x, y, width, height };
+        let around = settings.overscanned();
+        assert_eq!(around, rect(-8, -8, 56, 36));
+        assert!(around.holds(&rect(-8, -8, 56, 36)) && around.holds(&rect(47, 27, 1, 1)));
+        for outside in [
+            rect(-9, 0, 5, 5),
+            rect(0, 0, 49, 1),
+            rect(0, 27, 1, 2),
+            rect(0, 0, 0, 5),
+            rect(i32::MAX, 0, u32::MAX, 1),
+        ] {
+            assert!(!around.holds(&outside), "{outside}");
+        }
     }
 
     #[test]

@@ -372,6 +372,8 @@ mod tests {
         let picture = Settings {
             width: 4,
             height: 3,
+            overscan: 0,
+            crop: None,
             samples: 2,
             filter: Filter::Mitchell,
             filter_radius: None,

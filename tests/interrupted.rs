@@ -253,6 +253,11 @@ fn frames_of_another_shot_are_made_again_and_the_reason_is_told() {
     assert_renders(&place, "--samples 2 --background visible", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --compression zip", ALL, &["(made with other settings)"]);
     assert_renders(&place, "--samples 2 --size 17x9", ALL, &["(made with other settings)"]);
+    assert_renders(&place, "--samples 2 --size 17x9 --crop 9x5+8+1", ALL, &["(made with other settings)"]);
+    assert_renders(&place, "--samples 2 --size 17x9 --overscan 1", ALL, &["(made with other settings)"]);
+    // the same pixels, by another name
+    assert_renders(&place, "--samples 2 --size 17x9 --overscan 2 --crop 19x11-1-1", &[], &[]);
+    assert_renders(&place, "--samples 2 --size 17x9", ALL, &["(made with other settings)"]);
     // nobody asks for occlusion
     assert_renders(&place, "--samples 2 --size 17x9 --occlusion-rays 3 --occlusion-radius 9", &[], &[]);
     for more in ["", " --occlusion-rays 3", " --occlusion-radius 9"] {

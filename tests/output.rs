@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use openexr::ReadImage;
 use program::{Place, Ran, analytic, assert_same, whole};
 use serde_json::Value;
 
@@ -198,6 +199,47 @@ fn the_command_line_beats_the_shot() {
 }
 
 #[test]
+fn windows_say_what_part_of_the_picture_is_there() {
+    let place = Place::new();
+    let common = "--frames 3 --mode full --layers all --png";
+    for (name, options) in [
+        ("all", ""),
+        ("crop", "--crop 20x9+31+17"),
+        ("more", "--overscan 6"),
+        ("parts", "--overscan 6 --multipart"),
+    ] {
+        place.render(&format!("-o {name}.####.exr {common} {options}")).done();
+    }
+    let frame = |name: &str| whole(&place.path(&format!("{name}.0003.exr")));
+    let all = frame("all");
+    let attribute = |image: &ReadImage, name: &str| image.attribute(name).cloned();
+    for (name, origin, size) in [
+        ("all", [0, 0], [64, 36]),
+        ("crop", [31, 17], [20, 9]),
+        ("more", [-6, -6], [76, 48]),
+        ("parts", [-6, -6], [76, 48]),
+    ] {
+        let part = frame(name);
+        assert_eq!((part.origin, [part.width, part.height]), (origin, size));
+        assert_eq!(part.display, [0, 0, 63, 35], "{name}");
+        assert_eq!(attribute(&part, "worldToNDC"), attribute(&all, "worldToNDC"), "{name}");
+        for channel in &part.channels {
+            let wanted = all.channel(&channel.name).unwrap();
+            for (x, y) in (0..36).flat_map(|y| (0..64).map(move |x| (x, y))) {
+                let [column, row] = [x - origin[0], y - origin[1]];
+                if (0..size[0] as i32).contains(&column) && (0..size[1] as i32).contains(&row) {
+                    let value = channel.data[row as usize * size[0] as usize + column as usize];
+                    let of_all = wanted.data[(y * 64 + x) as usize];
+                    assert_eq!(value.to_bits(), of_all.to_bits(), "{name}: {} {x} {y}", channel.name);
+                }
+            }
+        }
+        let preview = image::open(place.path(&format!("{name}.0003.png"))).unwrap().to_rgb8();
+        assert_eq!(preview.dimensions(), (size[0] as u32, size[1] as u32));
+    }
+}
+
+#[test]
 fn results_and_progress_have_a_stream_each() {
     let place = Place::new();
     let plain = place.render("-o a.####.exr --frames 1-2 --progress plain").done();
@@ -242,6 +284,12 @@ fn names_that_make_no_sense_are_usage_errors() {
         ("-o a#/b.exr", "a#/b.exr"),
         ("--frames 2147483647 --base-every 0", "--frames"),
         ("--size 65535x65535 --samples 16", "--size"),
+        ("--crop 8x8+60+0", "64x36"),
+        ("--crop 0x8+0+0", "64x36"),
+        ("--crop 8x8", "WxH"),
+        ("--crop 8x8-1+0", "64x36"),
+        ("--overscan 2 --crop 8x8-3+0", "68x40-2-2"),
+        ("--overscan 20000", "16384"),
     ] {
         let ran = place.render(options);
         assert_eq!((ran.code, ran.stdout.as_str()), (2, ""), "{options}: {}", ran.stderr);

@@ -19,6 +19,7 @@ fn defaults_are_as_documented() {
     let shot = load(REST);
     let settings = &shot.settings;
     assert_eq!((settings.width, settings.height, settings.samples), (1280, 720, 2));
+    assert_eq!((settings.overscan, settings.crop), (0, None));
     assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
     assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
     assert_eq!((settings.paths, settings.bounces, settings.reflections), (0, 2, 4));
@@ -37,7 +38,7 @@ fn defaults_are_as_documented() {
 #[test]
 fn every_key_is_read() {
     let shot = load(&format!(
-        "title = \"T\"\n[render]\nsize = [64, 48]\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
+        "title = \"T\"\n[render]\nsize = [64, 48]\noverscan = 5\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
          filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\n\
@@ -48,6 +49,7 @@ fn every_key_is_read() {
     ));
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("T", (24000, 1001), vec![1, 3]));
     assert_eq!((shot.settings.width, shot.settings.filter), (64, Filter::Mitchell));
+    assert_eq!(shot.settings.overscan, 5);
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
@@ -260,6 +262,13 @@ fn mistakes_are_told_with_place_and_remedy() {
         ),
         ("[render]\nsize = [8, \"a\"]\n".into(), "s.toml:2:12: `size`: invalid type: string"),
         ("[render]\nsamples = 17\n".into(), "s.toml:2:11: `samples` is 17"),
+        ("[render]\noverscan = -1\n".into(), "s.toml:2:12: `overscan` is -1"),
+        ("[render]\noverscan = 16385\n".into(), "s.toml:2:12: `overscan` is 16385"),
+        ("[render]\noverscan = 2.5\n".into(), "s.toml:2:12: `overscan`: invalid type"),
+        (
+            "[render]\nsize = [65000, 1]\noverscan = 300\n".into(),
+            "s.toml:3:12: `overscan` makes a picture of 65000x1 longer than 65535 pixels on a side",
+        ),
         (
             "[indirect]\npaths = -1\n".into(),
             "s.toml:2:9: `paths` is -1: it must be a whole number from 0 to 1024",

@@ -80,6 +80,9 @@ fn described(shot: &Shot, path: &Path) -> String {
         "picture",
         format!("{}x{}, {samples}x{samples} samples a pixel", settings.width, settings.height),
     );
+    if settings.overscan > 0 {
+        line(&mut text, "overscan", format!("{} pixels on each side", settings.overscan));
+    }
     line(
         &mut text,
         "frames",

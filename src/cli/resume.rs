@@ -62,6 +62,8 @@ fn settings(job: &Job) -> Digest {
     let Settings {
         width,
         height,
+        overscan: _, // stands in the data window, and changes no pixel of it
+        crop: _,
         samples,
         filter,
         filter_radius: _, // of which it follows how far the filter reaches
@@ -87,9 +89,9 @@ fn settings(job: &Job) -> Digest {
     let reuse = (*mode != Mode::Full).then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
-    let radius = job.settings.filter_radius();
+    let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
-        "{width}x{height} {samples} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
+        "{width}x{height} {window} {samples} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
         job.denoise, job.shot.rate
     );

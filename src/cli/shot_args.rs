@@ -17,7 +17,8 @@ use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Reuse, Settings,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, PixelRect, Reuse,
+    Settings,
 };
 use crate::trace::BackendKind;
 
@@ -38,6 +39,16 @@ pub struct ShotArgs {
     /// Size of the pictures in pixels, for example 1280x720 [default: the shot's]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
+
+    /// Render only these pixels of the picture: width, height, and how far right and down they begin, for example
+    /// 320x180+640+400. Files keep the picture's size as their display window
+    #[arg(long, value_name = "WxH+X+Y", value_parser = crop)]
+    pub crop: Option<PixelRect>,
+
+    /// Render so many pixels more on each side of the picture. Files keep the picture's size as their display window
+    /// [default: the shot's]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_OVERSCAN)))]
+    pub overscan: Option<u32>,
 
     /// N, for N x N samples a pixel [default: the shot's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
@@ -335,6 +346,8 @@ impl ShotArgs {
         let settled = Settings {
             width,
             height,
+            overscan: self.overscan.unwrap_or(settings.overscan),
+            crop: self.crop.or(settings.crop),
             samples,
             filter,
             filter_radius: self.filter_radius.or(of_shot),
@@ -353,15 +366,36 @@ impl ShotArgs {
             reuse: self.reuse.map_or(settings.reuse, Reuse::from),
             ..settings.clone()
         };
+        check_window(&settled)?;
         check_samples(&settled, "--samples")?;
         Ok(settled)
     }
 }
 
+/// Refuses pixels that are not there.
+fn check_window(settings: &Settings) -> Result<(), Failure> {
+    let Settings { width, height, overscan, crop, .. } = settings;
+    if !settings.fits() {
+        return Err(Failure::Usage(format!(
+            "{width}x{height} with an overscan of {overscan} pixels is more than {LONGEST_SIDE} pixels wide or high: take a \
+             smaller --size or a smaller --overscan"
+        )));
+    }
+    let around = settings.overscanned();
+    let Some(crop) = crop.filter(|crop| !around.holds(crop)) else { return Ok(()) };
+    let of_what = match overscan {
+        0 => format!("the picture is {width}x{height}"),
+        _ => format!("the picture is {width}x{height}, and with its overscan {around}"),
+    };
+    Err(Failure::Usage(format!(
+        "--crop {crop}: {of_what}, and a crop must lie in it and have a pixel at least"
+    )))
+}
+
 /// Refuses what no renderer can number. `option` is the one that says how many samples.
 pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
-    let Settings { width, height, samples, .. } = settings;
-    let count = settings.samples_a_frame();
+    let (samples, PixelRect { width, height, .. }) = (settings.samples, settings.data_window());
+    let count = settings.data_window().pixels() * u64::from(samples).pow(2);
     if count > MOST_IN_A_FRAME {
         return Err(Failure::Usage(format!(
             "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
@@ -382,7 +416,7 @@ impl Job {
             self.frames.list(),
             png,
             self.shot.rate,
-            (self.settings.layers, self.format),
+            (&self.settings, self.format),
         )
     }
 }
@@ -446,6 +480,14 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| format!("write it as 1280x720, each side from 1 to {LONGEST_SIDE}"))
 }
 
+fn crop(text: &str) -> Result<PixelRect, String> {
+    PixelRect::parse(text.trim()).ok_or_else(|| {
+        String::from(
+            "write it as 320x180+640+400: width, height, and the first column and row, counted from 0",
+        )
+    })
+}
+
 fn radius(text: &str) -> Result<f64, String> {
     let radius = text.trim().parse().ok().filter(|radius: &f64| radius.is_finite() && *radius > 0.0);
     radius.ok_or_else(|| String::from("a length above 0 is wanted, in the units of the models"))
@@ -482,6 +524,8 @@ mod tests {
         Settings {
             width: 64,
             height: 32,
+            overscan: 6,
+            crop: None,
             samples: 3,
             filter: Filter::Mitchell,
             filter_radius: Some(1.75),
@@ -511,11 +555,13 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
             height: 4,
+            overscan: 2,
+            crop: Some(PixelRect { x: -2, y: 1, width: 9, height: 3 }),
             samples: 2,
             filter: Filter::Tent,
             filter_radius: Some(1.25),
@@ -544,6 +590,10 @@ mod tests {
             ("--size 0x4", "1280x720"),
             ("--size 4", "1280x720"),
             ("--size 4x70000", "65535"),
+            ("--crop 9x3", "320x180+640+400"),
+            ("--crop 9x3+0,0", "320x180+640+400"),
+            ("--overscan -1", "unexpected"),
+            ("--overscan 99999", "0..=16384"),
             ("--samples 0", "1..=16"),
             ("--depth 65", "0..=64"),
             ("--threads 0", "1 to 4096"),
@@ -561,6 +611,22 @@ mod tests {
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");
+        }
+    }
+
+    #[test]
+    fn pixels_that_are_not_there_are_refused_with_the_size() {
+        for (options, words) in [
+            ("--crop 0x4+0+0", ["0x4+0+0", "64x32"]),
+            ("--overscan 0 --crop 9x4-1+0", ["9x4-1+0", "picture is 64x32"]),
+            ("--crop 9x4-7+0", ["64x32", "76x44-6-6"]),
+            ("--size 20x10 --overscan 0 --crop 5x5+16+0", ["5x5+16+0", "20x10"]),
+            ("--crop 4294967295x1+0+0", ["4294967295x1", "64x32"]),
+            ("--size 65535x1 --overscan 1", ["65535", "--overscan"]),
+        ] {
+            let settled = typed(&format!("a.toml {options}")).expect(options).settled(&of_file());
+            let error = settled.expect_err(options).to_string();
+            assert!(words.iter().all(|word| error.contains(word)), "{options}: {error}");
         }
     }
 

@@ -9,11 +9,11 @@ use crate::denoise;
 use crate::film::Plane;
 use crate::frame::Finished;
 use crate::layers::Layers;
-use crate::output::exr::Packing;
+use crate::output::exr::{Packing, Windows};
 use crate::output::fingerprint::Kind;
 use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
-use crate::settings::FileFormat;
+use crate::settings::{FileFormat, Settings};
 
 /// Names that are fit for the frames of a run.
 #[derive(Debug, Clone)]
@@ -26,6 +26,7 @@ pub struct Target {
     shot: String,
     rate: (i32, u32),
     layers: Layers,
+    windows: Windows,
     format: FileFormat,
 }
 
@@ -49,14 +50,14 @@ pub enum Left {
 impl Target {
     /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
     /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
-    /// frames a second; `layers` are those that are written, and `format` how.
+    /// frames a second; `settings` say which layers and pixels are written, and `format` how.
     pub fn new(
         text: &str,
         shot: &str,
         frames: Vec<i32>,
         png: bool,
         rate: (i32, u32),
-        (layers, format): (Layers, FileFormat),
+        (settings, format): (&Settings, FileFormat),
     ) -> Result<Self, Failure> {
         let pattern = OutputPattern::parse(text, shot, "exr")
             .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
@@ -69,7 +70,8 @@ impl Target {
         }
         let previews = png.then(|| pattern.with_extension("png"));
         let (text, shot) = (text.to_owned(), shot.to_owned());
-        Ok(Self { pattern, previews, frames, text, shot, rate, layers, format })
+        let (layers, windows) = (settings.layers, Windows::of(settings));
+        Ok(Self { pattern, previews, frames, text, shot, rate, layers, windows, format })
     }
 
     /// As it was named.
@@ -185,7 +187,7 @@ impl Target {
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         let frame = finished.stats.frame;
-        let size = [finished.film.width, finished.film.height];
+        let (size, [width, height]) = ([finished.film.width, finished.film.height], self.windows.picture);
         if let Some(previews) = &self.previews {
             let path = previews.at(frame);
             let planes = match denoised {
@@ -195,7 +197,7 @@ impl Target {
             png::write_colors(&path, size, planes, made_from).map_err(Failure::of)?;
         }
         let camera = &finished.camera;
-        let aspect = finished.film.width as f32 / finished.film.height as f32;
+        let aspect = width as f32 / height as f32;
         let meta = FrameMeta {
             frame,
             rate: self.rate,
@@ -210,7 +212,7 @@ impl Target {
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));
         let planes = planes.chain(denoised.into_iter().flatten());
-        exr::write_planes(&path, size, planes, &meta, self.format, packing).map_err(Failure::of)?;
+        exr::write_planes(&path, self.windows, planes, &meta, self.format, packing).map_err(Failure::of)?;
         let seconds = start.elapsed().as_secs_f64();
         finished.stats.seconds.write += seconds;
         finished.stats.seconds.total += seconds;
@@ -228,7 +230,7 @@ mod tests {
     use super::*;
 
     fn target(text: &str) -> Result<Target, Failure> {
-        Target::new(text, "city", vec![1, 2], false, (24, 1), (Layers::ALL, FileFormat::default()))
+        Target::new(text, "city", vec![1, 2], false, (24, 1), (&Settings::default(), FileFormat::default()))
     }
 
     #[test]

@@ -180,7 +180,7 @@ fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Vec3 {
         return offset;
     }
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
-    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis]) as f32 + 0.5));
+    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
     frame.view.directions(centre[0], centre[1]).lane(0)
 }
 
@@ -255,7 +255,7 @@ fn coincides(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) 
 fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
-    let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis]) as f32 - 0.5;
+    let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis] as i32) as f32 - 0.5;
     let off = Vec2::new(aside(0, seen.x), aside(1, seen.y));
     Verdict::of(off.length() <= REACH + CELL_TOLERANCE)
 }

@@ -14,11 +14,11 @@ pub const STEPS: i32 = 64;
 /// Where eight samples of a tile are projected to.
 #[derive(Debug, Clone, Copy)]
 pub struct Projected8 {
-    /// Those that are in the picture, a bit each.
+    /// Those that are in any tile, a bit each.
     pub which: u8,
     /// Along the view axis: positive; infinite for the background.
     pub depth: F32x8,
-    /// In [`STEPS`] of a cell from the picture's left. Of lanes that are not in the picture it means nothing.
+    /// In [`STEPS`] of a cell from the left of the first tile. Of lanes that are in no tile it means nothing.
     pub x: [i32; LANES],
     /// From its top.
     pub y: [i32; LANES],
@@ -153,8 +153,10 @@ struct Pile {
     /// Column and row of the tile.
     tile: [i32; 2],
     number: u32,
-    /// One cell left of and above the tile, in [`STEPS`] from the picture's corner.
+    /// One cell left of and above the tile, in [`STEPS`] from the first tile's corner.
     origin: [i32; 2],
+    /// Cells across and down the tile.
+    extent: [i32; 2],
     words: Vec<u64>,
 }
 
@@ -167,11 +169,11 @@ impl BinWriter {
         let mut left = *which;
         // neighbours are projected into the same tile, mostly, and away from its rim
         if self.used > 0 {
-            let Pile { origin, words, .. } = &mut self.piles[self.latest];
-            let end = grid.tile_edge() as i32 * STEPS;
+            let Pile { origin, extent, words, .. } = &mut self.piles[self.latest];
+            let end = extent.map(|cells| cells * STEPS);
             let (x, y) = (x.map(|x| x - origin[0]), y.map(|y| y - origin[1]));
-            let is_inner = |at: i32| (at >= 2 * STEPS) & (at < end);
-            let inner = Mask::of(|lane| is_inner(x[lane]) & is_inner(y[lane])).bits() & left;
+            let is_inner = |at: i32, end: i32| (at >= 2 * STEPS) & (at < end);
+            let inner = Mask::of(|lane| is_inner(x[lane], end[0]) & is_inner(y[lane], end[1])).bits() & left;
             let new: [u64; LANES] =
                 std::array::from_fn(|lane| Binned::new(depth.lane(lane), [x[lane], y[lane]], slot + lane).0);
             if inner == u8::MAX {
@@ -187,19 +189,18 @@ impl BinWriter {
     }
 
     fn add_one(&mut self, grid: &Grid, slot: usize, depth: f32, at: [i32; 2], halo: bool) {
-        let edge = grid.tile_edge() as i32;
         let pile = self.pile_at(grid, at);
-        let Pile { tile, origin, words, .. } = &mut self.piles[pile];
+        let Pile { tile, origin, extent, words, .. } = &mut self.piles[pile];
         let place = [at[0] - origin[0], at[1] - origin[1]];
         words.push(Binned::new(depth, place, slot).0);
         if !halo {
             return;
         }
-        let tile = *tile;
+        let (tile, extent) = (*tile, *extent);
         // towards which neighbours: -1, 0 or 1
         let [beside_x, beside_y] = [0, 1].map(|axis| match place[axis] / STEPS {
             1 if tile[axis] > 0 => -1,
-            cell if cell == edge && tile[axis] + 1 < grid.tile_counts()[axis] as i32 => 1,
+            cell if cell == extent[axis] && tile[axis] + 1 < grid.tile_counts()[axis] as i32 => 1,
             _ => 0,
         });
         let neighbours = [[beside_x, 0], [0, beside_y], [beside_x, beside_y]];
@@ -216,14 +217,18 @@ impl BinWriter {
     /// What goes into the bin of the tile that holds this place.
     #[inline(always)]
     fn pile_at(&mut self, grid: &Grid, at: [i32; 2]) -> usize {
-        let edge = grid.tile_edge() as i32;
         let holds = |pile: &Pile| {
-            (0..2).all(|axis| (STEPS..(edge + 1) * STEPS).contains(&(at[axis] - pile.origin[axis])))
+            (0..2).all(|axis| {
+                (STEPS..(pile.extent[axis] + 1) * STEPS).contains(&(at[axis] - pile.origin[axis]))
+            })
         };
         if self.used == 0 || !holds(&self.piles[self.latest]) {
             self.latest = match self.piles[..self.used].iter().position(holds) {
                 Some(known) => known,
-                None => self.open(grid, at.map(|at| at / STEPS / edge)),
+                None => {
+                    let number = grid.tile_at(at.map(|at| (at / STEPS) as u32));
+                    self.open(grid, grid.place_of_tile(number).map(|at| at as i32))
+                }
             };
         }
         self.latest
@@ -243,6 +248,7 @@ impl BinWriter {
         let pile = &mut self.piles[self.used];
         let number = tile[1] as u32 * grid.tiles_x + tile[0] as u32;
         (pile.tile, pile.number, pile.origin) = (tile, number, bin_origin(grid, number as usize));
+        pile.extent = grid.extent(number as usize).map(|cells| cells as i32);
         self.used += 1;
         self.used - 1
     }
@@ -266,10 +272,11 @@ impl BinWriter {
     }
 }
 
-/// The corner that places in the bin of tile number `tile` are counted from, in [`STEPS`] from the picture's: one cell
-/// left of and above the tile.
+/// The corner that places in the bin of tile number `tile` are counted from, in [`STEPS`] from that of the first tile: one
+/// cell left of and above the tile.
 pub fn bin_origin(grid: &Grid, tile: usize) -> [i32; 2] {
-    grid.tile_corner(tile).map(|at| (at as i32 - 1) * STEPS)
+    let corner = grid.tile_corner(tile);
+    [0, 1].map(|axis| (corner[axis] - grid.first[axis] - 1) * STEPS)
 }
 
 #[cfg(test)]

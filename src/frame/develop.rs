@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, matte_planes, sums};
 use super::grid::Grid;
+use super::kernel::MOST_TAPS;
 use super::mattes::MattePlanes;
 use super::spread::{GROUPS, TileFilm};
 use super::window::{Window, cut};
@@ -19,7 +20,7 @@ use crate::lanes::{F32x8, LANES};
 
 /// An undeveloped frame of these channels.
 pub fn blank(grid: &Grid, channels: &[Channel]) -> Film {
-    let (width, height) = (grid.width, grid.height);
+    let [width, height] = grid.film;
     let plane = |channel: &Channel| {
         let values = channel.room(width as usize * height as usize);
         Plane { name: channel.name.clone(), kind: channel.kind, values, is_zero: true }
@@ -70,17 +71,19 @@ impl DirtyTiles {
         self.is_changed.extend(is_changed);
         self.is_needed.clone_from(&self.is_changed);
         // two tiles that reach the same piece have pixels no farther apart than this
-        let [across, down] =
-            PIECE.map(|size| (2 * halo as usize + size - 1).div_ceil(grid.tile_pixels as usize));
-        let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
+        let apart = PIECE.map(|size| 2 * halo as i32 + size as i32 - 1);
         if !self.is_changed.contains(&false) {
             return;
         }
-        for tile in (0..tiles_x * tiles_y).filter(|tile| self.is_changed[*tile]) {
-            let [x, y] = [tile % tiles_x, tile / tiles_x];
-            let columns = x.saturating_sub(across)..(x + across + 1).min(tiles_x);
-            for row in y.saturating_sub(down)..(y + down + 1).min(tiles_y) {
-                self.is_needed[row * tiles_x + columns.start..row * tiles_x + columns.end].fill(true);
+        let across = grid.tiles_x as usize;
+        for tile in (0..grid.tiles()).filter(|tile| self.is_changed[*tile]) {
+            let place = grid.place_of_tile(tile);
+            let [columns, rows] = [0, 1].map(|axis| {
+                let pixels = grid.axes[axis].tile(place[axis]);
+                grid.axes[axis].tiles_between(pixels.start - apart[axis]..pixels.end + apart[axis], false)
+            });
+            for row in rows {
+                self.is_needed[row * across + columns.start..row * across + columns.end].fill(true);
             }
         }
     }
@@ -89,6 +92,22 @@ impl DirtyTiles {
     pub fn is_needed(&self, tile: usize) -> bool {
         self.is_needed.get(tile).is_some_and(|needed| *needed)
     }
+}
+
+/// Rows of tiles in bands of at least so many tiles. A band has more rows of pixels than any filter reaches across, so that a row
+/// of pixels is reached by two bands at most; only the last may have fewer.
+pub fn bands(grid: &Grid, tiles: u32) -> Vec<Range<u32>> {
+    const LEAST_PIXELS: usize = MOST_TAPS;
+    let rows = tiles.div_ceil(grid.tiles_x);
+    let (mut bands, mut start, mut pixels) = (Vec::new(), 0, 0);
+    for row in 0..grid.tiles_y {
+        pixels += grid.axes[1].tile(row as usize).len();
+        if row + 1 == grid.tiles_y || row + 1 - start >= rows && pixels >= LEAST_PIXELS {
+            bands.push(start..row + 1);
+            (start, pixels) = (row + 1, 0);
+        }
+    }
+    bands
 }
 
 /// Writes what reaches across tiles: rows of a film from top to bottom, band by band of tiles.
@@ -105,8 +124,7 @@ const PIXELS: usize = PIECE[0] * PIECE[1];
 
 impl Developer {
     /// Writes into `film` the filtered planes of those rows that `bands` complete, where they do not stand there;
-    /// the tiles of the next band begin with row `end` (the picture's height, if there is none). Says which
-    /// channels hold anything.
+    /// the tiles of the next band begin with row `end` of tiles. Says which channels hold anything.
     pub fn develop(
         &mut self,
         film: &mut Film,
@@ -117,27 +135,35 @@ impl Developer {
         end: u32,
     ) -> Written {
         let Some(halo) = picture.kernel.map(|kernel| kernel.halo()) else { return Written::default() };
-        let reached = if end < grid.height { end - halo } else { grid.height };
+        let (axes, height) = (&grid.axes, film.height as i32);
+        let reached = match axes[1].tile(end as usize - 1).end {
+            _ if end == grid.tiles_y => height,
+            next => (axes[1].in_film(next) - halo as i32).clamp(self.next as i32, height),
+        };
         let rows = self.next as usize..reached as usize;
-        self.next = reached;
+        self.next = reached as u32;
         let width = film.width as usize;
         let stands = |pixels: &[Range<usize>; 2]| {
             !tiles_that_reach(grid, halo, pixels).any(|tile| dirty.is_changed[tile])
         };
-        let some_rows = rows.clone().step_by(PIECE[1]).map(|top| top..(top + PIECE[1]).min(rows.end));
         // rows, and whether nothing is to be written there
-        let some_rows: Vec<(Range<usize>, bool)> =
-            some_rows.map(|rows| (rows.clone(), stands(&[0..width, rows]))).collect();
+        let some_rows: Vec<(Range<usize>, bool)> = axes[1]
+            .pieces(rows, PIECE[1])
+            .into_iter()
+            .map(|rows| (rows.clone(), stands(&[0..width, rows])))
+            .collect();
         let is_wanted =
             |plane: usize, window: usize| !some_rows[window].1 && picture.channels[plane].is_filtered();
-        let windows = cut(&mut film.planes, width, rows, [width, PIECE[1]], is_wanted);
+        let (first, ends) = (some_rows.iter().map(|(rows, _)| rows.start).take(1), some_rows.iter());
+        let cuts: Vec<usize> = first.chain(ends.map(|(rows, _)| rows.end)).collect();
+        let windows = cut(&mut film.planes, &[0, width], &cuts, is_wanted);
+        let columns = axes[0].pieces(0..width, PIECE[0]);
         let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
             if *all_stands {
                 return Written::SHOWN;
             }
-            let columns = (0..width).step_by(PIECE[0]).map(|left| left..(left + PIECE[0]).min(width));
-            columns.fold(Written::default(), |written, columns| {
-                let pixels = [columns, rows.clone()];
+            columns.iter().fold(Written::default(), |written, columns| {
+                let pixels = [columns.clone(), rows.clone()];
                 written.plus(match stands(&pixels) {
                     true => Written::SHOWN,
                     false => write_piece(picture, grid, (bands, halo), &pixels, &mut window),
@@ -240,7 +266,7 @@ fn mattes_of_piece(
         planes.resize(MATTE_PLANES, Vec::new());
         let mut sums = MattePlanes::<PIXELS>::default();
         for tile in tiles_that_reach(grid, halo, pixels) {
-            let corner = grid.pixel_corner(tile).map(|at| at as isize - halo as isize);
+            let corner = grid.corner_in_film(tile).map(|at| at as isize - halo as isize);
             sums.add(&bands.film(tile).mattes[kind as usize], corner, pixels, PIECE[0]);
         }
         let first = matte_planes(kind).start;
@@ -257,18 +283,16 @@ fn mattes_of_piece(
     planes
 }
 
-/// Numbers of the tiles whose samples reach any of these pixels, in order.
+/// Numbers of the tiles whose samples reach any of these pixels of the film, in order. Pixels of the picture take none from
+/// around it: they are what they are without overscan.
 fn tiles_that_reach(
     grid: &Grid,
     halo: u32,
     pixels: &[Range<usize>; 2],
 ) -> impl Iterator<Item = usize> + use<> {
-    let (edge, halo) = (grid.tile_pixels as usize, halo as usize);
+    let of_picture = (0..2).all(|axis| grid.axes[axis].is_picture(&pixels[axis]));
+    let [columns, rows] = [0, 1].map(|axis| grid.axes[axis].tiles_within(&pixels[axis], halo, of_picture));
     let across = grid.tiles_x as usize;
-    let [columns, rows] =
-        [(&pixels[0], across), (&pixels[1], grid.tiles_y as usize)].map(|(pixels, tiles)| {
-            pixels.start.saturating_sub(halo) / edge..((pixels.end + halo - 1) / edge + 1).min(tiles)
-        });
     rows.flat_map(move |row| columns.clone().map(move |column| row * across + column))
 }
 
@@ -299,18 +323,15 @@ mod tests {
             let mut dirty = DirtyTiles::default();
             dirty.set(&grid, 2, std::iter::repeat_n(true, grid.tiles()));
             // in one band, and in bands of rows of tiles that hold eight pixels at least
-            let least = 8_u32.div_ceil(grid.tile_pixels);
-            for band in [grid.tiles_y, least] {
+            for least in [u32::MAX, 0] {
                 let channels: Vec<Channel> = channels(settings.layers, &LightGroups::default()).collect();
                 let mut film = blank(&grid, &channels);
                 let picture = Picture::over(&film, kernel, &channels, glam::Vec3::ONE);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
                 let mut written = Written::default();
-                for row in (0..grid.tiles_y).step_by(band as usize) {
-                    let end = (row + band).min(grid.tiles_y);
-                    let now = (row * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
+                for Range { start, end } in bands(&grid, least) {
+                    let now = (start * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
                     let bands = Bands { before: &films[before], now: &films[now.clone()], first: now.start };
-                    let end = (end * grid.tile_pixels).min(grid.height);
                     written = written.plus(developer.develop(&mut film, &picture, &grid, bands, &dirty, end));
                     before = now;
                 }
@@ -378,7 +399,7 @@ mod tests {
             }
             let place = |column: &[f32; CELLS]| column.map(|at| at + 0.5);
             let (x, y) = (place(&grid.place_x), place(&grid.place_y));
-            let [left, top] = grid.pixel_corner(number).map(|at| at as f32);
+            let [left, top] = grid.corner_in_film(number).map(|at| at as f32);
             let in_pixels = |at: f32| at / grid.samples as f32;
             let ramp =
                 std::array::from_fn(|cell| ramp_at(left + in_pixels(x[cell]), top + in_pixels(y[cell])));

@@ -8,12 +8,12 @@
 use rayon::prelude::*;
 
 use super::channels::{Channel, Picture};
-use super::develop::{Bands, Developer, DirtyTiles, blank};
+use super::develop::{Bands, Developer, DirtyTiles, bands, blank};
 use super::frame_view::FrameView;
 use super::grid::Grid;
 use super::spread::TileFilm;
 use super::thread_scratch::ThreadScratch;
-use super::tiles::band_rows;
+use super::tiles::tiles_in_band;
 use super::window::cut;
 use super::{enhance, filter};
 use crate::film::{Film, Plane};
@@ -47,11 +47,11 @@ fn is_other(shown: &Plane, anew: &Plane, pixel: usize) -> bool {
 /// The cells of tile number `number` whose pixel differs. No pixel does if the list is empty.
 pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usize> {
     let [columns, rows] = grid.pixels(number);
-    let [left, top] = grid.pixel_corner(number);
+    let (first, [left, top]) = (grid.first_in_film(number), [columns.start, rows.start]);
     let mut cells = Vec::new();
     for (y, x) in rows.flat_map(|y| columns.clone().map(move |x| (y, x))) {
-        if differs.get((y * grid.width + x) as usize) == Some(&true) {
-            let pixel = ((y - top) * grid.tile_pixels + x - left) as usize;
+        if differs.get(y * grid.film[0] as usize + x) == Some(&true) {
+            let pixel = first + (y - top) * grid.tile_pixels as usize + x - left;
             let of_pixel =
                 &grid.cells_of_pixels[pixel * grid.samples_of_pixel()..][..grid.samples_of_pixel()];
             cells.extend(of_pixel.iter().map(|cell| usize::from(*cell)));
@@ -72,14 +72,11 @@ fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
         dirty.set(grid, kernel.halo(), std::iter::repeat_n(true, grid.tiles()));
     }
     let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
-    let (width, pixels) = (grid.width as usize, grid.tile_pixels as usize);
-    let at_once = band_rows(grid, 0);
-    for first in (0..grid.tiles_y).step_by(at_once as usize) {
-        let rows = [first, (first + at_once).min(grid.tiles_y)];
-        let [start, end] = rows.map(|row| (row * grid.tiles_x) as usize);
-        let lines = rows.map(|row| (row * grid.tile_pixels).min(grid.height));
-        let [above, below] = lines.map(|line| line as usize);
-        let windows = cut(&mut film.planes, width, above..below, [pixels; 2], |_, _| true);
+    let columns = grid.axes[0].cuts(0..grid.tiles_x as usize, 1);
+    for rows in bands(grid, tiles_in_band(0)) {
+        let [start, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
+        let lines = grid.axes[1].cuts(rows.start as usize..rows.end as usize, 1);
+        let windows = cut(&mut film.planes, &columns, &lines, |_, _| true);
         now.resize_with(end - start, TileFilm::default);
         let tiles = store.tiles[start..end].par_iter().zip(&mut now).zip(windows).enumerate();
         tiles.for_each_init(ThreadScratch::default, |scratch, (place, ((tile, sums), mut window))| {
@@ -95,7 +92,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
         });
         if is_wide {
             let bands = Bands { before: &before, now: &now, first: start };
-            developer.develop(&mut film, &picture, grid, bands, &dirty, lines[1]);
+            developer.develop(&mut film, &picture, grid, bands, &dirty, rows.end);
             std::mem::swap(&mut now, &mut before);
         }
     }

@@ -5,8 +5,6 @@
 //!
 //! Colours are filtered; what is never mixed is in [`pixels`](super::pixels).
 
-use std::ops::Range;
-
 use super::candidates::REACH;
 use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, data, matte_planes, sums};
 use super::frame_view::FrameView;
@@ -170,7 +168,7 @@ fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
 pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
     let mut written = Written::SHOWN;
     if let Some(age) = picture.age() {
-        window.count_up(age, &pixels_of(&frame.view.grid, number), OLDEST as f32);
+        window.count_up(age, &frame.view.grid.pixels(number), OLDEST as f32);
         written.note(age);
     }
     written
@@ -192,10 +190,6 @@ pub fn recount(
     stay(frame, number, picture, window).plus(counted)
 }
 
-fn pixels_of(grid: &Grid, number: usize) -> [Range<usize>; 2] {
-    grid.pixels(number).map(|range| range.start as usize..range.end as usize)
-}
-
 /// Writes those planes that are `wanted` and need no neighbours.
 fn finish(
     grid: &Grid,
@@ -208,7 +202,7 @@ fn finish(
     let Filtering { sums, data, mattes, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
-    let pixels = pixels_of(grid, number);
+    let (pixels, first) = (grid.pixels(number), grid.first_in_film(number));
     let mut written = Written::default();
     let mut scaled = [0.0; CELLS];
     let is_some = |channel: &Channel| match channel.source {
@@ -250,7 +244,7 @@ fn finish(
         match values {
             Some(values) => {
                 written.note(number);
-                window.put(number, &pixels, values, stride);
+                window.put(number, &pixels, &values[first..], stride);
             }
             None if *was_zero => {}
             None => window.clear(number, &pixels),

@@ -128,14 +128,15 @@ impl<'a> FrameView<'a> {
     /// The seed of a sample of `model` that is traced anew in a cell of tile number `tile`.
     pub fn new_seed(&self, tile: usize, cell: usize, model: u32) -> SampleSeed {
         let grid = &self.view.grid;
-        let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples);
-        let (x, y) = (left + x, top + y);
-        let pixel = y / samples * grid.width + x / samples;
+        let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples as i32);
+        let (x, y) = (left + x as i32, top + y as i32);
+        let pixel = grid.number_of_pixel([x, y].map(|at| at.div_euclid(samples)));
+        let number = y.rem_euclid(samples) * samples + x.rem_euclid(samples);
         let pose = match self.displaced.get(model as usize) {
             Some(true) => hash_of(&self.transform(model).to_world.to_cols_array()),
             _ => 0,
         };
-        SampleSeed::new(pixel, y % samples * samples + x % samples, self.view_hash, pose)
+        SampleSeed::new(pixel, number as u32, self.view_hash, pose)
     }
 
     /// The model's place.

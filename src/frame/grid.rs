@@ -1,31 +1,41 @@
 //! How the cells of a picture lie in tiles.
 //!
 //! Spaces: *cell space* has x to the right and y down from the top left corner of the picture, one unit a
-//! cell; a pixel is N x N cells. A tile holds as many whole pixels as fit into 32 x 32 cells, so that all
-//! samples of a pixel are in one tile; where N does not divide 32, its last rows and columns stay unused.
+//! cell; a pixel is N x N cells. Cells of the overscan left of the picture and above it have negative places. A tile holds as
+//! many whole pixels as fit into 32 x 32 cells, so that all samples of a pixel are in one tile; where N does not divide 32,
+//! its last rows and columns stay unused.
+//!
+//! Tiles cover the *film*: the picture, or the part of it and of its surroundings that is rendered. Pixels of the film are
+//! counted from its own corner.
 
 use std::ops::Range;
 
 use wide::i32x8;
 
+use super::axis::Axis;
 use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
+use crate::shade::sampling::hash_of;
 
-/// The cells of a picture. The same for all frames of a run.
+/// The cells of a picture, or of what is rendered of it. The same for all frames of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Pixels across.
+    /// Pixels across the picture.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
     /// N: samples along a pixel's edge.
     pub samples: u32,
-    /// Cells in a row.
-    pub cells_x: u32,
-    /// Cells in a column.
-    pub cells_y: u32,
-    /// Tiles in a row; the last may reach beyond the picture.
+    /// Pixels across and down the film.
+    pub film: [u32; 2],
+    /// Cell space: the first cell of the first tile.
+    pub first: [i32; 2],
+    /// Cells in a row and in a column of all tiles.
+    pub cells: [u32; 2],
+    /// Where tiles are, across and down.
+    pub axes: [Axis; 2],
+    /// Tiles in a row.
     pub tiles_x: u32,
     /// Tiles in a column.
     pub tiles_y: u32,
@@ -52,19 +62,31 @@ pub struct Grid {
 impl Grid {
     /// For pictures as `settings` ask for them.
     pub fn new(settings: &Settings) -> Self {
-        let samples = settings.samples;
-        let (cells_x, cells_y) = (settings.width * samples, settings.height * samples);
+        let Settings { width, height, samples, overscan, .. } = *settings;
         let tile_pixels = TILE as u32 / samples;
-        let edge = tile_pixels * samples;
-        let (tiles_x, tiles_y) = (cells_x.div_ceil(edge), cells_y.div_ceil(edge));
-        let in_tiles = |at: u32, tile: u32, place: fn(u32) -> u32| (at / edge) * tile + place(at % edge);
+        let film = settings.data_window();
+        let axis = |size: u32, first: i32, count: u32| {
+            Axis::new(size, overscan, first..first + count as i32, tile_pixels, settings.filter_reach())
+        };
+        let axes = [axis(width, film.x, film.width), axis(height, film.y, film.height)];
+        let [tiles_x, tiles_y] = axes.each_ref().map(|axis| axis.count() as u32);
         let row_of_tiles = tiles_x * CELLS as u32;
+        let indices = |axis: &Axis, tile_size: u32, place: fn(u32) -> u32| -> Vec<u32> {
+            let cells = |tile: usize| {
+                let count = axis.tile(tile).len() as u32 * samples;
+                (0..count).map(move |at| tile as u32 * tile_size + place(at))
+            };
+            (0..axis.count()).flat_map(cells).collect()
+        };
+        let index_of_column = indices(&axes[0], CELLS as u32, across);
+        let index_of_row = indices(&axes[1], row_of_tiles, down);
         Self {
-            width: settings.width,
-            height: settings.height,
+            width,
+            height,
             samples,
-            cells_x,
-            cells_y,
+            film: [film.width, film.height],
+            first: axes.each_ref().map(|axis| axis.all().start * samples as i32),
+            cells: [&index_of_column, &index_of_row].map(|cells| cells.len() as u32),
             tiles_x,
             tiles_y,
             tile_pixels,
@@ -77,8 +99,9 @@ impl Grid {
                 (y * samples + x) as f32
             }),
             cells_of_pixels: cells_of_pixels(samples, tile_pixels),
-            index_of_column: (0..cells_x).map(|x| in_tiles(x, CELLS as u32, across)).collect(),
-            index_of_row: (0..cells_y).map(|y| in_tiles(y, row_of_tiles, down)).collect(),
+            index_of_column,
+            index_of_row,
+            axes,
         }
     }
 
@@ -92,22 +115,32 @@ impl Grid {
         (self.samples * self.samples) as usize
     }
 
-    /// Which of eight points of cell space are in the picture. No for what is not a number.
+    /// Which of eight points of cell space are in any tile. No for what is not a number.
     #[inline(always)]
     pub fn inside(&self, x: F32x8, y: F32x8) -> Mask {
-        let within = |at: F32x8, cells: u32| F32x8::ZERO.le(at) & at.lt(F32x8::splat(cells as f32));
-        within(x, self.cells_x) & within(y, self.cells_y)
+        let within = |at: F32x8, axis: usize| {
+            let (first, end) = (self.first[axis], self.first[axis] + self.cells[axis] as i32);
+            F32x8::splat(first as f32).le(at) & at.lt(F32x8::splat(end as f32))
+        };
+        within(x, 0) & within(y, 1)
+    }
+
+    /// Columns or rows (axis 0 or 1), counted from the first tile's first in steps of which a cell has `steps`, of eight
+    /// points of cell space; at the rim for what is not [inside](Self::inside).
+    #[inline(always)]
+    pub fn steps_from_first(&self, at: F32x8, axis: usize, steps: i32) -> [i32; LANES] {
+        let from_first = (at - F32x8::splat(self.first[axis] as f32)) * F32x8::splat(steps as f32);
+        // before the last cell ends, however it is rounded
+        let last = i32x8::splat(self.cells[axis] as i32 * steps - 1);
+        from_first.to_whole().max(i32x8::ZERO).min(last).to_array()
     }
 
     /// Indices of the cells that hold eight points of cell space, in the store's order; of a cell at the rim for
     /// what is not [inside](Self::inside).
     #[inline(always)]
     pub fn cells_at(&self, x: F32x8, y: F32x8) -> [u32; LANES] {
-        let place = |at: F32x8, cells: u32| {
-            at.to_whole().max(i32x8::ZERO).min(i32x8::splat(cells as i32 - 1)).to_array()
-        };
-        let (columns, rows) = (place(x, self.cells_x), place(y, self.cells_y));
-        std::array::from_fn(|lane| self.index_of(columns[lane] as u32, rows[lane] as u32))
+        let (columns, rows) = (self.steps_from_first(x, 0, 1), self.steps_from_first(y, 1, 1));
+        std::array::from_fn(|lane| self.index_of([columns[lane] as u32, rows[lane] as u32]))
     }
 
     /// Cells along an edge of a tile.
@@ -122,46 +155,73 @@ impl Grid {
         [self.tiles_x, self.tiles_y]
     }
 
-    /// The number of the tile that holds the cell in this column and row.
-    pub fn tile_at(&self, [x, y]: [u32; 2]) -> usize {
-        (y / self.tile_edge() * self.tiles_x + x / self.tile_edge()) as usize
+    /// The number of the tile that holds the cell in this column and row, counted from the first tile's first.
+    pub fn tile_at(&self, at: [u32; 2]) -> usize {
+        self.index_of(at) as usize / CELLS
     }
 
-    /// What of tile number `tile`, and of what is around it, is in the picture.
+    /// Column and row of tile number `tile` among the tiles.
+    #[inline]
+    pub fn place_of_tile(&self, tile: usize) -> [usize; 2] {
+        [tile % self.tiles_x as usize, tile / self.tiles_x as usize]
+    }
+
+    /// What of tile number `tile`, and of what is around it, is rendered.
     pub fn extent_of(&self, tile: usize) -> Extent {
         let (tile_x, tile_y) = (tile as u32 % self.tiles_x, tile as u32 / self.tiles_x);
         let goes_on = [tile_x > 0, tile_y > 0, tile_x + 1 < self.tiles_x, tile_y + 1 < self.tiles_y];
         Extent { cells: self.extent(tile), goes_on }
     }
 
-    /// Index of the cell in column `x` and row `y`.
+    /// A number for the picture's pixel in this column and row: those of the picture count in rows, and those around it have
+    /// others, but for chance. It does not depend on what part of them is rendered.
+    pub fn number_of_pixel(&self, [x, y]: [i32; 2]) -> u32 {
+        if (0..self.width as i32).contains(&x) && (0..self.height as i32).contains(&y) {
+            return y as u32 * self.width + x as u32;
+        }
+        hash_of(&[x as f32, y as f32])
+    }
+
+    /// Index of the cell in this column and row, counted from the first tile's first.
     #[inline]
-    pub fn index_of(&self, x: u32, y: u32) -> u32 {
+    pub fn index_of(&self, [x, y]: [u32; 2]) -> u32 {
         self.index_of_column[x as usize] + self.index_of_row[y as usize]
     }
 
-    /// Column and row of the first cell of tile number `tile`.
-    pub fn tile_corner(&self, tile: usize) -> [u32; 2] {
-        self.pixel_corner(tile).map(|at| at * self.samples)
+    /// Cell space: the first cell of tile number `tile`.
+    #[inline]
+    pub fn tile_corner(&self, tile: usize) -> [i32; 2] {
+        let place = self.place_of_tile(tile);
+        [0, 1].map(|axis| self.axes[axis].tile(place[axis]).start * self.samples as i32)
     }
 
-    /// Column and row of the first pixel of tile number `tile`.
-    pub fn pixel_corner(&self, tile: usize) -> [u32; 2] {
-        let tile = tile as u32;
-        [(tile % self.tiles_x) * self.tile_pixels, (tile / self.tiles_x) * self.tile_pixels]
+    /// Column and row in the film of the first pixel of tile number `tile`; negative where the tile begins before the film.
+    #[inline]
+    pub fn corner_in_film(&self, tile: usize) -> [i32; 2] {
+        let place = self.place_of_tile(tile);
+        [0, 1].map(|axis| self.axes[axis].in_film(self.axes[axis].tile(place[axis]).start))
     }
 
-    /// Columns and rows of the pixels of tile number `tile` that are in the picture.
-    pub fn pixels(&self, tile: usize) -> [Range<u32>; 2] {
-        let [x, y] = self.pixel_corner(tile);
-        [x..(x + self.tile_pixels).min(self.width), y..(y + self.tile_pixels).min(self.height)]
+    /// Columns and rows of the film that tile number `tile` shows in.
+    #[inline]
+    pub fn pixels(&self, tile: usize) -> [Range<usize>; 2] {
+        let place = self.place_of_tile(tile);
+        [0, 1].map(|axis| self.axes[axis].film_of(place[axis]))
     }
 
-    /// Columns and rows of tile number `tile`, from its corner, whose cells belong to the picture.
+    /// Of the pixels of tile number `tile`, in rows: the number of the first that is in the film.
+    #[inline]
+    pub fn first_in_film(&self, tile: usize) -> usize {
+        let (corner, pixels) = (self.corner_in_film(tile), self.pixels(tile));
+        let [x, y] = [0, 1].map(|axis| (pixels[axis].start as i32 - corner[axis]) as usize);
+        y * self.tile_pixels as usize + x
+    }
+
+    /// Columns and rows of tile number `tile`, from its corner, that have cells.
     #[inline]
     pub fn extent(&self, tile: usize) -> [u32; 2] {
-        let ([x, y], edge) = (self.tile_corner(tile), self.tile_edge());
-        [edge.min(self.cells_x - x), edge.min(self.cells_y - y)]
+        let place = self.place_of_tile(tile);
+        [0, 1].map(|axis| self.axes[axis].tile(place[axis]).len() as u32 * self.samples)
     }
 
     /// How many they are.
@@ -169,14 +229,19 @@ impl Grid {
         let [across, down] = self.extent(tile);
         u64::from(across * down)
     }
+
+    /// The cells of all tiles.
+    pub fn all_cells(&self) -> u64 {
+        u64::from(self.cells[0]) * u64::from(self.cells[1])
+    }
 }
 
-/// What of a tile is in the picture.
+/// What of a tile, and of what is around it, is rendered.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// Columns and rows, from its corner.
     pub cells: [u32; 2],
-    /// Whether the picture goes on to the left, above, to the right and below.
+    /// Whether there are tiles to the left, above, to the right and below.
     pub goes_on: [bool; 4],
 }
 
@@ -247,18 +312,18 @@ pub(super) mod tests {
         for samples in [1, 2, 3, 5, 16] {
             let grid = Grid::new(&settings(40, 36, samples));
             let mut seen = vec![false; grid.tiles() * CELLS];
-            for y in 0..grid.cells_y {
-                for x in 0..grid.cells_x {
-                    let index = grid.index_of(x, y) as usize;
+            for y in 0..grid.cells[1] {
+                for x in 0..grid.cells[0] {
+                    let index = grid.index_of([x, y]) as usize;
                     assert!(!std::mem::replace(&mut seen[index], true));
                     let corner = grid.tile_corner(index / CELLS);
                     let place = place(index % CELLS);
-                    assert_eq!([corner[0] + place[0], corner[1] + place[1]], [x, y]);
+                    assert_eq!([0, 1].map(|axis| corner[axis] as u32 + place[axis]), [x, y]);
                     assert!(holds(grid.extent(index / CELLS), index % CELLS));
                 }
             }
             let held = (0..seen.len()).filter(|i| holds(grid.extent(i / CELLS), i % CELLS)).count();
-            assert_eq!(held as u32, grid.cells_x * grid.cells_y, "and no other cell is held");
+            assert_eq!(held as u64, grid.all_cells(), "and no other cell is held");
         }
     }
 
@@ -269,7 +334,7 @@ pub(super) mod tests {
         let corner = grid.tile_corner(tile);
         for cell in &grid.cells_of_pixels[pixel * 9..][..9] {
             let place = place(usize::from(*cell));
-            let at = [(corner[0] + place[0]) / 3, (corner[1] + place[1]) / 3];
+            let at = [0, 1].map(|axis| (corner[axis] as u32 + place[axis]) / 3);
             assert_eq!(at, [grid.tile_pixels + 4, grid.tile_pixels + 7]);
         }
     }
@@ -283,7 +348,7 @@ pub(super) mod tests {
         assert!(!inside(3.0, -0.001));
         assert!(inside(63.9, 63.9) && inside(0.0, -0.0));
         let cell_at = |x: f32, y: f32| grid.cells_at(F32x8::splat(x), F32x8::splat(y))[3];
-        assert_eq!(cell_at(63.9, -0.0), grid.index_of(63, 0));
-        assert_eq!(cell_at(f32::NAN, 1e9), grid.index_of(0, 63), "at the rim");
+        assert_eq!(cell_at(63.9, -0.0), grid.index_of([63, 0]));
+        assert_eq!(cell_at(f32::NAN, 1e9), grid.index_of([0, 63]), "at the rim");
     }
 }

@@ -12,6 +12,7 @@
 
 mod ahead;
 pub mod audit;
+mod axis;
 mod bins;
 mod bits;
 mod bounce;
@@ -350,7 +351,7 @@ impl<'s> Renderer<'s> {
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
-            bytes_per_sample: bytes as f64 / self.settings.samples_a_frame() as f64,
+            bytes_per_sample: bytes as f64 / self.grid.all_cells() as f64,
         }
     }
 }

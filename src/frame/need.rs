@@ -30,19 +30,20 @@ const THREAD_RESERVED: u64 = 68 << 20;
 /// What [`Renderer::with`](super::Renderer::with) and its frames will need beside the scene, on so many threads.
 pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
-    let tiles = Grid::new(settings).tiles() as u64;
+    let grid = Grid::new(settings);
+    let (tiles, samples) = (grid.tiles() as u64, grid.all_cells());
     let layout = TagLayout::for_scene(&shot.scene, settings);
     let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
     let spares = match (settings.mode, settings.reuse) {
         (Mode::Full, _) | (_, Reuse::Paper) => 0.0,
-        _ => SPARES * settings.samples_a_frame() as f64,
+        _ => SPARES * samples as f64,
     };
     let spares_of = |bytes: usize| (spares * bytes as f64) as u64;
     let workers = (threads as u64).min(tiles);
-    let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * settings.samples_a_frame() };
+    let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * samples };
     let twice = (BAND_TILES * workers).min(tiles);
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
-    let (width, height, edge) = (settings.width, settings.height, settings.samples);
+    let (film, edge) = (settings.data_window(), settings.samples);
+    let (pixels, width, height) = (film.pixels(), film.width, film.height);
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
 
@@ -81,7 +82,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
 /// `need` and that of writing frames of `scene` with `settings` while the next one is rendered: a second film, and one more
 /// thread.
 pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let pixels = settings.data_window().pixels();
     let film = Part::new(
         "the frame that is being written",
         pixels * bytes_of_pixel(scene, settings.layers),

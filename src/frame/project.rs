@@ -1,7 +1,5 @@
 //! Where samples of the frame before are seen in this frame.
 
-use wide::i32x8;
-
 use super::bins::{Projected8, STEPS};
 use super::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -32,15 +30,10 @@ fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
     let [is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
     // no for what is not a number as well
     let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
-    // before the picture's last cell ends, however it is rounded
-    let steps = |at: F32x8, cells: u32| {
-        let steps = (at * F32x8::splat(STEPS as f32)).to_whole();
-        steps.min(i32x8::splat(cells as i32 * STEPS - 1)).to_array()
-    };
     Projected8 {
         which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
         depth: is_background.select(F32x8::splat(f32::INFINITY), seen.depth),
-        x: steps(seen.x, grid.cells_x),
-        y: steps(seen.y, grid.cells_y),
+        x: grid.steps_from_first(seen.x, 0, STEPS),
+        y: grid.steps_from_first(seen.y, 1, STEPS),
     }
 }

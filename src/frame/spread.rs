@@ -52,7 +52,7 @@ impl TileFilm {
         self.is_some.chunks(LANES).nth(group).is_some_and(|planes| planes.contains(&true))
     }
 
-    /// Calls `add(group, at, sums)` for all pixels of the rectangle `pixels` that samples of the tile reach; this
+    /// Calls `add(group, at, sums)` for all pixels of the rectangle `pixels` of the film that samples of the tile reach; this
     /// is the film of tile number `number`. `at` is the column and row of the first of `sums`, a pixel each, from
     /// left to right.
     pub fn for_each_run(
@@ -62,11 +62,12 @@ impl TileFilm {
         pixels: &[Range<usize>; 2],
         mut add: impl FnMut(usize, [usize; 2], &[F32x8]),
     ) {
-        let (edge, halo) = (edge(grid, self.halo), self.halo as usize);
-        let corner = grid.pixel_corner(number).map(|at| at as usize);
+        let edge = edge(grid, self.halo);
+        // of the halo
+        let corner = grid.corner_in_film(number).map(|at| at - self.halo as i32);
         let common = [0, 1].map(|axis| {
-            let reached = corner[axis].saturating_sub(halo)..corner[axis] + edge - halo;
-            pixels[axis].start.max(reached.start)..pixels[axis].end.min(reached.end)
+            let reached = [corner[axis], corner[axis] + edge as i32].map(|at| at.max(0) as usize);
+            pixels[axis].start.max(reached[0])..pixels[axis].end.min(reached[1])
         });
         let [columns, rows] = &common;
         if columns.is_empty() {
@@ -74,8 +75,9 @@ impl TileFilm {
         }
         for group in (0..GROUPS).filter(|group| self.has_group(*group)) {
             for y in rows.clone() {
-                let start = (y + halo - corner[1]) * edge + columns.start + halo - corner[0];
-                add(group, [columns.start, y], &self.groups[group][start..][..columns.len()]);
+                let [x, row] =
+                    [(columns.start, 0), (y, 1)].map(|(at, axis)| (at as i32 - corner[axis]) as usize);
+                add(group, [columns.start, y], &self.groups[group][row * edge + x..][..columns.len()]);
             }
         }
     }
@@ -153,7 +155,7 @@ mod tests {
         let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, 1));
         let mut tile = Tile::empty(&crate::samples::TagLayout::of(std::iter::empty()));
         // the cell in column 5 of row 2, a little right of its centre and above it
-        let cell = grid.index_of(5, 2) as usize;
+        let cell = grid.index_of([5, 2]) as usize;
         tile.model[cell] = 0;
         let (mut x, mut y, mut value) = ([0.0; CELLS], [0.0; CELLS], [0.0; CELLS]);
         (x[cell], y[cell], value[cell]) = (5.75, 2.25, 3.0);

@@ -146,14 +146,14 @@ pub fn merge(
         std::mem::swap(tile, before);
         let grid = &*frame.view.grid;
         let origin = bin_origin(grid, number);
-        let edge = (grid.tile_edge() + 2) as i32 * STEPS;
+        let end = grid.extent(number).map(|cells| (cells + 2) as i32 * STEPS);
         let mut own = Vec::with_capacity(CELLS);
         for first in (0..CELLS).step_by(LANES) {
             let projected = project_lanes(frame, before, first);
             for lane in set_bits(projected.which) {
                 // rounding may say of a sample right before the eye that it is far away
                 let at = [projected.x[lane] - origin[0], projected.y[lane] - origin[1]];
-                if at.iter().all(|at| (0..edge).contains(at)) {
+                if at.iter().zip(&end).all(|(at, end)| (0..*end).contains(at)) {
                     own.push(Binned::new(projected.depth.lane(lane), at, first + lane).word());
                 }
             }

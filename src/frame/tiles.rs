@@ -10,7 +10,7 @@ use super::ahead::Ahead;
 use super::bins::Bins;
 use super::cells::CellSet;
 use super::channels::{Picture, Written};
-use super::develop::{Bands, Developer, DirtyTiles};
+use super::develop::{Bands, Developer, DirtyTiles, bands};
 use super::estimate::Estimate;
 use super::filter::{self, Shown};
 use super::frame_view::FrameView;
@@ -133,7 +133,7 @@ pub fn run_tiles(
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
     let is_free = !is_wide && matches!(start.reused, Reused::InPlace(..));
-    let band_rows = band_rows(grid, if is_free { TILES_IN_PLACE } else { 0 });
+    let bands = bands(grid, tiles_in_band(if is_free { TILES_IN_PLACE } else { 0 }));
     let FrameBuffers { pool, layout, scratch, bands: [now, before], states, dirty } = buffers;
     dirty.clear();
     if let Some(kernel) = frame.kernel {
@@ -144,9 +144,8 @@ pub fn run_tiles(
         );
     }
     let mut above = 0;
-    for first in (0..grid.tiles_y).step_by(band_rows as usize) {
+    for rows in bands {
         let begin = Instant::now();
-        let rows = first..(first + band_rows).min(grid.tiles_y);
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
         if let Reused::Projected(old, _) = &mut start.reused {
             old.let_go(done, pool);
@@ -163,9 +162,8 @@ pub fn run_tiles(
         let developing = Instant::now();
         sum.wall += (developing - begin).as_secs_f64();
         if is_wide {
-            let end = (rows.end * grid.tile_pixels).min(grid.height);
             let bands = Bands { before: &before[..above], now: &now[..count], first: done };
-            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, dirty, end));
+            sum.written = sum.written.plus(developer.develop(film, &picture, grid, bands, dirty, rows.end));
             std::mem::swap(now, before);
             above = count;
         }
@@ -183,14 +181,10 @@ pub fn run_tiles(
 /// Tiles in a band while the camera does not move: a picture of 1280 x 720 pixels at once, and little memory for windows.
 const TILES_IN_PLACE: u32 = 1024;
 
-/// Rows of tiles in a band: enough tiles for all threads, `least` at least, and more pixels than any filter reaches
-/// across, so that a row of pixels is reached by two bands at most.
-pub fn band_rows(grid: &Grid, least: u32) -> u32 {
+/// Tiles in a band: enough for all threads, `least` at least.
+pub fn tiles_in_band(least: u32) -> u32 {
     const TILES_A_THREAD: u32 = 32;
-    const LEAST_PIXELS: u32 = 8;
-    let tiles = least.max(TILES_A_THREAD * rayon::current_num_threads() as u32);
-    let for_threads = tiles.div_ceil(grid.tiles_x);
-    for_threads.max(LEAST_PIXELS.div_ceil(grid.tile_pixels))
+    least.max(TILES_A_THREAD * rayon::current_num_threads() as u32)
 }
 
 /// Tiles beside each other that one worker takes through all phases, one after the other.
@@ -214,9 +208,9 @@ fn runs<'a>(
     /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
     const IN_RUN: usize = 4;
     let grid = &*work.frame.view.grid;
-    let (across, pixels) = (grid.tiles_x as usize, grid.tile_pixels as usize);
-    let lines = [rows.start, rows.end].map(|row| (row * grid.tile_pixels).min(grid.height) as usize);
-    let width = film.width as usize;
+    let across = grid.tiles_x as usize;
+    let columns = grid.axes[0].cuts(0..across, IN_RUN);
+    let lines = grid.axes[1].cuts(rows.start as usize..rows.end as usize, 1);
     let first = rows.start as usize * across;
     let remakes: Vec<Remake> =
         (first..).zip(&*states).map(|(number, state)| work.facts(number, state).remake()).collect();
@@ -229,7 +223,7 @@ fn runs<'a>(
         Remake::Counts => Some(plane) == age || channels[plane].is_count(),
         Remake::Picture | Remake::Samples => true,
     };
-    let windows = cut(&mut film.planes, width, lines[0]..lines[1], [IN_RUN * pixels, pixels], is_wanted);
+    let windows = cut(&mut film.planes, &columns, &lines, is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let states = states.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));

@@ -40,7 +40,8 @@ impl View {
     pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
         let aspect = grid.width as f32 / grid.height as f32;
         let half = [camera.tan_half_fov * aspect, camera.tan_half_fov];
-        let scale = [0.5 * grid.cells_x as f32 / half[0], 0.5 * grid.cells_y as f32 / half[1]];
+        let scale = [(grid.width, half[0]), (grid.height, half[1])]
+            .map(|(pixels, half)| 0.5 * (pixels * grid.samples) as f32 / half);
         Self { camera, grid: Arc::clone(grid), half, scale }
     }
 
@@ -58,7 +59,7 @@ impl View {
     /// may say of a sample that it is seen there.
     pub(super) fn directions_of_tile(&self, number: usize) -> Bounds {
         let sides =
-            self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as u32) as f32 + 1.0]);
+            self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as i32) as f32 + 1.0]);
         let side = |axis: usize, shift: usize| {
             let mut all = F32x8::ZERO;
             (0..LANES).for_each(|lane| all.set_lane(lane, sides[axis][lane >> shift & 1]));
@@ -106,13 +107,13 @@ pub(super) mod tests {
     #[test]
     fn a_cells_ray_projects_back_into_the_cell() {
         let view = view(50, 37, 3);
-        for y in 0..view.grid.cells_y {
-            for x in 0..view.grid.cells_x {
+        for y in 0..view.grid.cells[1] {
+            for x in 0..view.grid.cells[0] {
                 let centre = [x, y].map(|at| F32x8::splat(at as f32 + 0.5));
                 let direction = view.directions(centre[0], centre[1]).lane(4);
                 let seen = view.project_one(direction * 7.3).expect("before the eye");
                 let cells = view.grid.cells_at(F32x8::splat(seen.x), F32x8::splat(seen.y));
-                assert_eq!(cells[0], view.grid.index_of(x, y));
+                assert_eq!(cells[0], view.grid.index_of([x, y]));
                 assert!((seen.z - 7.3).abs() < 1e-5);
             }
         }
@@ -128,8 +129,9 @@ pub(super) mod tests {
             let (mut inside, mut outside) = (0, 0);
             for tile in 0..grid.tiles() {
                 let around = view.directions_of_tile(tile);
-                let ([left, top], edge) = (grid.tile_corner(tile), grid.tile_pixels * samples);
-                for (x, y) in (0..grid.cells_y).flat_map(|y| (0..grid.cells_x).map(move |x| (x, y))) {
+                let ([left, top], edge) = (grid.tile_corner(tile), (grid.tile_pixels * samples) as i32);
+                let [columns, rows] = grid.cells.map(|count| 0..count as i32);
+                for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
                     let is_own = (left..left + edge).contains(&x) && (top..top + edge).contains(&y);
                     for (across, down) in [(-1.0, 0.5), (0.5, -1.0), (2.0, 1.5), (1.5, 2.0)] {
                         let at = [x as f32 + across, y as f32 + down].map(F32x8::splat);

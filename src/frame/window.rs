@@ -24,31 +24,31 @@ enum Rows<'f> {
     Float(Vec<&'f mut [f32]>),
 }
 
-/// Cuts some rows of planes that are `width` wide into windows of `size` columns and rows, from left to
-/// right and down. The last ones in a row and in a column are as large as what is left. A plane is there only
-/// in windows where `is_wanted(plane, window)`.
-pub fn cut(
-    planes: &mut [Plane],
-    width: usize,
-    rows: Range<usize>,
-    size: [usize; 2],
+/// Cuts planes into windows, from left to right and down: between each two of the `columns` that follow each other (the
+/// last is the planes' width) and each two of the `rows`. A plane is there only in windows where
+/// `is_wanted(plane, window)`.
+pub fn cut<'f>(
+    planes: &'f mut [Plane],
+    columns: &[usize],
+    rows: &[usize],
     is_wanted: impl Fn(usize, usize) -> bool + Sync,
-) -> Vec<Window<'_>> {
-    let corners =
-        rows.clone().step_by(size[1]).flat_map(|y| (0..width).step_by(size[0]).map(move |x| [x, y]));
+) -> Vec<Window<'f>> {
+    let (Some(width), [top, .., bottom]) = (columns.last(), rows) else { return Vec::new() };
+    let lefts = &columns[..columns.len() - 1];
+    let corners = rows[..rows.len() - 1].iter().flat_map(|y| lefts.iter().map(move |x| [*x, *y]));
     let mut windows: Vec<Window> =
         corners.map(|corner| Window { corner, planes: Vec::with_capacity(planes.len()) }).collect();
-    let pixels = rows.start * width..rows.end * width;
+    let pixels = top * width..bottom * width;
     let rows_of = planes.par_iter_mut().enumerate().map(|(number, plane)| {
         let is_wanted = |window| is_wanted(number, window);
         match &mut plane.values {
             Values::Half(values) => {
-                let rows = cut_plane(&mut values[pixels.clone()], width, size, is_wanted);
-                rows.into_iter().map(Rows::Half).collect::<Vec<_>>()
+                let cut = cut_plane(&mut values[pixels.clone()], columns, rows, is_wanted);
+                cut.into_iter().map(Rows::Half).collect::<Vec<_>>()
             }
             Values::Float(values) => {
-                let rows = cut_plane(&mut values[pixels.clone()], width, size, is_wanted);
-                rows.into_iter().map(Rows::Float).collect()
+                let cut = cut_plane(&mut values[pixels.clone()], columns, rows, is_wanted);
+                cut.into_iter().map(Rows::Float).collect()
             }
         }
     });
@@ -59,46 +59,53 @@ pub fn cut(
 }
 
 /// Some rows of a plane, in windows; none in those that are not wanted.
-fn cut_plane<T>(
-    values: &mut [T],
-    width: usize,
-    size: [usize; 2],
+fn cut_plane<'f, T>(
+    values: &'f mut [T],
+    columns: &[usize],
+    rows: &[usize],
     is_wanted: impl Fn(usize) -> bool,
-) -> Vec<Vec<&mut [T]>> {
-    let across = width.div_ceil(size[0]);
-    let mut all = Vec::new();
-    for band in values.chunks_mut(width * size[1]) {
+) -> Vec<Vec<&'f mut [T]>> {
+    let (across, width) = (columns.len() - 1, columns[columns.len() - 1]);
+    let mut all: Vec<Vec<&mut [T]>> = Vec::with_capacity(across * (rows.len() - 1));
+    let mut left = values;
+    for count in rows.windows(2).map(|pair| pair[1] - pair[0]) {
+        let (band, below) = left.split_at_mut(count * width);
+        left = below;
         let first = all.len();
-        let count = band.len() / width;
         let room = |window| if is_wanted(window) { count } else { 0 };
         all.extend((first..first + across).map(|window| Vec::with_capacity(room(window))));
         let windows = &mut all[first..];
         if windows.iter().all(|rows| rows.capacity() == 0) {
             continue;
         }
-        for row in band.chunks_mut(width) {
-            let rows = windows.iter_mut().zip(row.chunks_mut(size[0]));
-            rows.filter(|(rows, _)| rows.capacity() > 0).for_each(|(rows, row)| rows.push(row));
+        for mut row in band.chunks_mut(width) {
+            for (rows, pair) in windows.iter_mut().zip(columns.windows(2)) {
+                let (piece, right) = row.split_at_mut(pair[1] - pair[0]);
+                row = right;
+                if rows.capacity() > 0 {
+                    rows.push(piece);
+                }
+            }
         }
     }
     all
 }
 
 impl Window<'_> {
-    /// Writes pixels that cover these columns and rows of the picture into plane number `number`: `values` in rows
-    /// of `stride`.
+    /// Writes pixels that cover these columns and rows of the film into plane number `number`: `values` in rows
+    /// of `stride`, of which the last may end with what is written.
     pub fn put(&mut self, number: usize, pixels: &[Range<usize>; 2], values: &[f32], stride: usize) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
         let rows_of = pixels[1].start - top..pixels[1].end - top;
         match &mut self.planes[number] {
             Rows::Float(rows) => {
-                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks_exact(stride)) {
+                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks(stride)) {
                     copy(&mut to[columns.clone()], from);
                 }
             }
             Rows::Half(rows) => {
-                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks_exact(stride)) {
+                for (to, from) in rows[rows_of].iter_mut().zip(values.chunks(stride)) {
                     let to = &mut to[columns.clone()];
                     round_to_halves(&from[..to.len()], to);
                 }
@@ -166,7 +173,8 @@ mod tests {
         let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
             .map(|(name, kind)| Plane::new(name, kind, &blank));
         // four windows; the third has the second plane alone
-        let mut windows = cut(&mut planes, 20, 0..8, [10, 4], |plane, window| window != 2 || plane == 1);
+        let mut windows =
+            cut(&mut planes, &[0, 10, 20], &[0, 4, 8], |plane, window| window != 2 || plane == 1);
         for (number, window) in windows.iter_mut().enumerate() {
             let [left, top] = window.corner;
             window.put(1, &[left..left + 10, top..top + 4], &[1.0; 40], 10);
@@ -183,10 +191,10 @@ mod tests {
         let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
             .map(|(name, kind)| Plane::new(name, kind, &blank));
         // tiles of 4 x 4, two beside each other in a window
-        for rows in [0..4, 4..10] {
-            let top = rows.start;
+        for rows in [&[0, 4][..], &[4, 8, 10]] {
+            let top = rows[0];
             for (number, mut window) in
-                cut(&mut planes, width, rows, [8, 4], |_, _| true).into_iter().enumerate()
+                cut(&mut planes, &[0, 8, 16, 21], rows, |_, _| true).into_iter().enumerate()
             {
                 let [x, y] = window.corner;
                 assert_eq!([x, y], [number % 3 * 8, top + number / 3 * 4]);

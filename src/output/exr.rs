@@ -7,13 +7,13 @@ use std::time::SystemTime;
 
 use rayon::ThreadPool;
 
-use openexr::{Attribute, Channel, Compression, Data, Image, SampleType};
+use openexr::{Attribute, Channel, Compression, Data, Image, Placed, SampleType};
 
 use super::fingerprint::{self, Fingerprint};
 use super::metadata::{FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
-use crate::settings::{self, FileFormat};
+use crate::settings::{self, FileFormat, PixelRect, Settings};
 
 /// Why there is no frame.
 #[derive(Debug)]
@@ -50,6 +50,27 @@ impl fmt::Display for ExrError {
 
 impl std::error::Error for ExrError {}
 
+/// Where a frame's pixels lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Windows {
+    /// The pixels that are there.
+    pub data: PixelRect,
+    /// Columns and rows of the picture, whose first pixel is (0, 0). Compositors call it display window, or format.
+    pub picture: [u32; 2],
+}
+
+impl Windows {
+    /// All pixels of a picture of this size, and no others.
+    pub fn whole([width, height]: [u32; 2]) -> Self {
+        Self { data: PixelRect { x: 0, y: 0, width, height }, picture: [width, height] }
+    }
+
+    /// Those that `settings` ask for.
+    pub fn of(settings: &Settings) -> Self {
+        Self { data: settings.data_window(), picture: [settings.width, settings.height] }
+    }
+}
+
 /// How a frame is packed.
 #[derive(Debug, Default)]
 pub struct Packing<'t> {
@@ -66,23 +87,17 @@ pub struct Packing<'t> {
 /// A plane holds a NaN or an infinity, has a name that EXR does not allow or the wrong size, or the
 /// file cannot be written. The error names the file and says what to do; no file is left behind.
 pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrError> {
-    write_planes(
-        path,
-        [film.width, film.height],
-        film.planes.iter(),
-        meta,
-        FileFormat::default(),
-        Packing::default(),
-    )
+    let windows = Windows::whole([film.width, film.height]);
+    write_planes(path, windows, film.planes.iter(), meta, FileFormat::default(), Packing::default())
 }
 
-/// The same with these planes, of a picture of `size` (columns and rows), in a file made as `format` says.
+/// The same with these planes, whose pixels lie as `windows` says, in a file made as `format` says.
 ///
 /// # Errors
 /// The same.
 pub fn write_planes<'p>(
     path: &Path,
-    size: [u32; 2],
+    windows: Windows,
     planes: impl Iterator<Item = &'p Plane>,
     meta: &FrameMeta,
     format: FileFormat,
@@ -99,9 +114,11 @@ pub fn write_planes<'p>(
         };
         Channel { name: &plane.name, stored, data }
     });
+    let Windows { data, picture } = windows;
     let image = Image {
-        width: size[0],
-        height: size[1],
+        width: data.width,
+        height: data.height,
+        placed: Some(Placed { first: [data.x, data.y], picture }),
         channels: channels.collect(),
         attributes: attributes(meta, SystemTime::now()),
         compression: compression(format),
@@ -147,6 +164,7 @@ pub fn write_floats(
     let image = Image {
         width: size[0],
         height: size[1],
+        placed: None,
         channels: channels.collect(),
         attributes: vec![("comments".to_owned(), Attribute::Text(comments.replace('\0', " ")))],
         compression: Compression::Zips,
@@ -251,7 +269,8 @@ mod tests {
         let path = folder.path().join("walk.1042.exr");
         let film = film();
         let format = FileFormat { multipart: true, compression: settings::Compression::Piz };
-        write_planes(&path, [3, 2], film.planes.iter(), &meta(), format, Packing::default()).unwrap();
+        let windows = Windows::whole([3, 2]);
+        write_planes(&path, windows, film.planes.iter(), &meta(), format, Packing::default()).unwrap();
         assert_eq!(openexr::part_count(&path).unwrap(), 4);
         assert_eq!(openexr::read(&path).unwrap().channels[0].name, "R");
         assert_eq!(openexr::read(&path).unwrap().compression, Some(Compression::Piz));

@@ -59,6 +59,8 @@ pub(crate) mod tests {
         let settings = Settings {
             width: 10,
             height: 10,
+            overscan: 0,
+            crop: None,
             samples: 1,
             filter: Filter::Box,
             filter_radius: None,

@@ -24,7 +24,7 @@ use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -231,6 +231,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
     let settings = Settings {
         width,
         height,
+        overscan: whole("overscan", &table.overscan, default.overscan, 0..i64::from(MOST_OVERSCAN) + 1)?,
         samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
         filter_radius: filter_radius(text, table)?,
@@ -263,6 +264,11 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         layers: layers(text, output)?,
         ..default
     };
+    if let Some(overscan) = table.overscan.as_ref().filter(|_| !settings.fits()) {
+        let message =
+            format!("makes a picture of {width}x{height} longer than {LONGEST_SIDE} pixels on a side");
+        return Err(text.bad("overscan", overscan, &message));
+    }
     let frames = match &table.frames {
         Some(frames) => Frames::parse(frames.get_ref())
             .map_err(|message| text.fault(frames.span(), format!("`frames`: {message}")))?,

@@ -15,8 +15,8 @@ use super::toml_text::{At, List};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_PATHS,
-    MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+    Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN,
+    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
 };
 
 /// Linear RGB, or coordinates.
@@ -107,6 +107,9 @@ pub(crate) struct RenderTable {
     /// Width and height in pixels [1280, 720]
     #[schemars(inner(range(min = 1, max = LONGEST_SIDE)))]
     pub size: Option<List<At<i64>, 2>>,
+    /// Pixels around the picture, on each side, that are rendered as well (0)
+    #[schemars(range(min = 0, max = MOST_OVERSCAN))]
+    pub overscan: Option<At<i64>>,
     /// N, for N x N samples a pixel (2)
     #[schemars(range(min = 1, max = MOST_SAMPLES))]
     pub samples: Option<At<i64>>,

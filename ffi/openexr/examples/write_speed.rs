@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (compression, level) in zips.into_iter().chain(others) {
         let (width, height) = (WIDTH as u32, HEIGHT as u32);
         let (channels, attributes) = (channels.clone(), Vec::new());
-        let image = Image { width, height, channels, attributes, compression };
+        let image = Image { width, height, placed: None, channels, attributes, compression };
         let (mut best, before) = (f64::INFINITY, processor_seconds());
         for _ in 0..REPEATS {
             let start = Instant::now();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Channel, Error, Image};
+use crate::{Channel, Error, Image, Placed};
 
 /// Longer names need a file feature that many readers lack.
 const LONGEST_NAME: usize = 31;
@@ -27,6 +27,16 @@ fn check_size(path: &Path, image: &Image<'_>) -> Result<(), Error> {
     let bytes_per_line = u64::from(width) * 4 * image.channels.len() as u64;
     if width == 0 || height == 0 || i32::try_from(height).is_err() {
         return Err(Error::image(path, format!("{width}x{height} is no size for an image")));
+    }
+    if let Some(Placed { first, picture }) = image.placed {
+        let fits = |first: i32, count: u32| i32::try_from(i64::from(first) + i64::from(count)).is_ok();
+        let is_window = |[x, y]: [i32; 2], [width, height]: [u32; 2]| fits(x, width) && fits(y, height);
+        if picture.contains(&0) || !is_window([0, 0], picture) || !is_window(first, [width, height]) {
+            let [across, down] = picture;
+            let message =
+                format!("{width}x{height} pixels at {first:?} cannot lie in a picture of {across}x{down}");
+            return Err(Error::image(path, message));
+        }
     }
     if image.channels.is_empty() {
         return Err(Error::image(path, "it has no channel"));

@@ -7,7 +7,7 @@ use openexr_sys as sys;
 
 use crate::library::check;
 use crate::parts::Part;
-use crate::{Attribute, Channel, Compression, Error, Image, SampleType};
+use crate::{Attribute, Channel, Compression, Error, Image, Placed, SampleType};
 
 /// Declares the parts and writes their headers, each with all attributes; chunks may follow.
 ///
@@ -42,12 +42,8 @@ unsafe fn add_part(
     // SAFETY: the caller's promise; the name is copied, and `number` lives through the call.
     let code = unsafe { sys::exr_add_part(context, name, scanlines, &mut number) };
     check(path, "begin a part", code)?;
-    let (width, height) = (image.width as i32, image.height as i32); // `check_size` saw to it
-    let compression = compression_code(image.compression);
     // SAFETY: the caller's promise.
-    let code =
-        unsafe { sys::exr_initialize_required_attr_simple(context, number, width, height, compression) };
-    check(path, "set the size", code)?;
+    unsafe { set_windows(path, context, number, image)? };
     for channel in &part.channels {
         // SAFETY: the caller's promise.
         unsafe { add_channel(path, context, number, channel)? };
@@ -57,6 +53,33 @@ unsafe fn add_part(
         unsafe { set_attribute(path, context, number, (name, value))? };
     }
     Ok(())
+}
+
+/// # Safety
+/// `context` is open for writing, and its header is not written yet.
+unsafe fn set_windows(
+    path: &Path,
+    context: sys::exr_context_t,
+    part: i32,
+    image: &Image<'_>,
+) -> Result<(), Error> {
+    let window = |[left, top]: [i32; 2], [width, height]: [u32; 2]| {
+        // `check_size` saw to it that they fit
+        [left, top, left + width as i32 - 1, top + height as i32 - 1]
+    };
+    let size = [image.width, image.height];
+    let Placed { first, picture } = image.placed.unwrap_or(Placed { first: [0, 0], picture: size });
+    let (display, data) = (window([0, 0], picture), window(first, size));
+    let center = [0.0_f32; 2];
+    let compression = compression_code(image.compression);
+    let (display, data, center) = (display.as_ptr().cast(), data.as_ptr().cast(), center.as_ptr().cast());
+    let order = sys::EXR_LINEORDER_INCREASING_Y;
+    // SAFETY: the caller's promise; windows and centre, plain numbers in the order that C declares, live through the call, and
+    // are copied.
+    let code = unsafe {
+        sys::exr_initialize_required_attr(context, part, display, data, 1.0, center, 1.0, order, compression)
+    };
+    check(path, "set the size", code)
 }
 
 fn compression_code(compression: Compression) -> sys::exr_compression_t {

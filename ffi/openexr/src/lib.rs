@@ -111,6 +111,15 @@ pub enum Compression {
     Piz,
 }
 
+/// Where the pixels of a file lie in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// Column and row of the data window's first pixel, counted from the picture's first; negative before it.
+    pub first: [i32; 2],
+    /// Pixels across and down the picture: the display window begins with its first.
+    pub picture: [u32; 2],
+}
+
 /// Everything that goes into one file.
 #[derive(Clone, Debug)]
 pub struct Image<'a> {
@@ -118,6 +127,8 @@ pub struct Image<'a> {
     pub width: u32,
     /// Pixels down, at least 1.
     pub height: u32,
+    /// Where they lie, if they are not all of the picture: its display window has another size or place than the data window.
+    pub placed: Option<Placed>,
     /// In any order: the file has them sorted by name.
     pub channels: Vec<Channel<'a>>,
     /// Names are at most 31 bytes; later ones replace earlier ones of the same name.

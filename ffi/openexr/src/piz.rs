@@ -7,14 +7,14 @@ use openexr_sys as sys;
 use crate::Error;
 use crate::library::{Context, check};
 
-/// The chunk of `part` that begins at line `first`, or `None` if it would not be smaller.
+/// The chunk of `part` that begins at line `first` of the picture, or `None` if it would not be smaller.
 ///
 /// The library's compressor is called directly, because `exr_encoding_run` would pack the lines again,
 /// under a lock that keeps all other threads waiting.
 pub(crate) fn compress_piz(
     path: &Path,
     context: &Context<'_>,
-    (part, first): (i32, usize),
+    (part, first): (i32, i32),
     packed: &mut [u8],
 ) -> Result<Option<Vec<u8>>, Error> {
     let mut pipeline = sys::encode_pipeline();
@@ -34,7 +34,7 @@ pub(crate) fn compress_piz(
 unsafe fn begin(
     path: &Path,
     context: &Context<'_>,
-    (part, first): (i32, usize),
+    (part, first): (i32, i32),
     pipeline: &mut sys::exr_encode_pipeline_t,
     packed: &mut [u8],
 ) -> Result<(), Error> {
@@ -42,7 +42,7 @@ unsafe fn begin(
     let mut chunk: sys::exr_chunk_info_t = unsafe { std::mem::zeroed() };
     let raw = context.raw();
     // SAFETY: the context is open for writing (the caller's promise), `chunk` lives through the call.
-    let code = unsafe { sys::exr_write_scanline_chunk_info(raw, part, first as i32, &mut chunk) };
+    let code = unsafe { sys::exr_write_scanline_chunk_info(raw, part, first, &mut chunk) };
     check(path, "begin a PIZ chunk", code)?;
     // SAFETY: as above; the pipeline is empty (the caller's promise).
     let code = unsafe { sys::exr_encoding_initialize(raw, part, &chunk, pipeline) };

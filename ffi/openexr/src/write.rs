@@ -157,9 +157,10 @@ fn write_chunks(context: &Context<'_>, encoder: &Encoder<'_>) -> Result<(), Erro
 
 fn write_chunk(encoder: &Encoder<'_>, first: usize, chunk: &[u8]) -> Result<(), Error> {
     let &Encoder { path, context, part, .. } = encoder;
+    let line = encoder.line(first);
     let (bytes, size) = (chunk.as_ptr().cast::<c_void>(), chunk.len() as u64);
     // SAFETY: the header is written, and the library is done with the bytes when it returns.
-    let code = unsafe { sys::exr_write_scanline_chunk(context.raw(), part, first as i32, bytes, size) };
+    let code = unsafe { sys::exr_write_scanline_chunk(context.raw(), part, line, bytes, size) };
     check(path, "write the pixels", code)
 }
 
@@ -187,6 +188,11 @@ impl Scratch {
 }
 
 impl Encoder<'_> {
+    /// The file's number of a line, counted from the first that is there.
+    fn line(&self, line: usize) -> i32 {
+        line as i32 + self.image.placed.map_or(0, |placed| placed.first[1])
+    }
+
     /// Makes `chunk` the bytes of these lines as the file has them.
     fn chunk(&self, scratch: &mut Scratch, lines: Range<usize>, chunk: &mut Vec<u8>) -> Result<(), Error> {
         let first = lines.start;
@@ -196,13 +202,15 @@ impl Encoder<'_> {
         let is_smaller = match self.image.compression {
             Compression::None => false,
             Compression::Zips | Compression::Zip => scratch.deflater.deflate(packed, chunk),
-            Compression::Piz => match compress_piz(self.path, self.context, (self.part, first), packed)? {
-                Some(compressed) => {
-                    *chunk = compressed;
-                    true
+            Compression::Piz => {
+                match compress_piz(self.path, self.context, (self.part, self.line(first)), packed)? {
+                    Some(compressed) => {
+                        *chunk = compressed;
+                        true
+                    }
+                    None => false,
                 }
-                None => false,
-            },
+            }
         };
         if !is_smaller {
             chunk.clone_from(packed);

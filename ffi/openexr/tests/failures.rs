@@ -16,7 +16,7 @@ fn attempt(path: &Path, names: &[&str], data: &[f32]) -> Result<(), Error> {
     let stored = SampleType::Half;
     let channels = names.iter().map(|name| Channel { name, stored, data: Data::Floats(data) }).collect();
     let (attributes, compression) = (Vec::new(), Compression::Zips);
-    let image = Image { width: SIDE, height: SIDE, channels, attributes, compression };
+    let image = Image { width: SIDE, height: SIDE, placed: None, channels, attributes, compression };
     write(&File::create(path).unwrap(), path, &image)
 }
 
@@ -76,7 +76,7 @@ fn bad_attributes_are_refused() {
         let channels = vec![Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&[1.0]) }];
         let attributes = vec![(name.to_owned(), value)];
         let compression = Compression::Zips;
-        let image = Image { width: 1, height: 1, channels, attributes, compression };
+        let image = Image { width: 1, height: 1, placed: None, channels, attributes, compression };
         assert!(write(&File::create(&path).unwrap(), &path, &image).is_err(), "{name}");
     }
 }

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::path::Path;
 use std::process::Command;
 
-use openexr::{Attribute, Channel, Compression, Data, Error, Image, SampleType, read};
+use openexr::{Attribute, Channel, Compression, Data, Error, Image, Placed, SampleType, read};
 use tempfile::tempdir;
 
 const WIDTH: u32 = 37;
@@ -37,7 +37,7 @@ fn write(path: &Path, image: &Image<'_>) -> Result<(), Error> {
 }
 
 fn image<'a>(channels: Vec<Channel<'a>>, compression: Compression) -> Image<'a> {
-    Image { width: WIDTH, height: HEIGHT, channels, attributes: Vec::new(), compression }
+    Image { width: WIDTH, height: HEIGHT, placed: None, channels, attributes: Vec::new(), compression }
 }
 
 #[test]
@@ -128,6 +128,33 @@ fn a_part_for_each_layer_comes_back_with_every_compression() {
 }
 
 #[test]
+fn pixels_may_lie_anywhere_in_and_around_the_picture() {
+    let folder = tempdir().unwrap();
+    let (path, values) = (folder.path().join("part.exr"), exact_halves());
+    let channels = || vec![Channel { name: "R", stored: SampleType::Half, data: Data::Floats(&values) }];
+    for compression in [Compression::None, Compression::Zips, Compression::Zip, Compression::Piz] {
+        for (first, picture) in [([-7, -40], [64, 64]), ([1000, 500], [1920, 1080]), ([-2, 3], [1, 1])] {
+            let image = Image { placed: Some(Placed { first, picture }), ..image(channels(), compression) };
+            for write in [openexr::write, openexr::write_parts] {
+                write(&File::create(&path).unwrap(), &path, &image).unwrap();
+                let back = read(&path).unwrap();
+                assert_eq!((back.origin, [back.width, back.height]), (first, [WIDTH, HEIGHT]));
+                assert_eq!(back.display, [0, 0, picture[0] as i32 - 1, picture[1] as i32 - 1]);
+                assert_eq!(back.channels[0].data, values, "{compression:?} {first:?}");
+            }
+        }
+    }
+    let impossible = [([i32::MAX, 0], [1, 1]), ([0, 0], [0, 1]), ([0, 0], [u32::MAX, 1])];
+    for (first, picture) in impossible {
+        let image = Image { placed: Some(Placed { first, picture }), ..image(channels(), Compression::Zips) };
+        assert!(
+            write(&path, &image).unwrap_err().to_string().contains("cannot lie"),
+            "{first:?} {picture:?}"
+        );
+    }
+}
+
+#[test]
 fn one_pixel_and_one_line_are_images() {
     let folder = tempdir().unwrap();
     for (width, height) in [(1, 1), (1, 7), (3, 1)] {
@@ -135,7 +162,7 @@ fn one_pixel_and_one_line_are_images() {
         let data = vec![0.5; (width * height) as usize];
         let channels = vec![Channel { name: "Y", stored: SampleType::Half, data: Data::Floats(&data) }];
         let compression = Compression::Zips;
-        let image = Image { width, height, channels, attributes: Vec::new(), compression };
+        let image = Image { width, height, placed: None, channels, attributes: Vec::new(), compression };
         write(&path, &image).unwrap();
         assert_eq!(read(&path).unwrap().channels[0].data, data);
     }
@@ -188,7 +215,7 @@ fn values_beyond_the_largest_half_become_it() {
         Channel { name: "uint", stored: SampleType::Uint, data: Data::Floats(&data) },
     ];
     let (compression, attributes) = (Compression::Zips, Vec::new());
-    write(&path, &Image { width: 8, height: 1, channels, attributes, compression }).unwrap();
+    write(&path, &Image { width: 8, height: 1, placed: None, channels, attributes, compression }).unwrap();
     let back = read(&path).unwrap();
     assert_eq!(back.channel("float").unwrap().data, data);
     let most = 65504.0;

@@ -158,7 +158,7 @@ mod tests {
         });
         // not compressed: tests find floats in the file
         let (channels, compression) = (channels.collect(), Compression::None);
-        let image = Image { width, height, channels, attributes: Vec::new(), compression };
+        let image = Image { width, height, placed: None, channels, attributes: Vec::new(), compression };
         openexr::write(&File::create(path).unwrap(), path, &image).unwrap();
     }
 
