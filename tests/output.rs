@@ -235,7 +235,7 @@ fn windows_say_what_part_of_the_picture_is_there() {
             }
         }
         let preview = image::open(place.path(&format!("{name}.0003.png"))).unwrap().to_rgb8();
-        assert_eq!(preview.dimensions(), (size[0] as u32, size[1] as u32));
+        assert_eq!(preview.dimensions(), (size[0], size[1]));
     }
 }
 
