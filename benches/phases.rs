@@ -70,14 +70,15 @@ fn shot(folder: &Path) -> (Scene, Settings) {
 /// Primary rays, in the renderer's order.
 fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
     let view = View::new(&Grid::new(settings).into(), Pose::of(scene, 1).camera);
-    let (eye, far) = (Vec3x8::splat(view.camera.eye), F32x8::splat(f32::INFINITY));
+    let far = F32x8::splat(f32::INFINITY);
     let mut rays = RayBatch::default();
     for tile in 0..view.grid.tiles() {
         let corner = view.grid.tile_corner(tile).map(|at| F32x8::splat(at as f32 + 0.5));
         for first in (0..CELLS).step_by(LANES) {
             let x = corner[0] + F32x8::load(&view.grid.place_x, first);
             let y = corner[1] + F32x8::load(&view.grid.place_y, first);
-            rays.push_lanes(eye, view.directions(x, y), far, u8::MAX);
+            let [origins, directions] = view.rays(x, y);
+            rays.push_lanes(origins, directions, far, u8::MAX);
         }
     }
     rays
@@ -140,14 +141,14 @@ fn push_and_block(bencher: Bencher, run: usize) {
     let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
     tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
-    let eye = Pose::of(&scene, 1).camera.eye;
+    let eye = Vec3x8::splat(Pose::of(&scene, 1).camera.eye);
     let segments: Vec<_> = primary
         .packets()
         .zip(hits.packets)
         .map(|((packet, lanes), hit)| {
             let [x, y, z] = &packet.direction;
             let half = |first| {
-                (Vec3x8::load([x, y, z], first), F32x8::load(&hit.t, first) * F32x8::splat(1.0 - 1e-5))
+                (eye, Vec3x8::load([x, y, z], first), F32x8::load(&hit.t, first) * F32x8::splat(1.0 - 1e-5))
             };
             ([half(0), half(LANES)], hit.model, hit.triangle, lanes)
         })
@@ -158,7 +159,7 @@ fn push_and_block(bencher: Bencher, run: usize) {
         for run in segments.chunks(run) {
             batch.clear();
             for (ways, models, triangles, lanes) in run {
-                batch.push_packet_to_samples(eye, ways, [models, triangles], *lanes);
+                batch.push_packet_to_samples(ways, [models, triangles], *lanes);
             }
             let mut words = [0; 64];
             let words = &mut words[..run.len()];

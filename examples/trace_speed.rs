@@ -143,8 +143,8 @@ fn primary_rays(pose: &Pose, width: usize, height: usize) -> Vec<RayBatch> {
             let (packet, lane) = (i / 16, i % 16);
             let x = corner[0] + packet % 8 * 4 + lane % 4;
             let y = corner[1] + packet / 8 * 4 + lane / 4;
-            let across = (2.0 * (x as f32 + 0.5) - width as f32) / height as f32 * camera.tan_half_fov;
-            let upwards = (1.0 - 2.0 * (y as f32 + 0.5) / height as f32) * camera.tan_half_fov;
+            let across = (2.0 * (x as f32 + 0.5) - width as f32) / height as f32 * camera.half_height;
+            let upwards = (1.0 - 2.0 * (y as f32 + 0.5) / height as f32) * camera.half_height;
             let direction = camera.forward + camera.right * across + camera.up * upwards;
             batches.open().push(camera.eye, direction, 0.0, f32::INFINITY);
         }

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
 use crate::animation::Transform;
-use crate::scene::camera::Aim;
+use crate::scene::camera::{Aim, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
 
 /// Everything that moves, at one frame. Two poses compare exactly: what is equal did not move.
@@ -32,7 +32,7 @@ impl Pose {
     }
 }
 
-/// A pinhole camera. The axes have unit length and stand at right angles.
+/// A camera. The axes have unit length and stand at right angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraPose {
     /// World space.
@@ -43,8 +43,13 @@ pub struct CameraPose {
     pub up: Vec3,
     /// Into the picture.
     pub forward: Vec3,
-    /// Tangent of half the vertical field of view.
-    pub tan_half_fov: f32,
+    /// How lines of sight run.
+    pub projection: Projection,
+    /// Half the height of what is seen: at distance 1 (the tangent of half the vertical field of view), or of an orthographic
+    /// camera in world units.
+    pub half_height: f32,
+    /// By how much the picture lies right of the view axis and above it, as shares of its longer side.
+    pub shift: [f32; 2],
 }
 
 impl CameraPose {
@@ -60,8 +65,35 @@ impl CameraPose {
             right: axes.x_axis.as_vec3(),
             up: axes.y_axis.as_vec3(),
             forward: -axes.z_axis.as_vec3(),
-            tan_half_fov: track.tan_half_fov(frame),
+            projection: track.projection(),
+            half_height: track.half_height(frame),
+            shift: track.lens.shift.each_ref().map(|shift| shift.at(frame) as f32),
         }
+    }
+
+    /// Whether lines of sight run side by side.
+    #[inline(always)]
+    pub fn is_orthographic(&self) -> bool {
+        self.projection == Projection::Orthographic
+    }
+
+    /// Half the width and height of what is seen in a picture of this `aspect`, width over height, and where its middle
+    /// is, to the right of the view axis and above it. As [`half_height`](Self::half_height).
+    pub fn frustum(&self, aspect: f32) -> [[f32; 2]; 2] {
+        let half = [self.half_height * aspect, self.half_height];
+        let longer = 2.0 * half[0].max(half[1]);
+        [half, self.shift.map(|shift| shift * longer)]
+    }
+
+    /// From where a line of sight begins to a point at `offset` from the eye.
+    pub fn sight(&self, offset: Vec3) -> Vec3 {
+        if self.is_orthographic() { self.forward * offset.dot(self.forward) } else { offset }
+    }
+
+    /// Where the line of sight begins on which a point at `offset` from the eye is seen. An orthographic camera's begin in the
+    /// plane through the eye at a right angle to the view axis.
+    pub fn origin(&self, offset: Vec3) -> Vec3 {
+        if self.is_orthographic() { self.eye + (offset - self.sight(offset)) } else { self.eye }
     }
 
     /// World to camera, column vectors; the camera looks along -Z.
@@ -80,20 +112,34 @@ impl CameraPose {
     pub fn world_to_ndc(&self, aspect: f32) -> Mat4 {
         // near and far planes only scale z: the picture has none, compositors want some
         let (near, far) = (0.1, 10_000.0);
-        let focal = 1.0 / self.tan_half_fov;
-        Mat4::from_cols(
-            Vec4::new(focal / aspect, 0.0, 0.0, 0.0),
-            Vec4::new(0.0, focal, 0.0, 0.0),
-            Vec4::new(0.0, 0.0, (near + far) / (near - far), -1.0),
-            Vec4::new(0.0, 0.0, 2.0 * near * far / (near - far), 0.0),
-        ) * self.world_to_camera()
+        let [[half_x, half_y], [x, y]] = self.frustum(aspect);
+        let [right, up] = [x / half_x, y / half_y];
+        let projection = match self.projection {
+            Projection::Perspective => Mat4::from_cols(
+                Vec4::new(1.0 / half_x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, 1.0 / half_y, 0.0, 0.0),
+                Vec4::new(right, up, (near + far) / (near - far), -1.0),
+                Vec4::new(0.0, 0.0, 2.0 * near * far / (near - far), 0.0),
+            ),
+            Projection::Orthographic => Mat4::from_cols(
+                Vec4::new(1.0 / half_x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, 1.0 / half_y, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, 2.0 / (near - far), 0.0),
+                Vec4::new(-right, -up, (near + far) / (near - far), 1.0),
+            ),
+        };
+        projection * self.world_to_camera()
     }
 }
 
 impl RenderSpace {
     /// The camera where the files have it.
     pub fn camera_of_files(&self, camera: &CameraPose) -> CameraPose {
-        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), ..*camera }
+        let half_height = match camera.projection {
+            Projection::Perspective => camera.half_height,
+            Projection::Orthographic => self.length_of_files(camera.half_height),
+        };
+        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), half_height, ..*camera }
     }
 }
 
@@ -298,12 +344,43 @@ mod tests {
             right: axes.x_axis.as_vec3(),
             up: axes.y_axis.as_vec3(),
             forward: -axes.z_axis.as_vec3(),
-            tan_half_fov: 0.5,
+            projection: Projection::Perspective,
+            half_height: 0.5,
+            shift: [0.0; 2],
         };
         let point = camera.eye + camera.forward * 4.0 + camera.up * 2.0 + camera.right;
         let seen = camera.world_to_camera().transform_point3(point);
         assert!(seen.abs_diff_eq(Vec3::new(1.0, 2.0, -4.0), 1e-5), "{seen}");
         let ndc = camera.world_to_ndc(2.0).project_point3(point);
         assert!((ndc.x - 0.25).abs() < 1e-5 && (ndc.y - 1.0).abs() < 1e-5, "{ndc}");
+        // the picture is twice as wide as high: a quarter of its width is half of its height
+        let shifted = CameraPose { shift: [0.25, -0.25], ..camera }.world_to_ndc(2.0).project_point3(point);
+        assert!((shifted.x + 0.25).abs() < 1e-5 && (shifted.y - 2.0).abs() < 1e-5, "{shifted}");
+        let side_by_side = CameraPose { projection: Projection::Orthographic, half_height: 4.0, ..camera };
+        let ndc = side_by_side.world_to_ndc(2.0).project_point3(point);
+        assert!((ndc.x - 0.125).abs() < 1e-5 && (ndc.y - 0.5).abs() < 1e-5 && ndc.z.abs() < 1.0, "{ndc}");
+        let shifted =
+            CameraPose { shift: [0.25, -0.25], ..side_by_side }.world_to_ndc(2.0).project_point3(point);
+        assert!((shifted.x + 0.375).abs() < 1e-5 && (shifted.y - 1.5).abs() < 1e-5, "{shifted}");
+    }
+
+    #[test]
+    fn lines_of_sight_lead_to_what_is_seen() {
+        let axes = looking_at(DVec3::new(1.0, -0.5, -2.0), 10.0);
+        let perspective = CameraPose {
+            eye: Vec3::new(3.0, 2.0, 1.0),
+            right: axes.x_axis.as_vec3(),
+            up: axes.y_axis.as_vec3(),
+            forward: -axes.z_axis.as_vec3(),
+            projection: Projection::Perspective,
+            half_height: 0.5,
+            shift: [0.0; 2],
+        };
+        let offset = perspective.forward * 4.0 + perspective.up * 2.0 + perspective.right;
+        for camera in [perspective, CameraPose { projection: Projection::Orthographic, ..perspective }] {
+            let (origin, sight) = (camera.origin(offset), camera.sight(offset));
+            assert!((origin + sight).abs_diff_eq(camera.eye + offset, 1e-5));
+            assert!((origin - camera.eye).dot(camera.forward).abs() < 1e-5);
+        }
     }
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use afterimage::animation::TransformTrack;
 use afterimage::layers::Layers;
 use afterimage::pose::Pose;
+use afterimage::scene::camera::{Lens, Projection};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
 use afterimage::settings::{Backdrop, Compression, DenoiseQuality, FileFormat, Filter, Mode};
@@ -33,6 +34,33 @@ fn defaults_are_as_documented() {
     assert_eq!(shot.scene.environment, None);
     assert_eq!(shot.scene.models[0].name, "m");
     assert_eq!(shot.scene.camera.fov.at(1.0), 40.0);
+    assert_eq!(shot.scene.camera.lens, Lens::default());
+    assert_eq!(shot.scene.camera.projection(), Projection::Perspective);
+}
+
+#[test]
+fn cameras_are_orthographic_and_lenses_are_shifted() {
+    let key = |frame: i32, more: &str| {
+        format!("[[camera.key]]\nframe = {frame}\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{more}")
+    };
+    let orthographic = |keys: &str, more: &str| {
+        load(&format!("[camera]\nprojection = \"orthographic\"\n{keys}[[model]]\nobj = \"m.obj\"\n{more}"))
+    };
+    let keys =
+        [key(1, "height = 4\nshift = [0.5, -0.25]\n"), key(3, ""), key(5, "height = 2\nshift = [0, 0]\n")];
+    let camera = orthographic(&keys.concat(), "").scene.camera;
+    assert_eq!(camera.projection(), Projection::Orthographic);
+    assert_eq!([1.0, 3.0, 4.0, 5.0].map(|frame| camera.half_height(frame)), [2.0, 2.0, 1.5, 1.0]);
+    assert_eq!([1.0, 3.0, 4.0, 5.0].map(|frame| camera.lens.shift[1].at(frame)), [-0.25, -0.25, -0.125, 0.0]);
+    assert_eq!(camera.lens.shift[0].at(2.0), 0.5);
+    // what is tiny is rendered at another scale, and sees as much
+    let key = key(1, "height = 1e-7\n").replace("[0, 0, 5]", "[0, 0, 5e-7]");
+    let shot = orthographic(&key, "scale = 1e-7\n");
+    let space = shot.scene.space;
+    assert!(!space.is_of_files());
+    let pose = Pose::of(&shot.scene, 1).camera;
+    assert!((pose.half_height / space.length(0.5e-7) - 1.0).abs() < 1e-5);
+    assert!((space.camera_of_files(&pose).half_height / 0.5e-7 - 1.0).abs() < 1e-5);
 }
 
 #[test]
@@ -186,6 +214,7 @@ color = [0, 0, 0]
 [[camera.key]]
 frame = 1
 eye = [0, 0, 5]
+shift = [0, 1]
 target = [0, 0, 0]
 [[model]]
 obj = \"m.obj\"
@@ -246,7 +275,7 @@ fn lists_have_as_many_numbers_as_they_must() {
             }
         }
     }
-    assert_eq!(tried, 3 * (27 + 25 + 27), "every list of the three shots");
+    assert_eq!(tried, 3 * (28 + 26 + 28), "every list of the three shots");
 }
 
 #[test]
@@ -254,6 +283,14 @@ fn mistakes_are_told_with_place_and_remedy() {
     let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\n";
     let orbit = "[[camera.key]]\nframe = 1\ntarget = [0, 0, 0]\n";
     let light = format!("{REST}[[light]]\n");
+    let orthographic = format!("[camera]\nprojection = \"orthographic\"\n{camera}");
+    // falls steeply, and then no more: a smooth curve goes below
+    let heights = [(1, 100.0), (11, 0.1), (40, 0.1)].map(|(frame, height)| {
+        let key = camera.replace("frame = 1", &format!("frame = {frame}"));
+        format!("{key}target = [0, 0, 0]\nheight = {height}\n")
+    });
+    let overshooting =
+        format!("[camera]\nprojection = \"orthographic\"\ninterpolation = \"smooth\"\n{}", heights.concat());
     for (text, expected) in [
         ("[render]\nsise = [1, 2]\n".into(), "s.toml:2:1: unknown key `sise`: did you mean `size`?"),
         (
@@ -352,6 +389,35 @@ fn mistakes_are_told_with_place_and_remedy() {
         (format!("{camera}target = [0, 0, nan]\n"), "s.toml:4:10: `target` must be three finite numbers"),
         (format!("{camera}target = [0, 0]\n"), "s.toml:4:10: `target`: invalid length 2"),
         (format!("{camera}rotation = [0, 0, 0]\nroll = 1\n"), "s.toml:5:8: `roll` goes with `target`"),
+        ("[camera]\nprojection = \"fisheye\"\n".into(), "s.toml:2:14: `projection`: unknown value `fisheye`"),
+        (
+            format!("{camera}target = [0, 0, 0]\nheight = 2\n"),
+            "s.toml:5:10: `height` goes with `projection = \"orthographic\"`",
+        ),
+        (
+            format!("{orthographic}target = [0, 0, 0]\n"),
+            "s.toml:4:9: this key of an orthographic camera needs `height`",
+        ),
+        (
+            format!("{orthographic}target = [0, 0, 0]\nheight = 2\nfov = 9\n"),
+            "s.toml:8:7: `fov` goes with a perspective camera",
+        ),
+        (
+            format!("{orthographic}target = [0, 0, 0]\nheight = 0\n"),
+            "s.toml:7:10: `height` is 0: it must be from 1e-18 to 1e18",
+        ),
+        (format!("{orthographic}target = [0, 0, 0]\nheight = nan\n"), "s.toml:7:10: `height` is NaN"),
+        (format!("{orthographic}target = [0, 0, 0]\nheight = 1e19\n"), "s.toml:7:10: `height` is"),
+        (
+            format!("{camera}target = [0, 0, 0]\nshift = [0, nan]\n"),
+            "s.toml:5:9: `shift` must be two numbers from -100 to 100",
+        ),
+        (
+            format!("{camera}target = [0, 0, 0]\nshift = [101, 0]\n"),
+            "s.toml:5:9: `shift` must be two numbers",
+        ),
+        (format!("{camera}target = [0, 0, 0]\nshift = 1\n"), "s.toml:5:9: `shift`: "),
+        (overshooting, "s.toml:1:1: the smooth curve of `height` falls to 0 or below"),
         (
             format!("{camera}target = [0, 0, 0]\nfov = 180\n"),
             "s.toml:5:7: `fov` is 180: it must be between 0 and 180 degrees",

@@ -143,6 +143,16 @@ fn the_schema_refuses_what_the_program_refuses() {
         ("[render]\nsamples = 17", "shot.render.samples"),
         ("[render]\nsamples = 1.5", "shot.render.samples"),
         ("[render]\nsize = [1280]", "shot.render.size"),
+        ("[render]\noverscan = -1", "shot.render.overscan"),
+        ("[render]\noverscan = 20000", "shot.render.overscan"),
+        (
+            "[[camera.key]]\nframe = 2\neye = [0, 0, 1]\ntarget = [0, 0, 0]\nshift = [0, 101]",
+            "shot.camera.key[1].shift[1]",
+        ),
+        (
+            "[[camera.key]]\nframe = 2\neye = [0, 0, 1]\ntarget = [0, 0, 0]\nheight = 0",
+            "shot.camera.key[1].height",
+        ),
         ("[render]\nsize = [0, 4]", "shot.render.size[0]"),
         ("[render]\nfilter = \"gauss\"", "shot.render.filter"),
         ("[render]\nrate = \"fast\"", "shot.render.rate"),

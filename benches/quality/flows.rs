@@ -2,7 +2,7 @@
 
 use afterimage::animation::{Interpolation, Keyed, Track};
 use afterimage::scene::CameraTrack;
-use afterimage::scene::camera::Aim;
+use afterimage::scene::camera::{Aim, Lens};
 use clap::ValueEnum;
 use glam::DVec3;
 
@@ -62,7 +62,13 @@ impl Flow {
             Self::Sideways => eye = there_and_back(stand.eye, stand.eye + right * stand.aside * leg),
             Self::Turn => rotation = there_and_back(angles, angles + DVec3::Y * stand.turn * leg),
         }
-        CameraTrack { eye, aim: Aim::Rotation(rotation), fov: Track::constant(stand.fov), cuts: vec![] }
+        CameraTrack {
+            eye,
+            aim: Aim::Rotation(rotation),
+            fov: Track::constant(stand.fov),
+            lens: Lens::default(),
+            cuts: vec![],
+        }
     }
 }
 

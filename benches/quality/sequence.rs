@@ -116,8 +116,7 @@ impl Frame {
         let [width, height] = [self.picture.width, self.depths.len() / self.picture.width];
         let size = Vec2::new(width as f32, height as f32);
         let depth = offset.dot(camera.forward);
-        let seen =
-            Vec2::new(offset.dot(camera.right), -offset.dot(camera.up)) / (depth * camera.tan_half_fov);
+        let seen = Vec2::new(offset.dot(camera.right), -offset.dot(camera.up)) / (depth * camera.half_height);
         let at = (seen * size.y + size) * 0.5;
         let is_inside = depth > 0.0 && at.cmpge(Vec2::ONE).all() && at.cmplt(size - 1.0).all();
         let pixel = is_inside.then(|| at.y as usize * width + at.x as usize)?;

@@ -347,12 +347,13 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     let grid = &view.grid;
     let corner = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
     let extent = grid.extent(number);
-    let (eye, far) = (Vec3x8::splat(view.camera.eye), F32x8::splat(f32::INFINITY));
+    let far = F32x8::splat(f32::INFINITY);
     for first in (0..CELLS).step_by(HALF) {
         let x = corner[0] + F32x8::load(&grid.place_x, first);
         let y = corner[1] + F32x8::load(&grid.place_y, first);
         let wanted = Mask::of(|lane| holds(extent, first + lane)).bits();
-        rays.push_lanes(eye, view.directions(x, y), far, wanted);
+        let [origins, directions] = view.rays(x, y);
+        rays.push_lanes(origins, directions, far, wanted);
     }
 }
 

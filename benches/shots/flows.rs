@@ -4,7 +4,7 @@
 use afterimage::animation::{Interpolation, Keyed, Track};
 use afterimage::scene::CameraTrack;
 use afterimage::scene::RenderSpace;
-use afterimage::scene::camera::Aim;
+use afterimage::scene::camera::{Aim, Lens};
 use clap::ValueEnum;
 use glam::DVec3;
 
@@ -72,7 +72,7 @@ impl Flow {
             Self::ZoomOut => fov = there_and_back(narrow, FOV, by_ratio),
         }
         let eye = eye.map(|eye| space.point(eye));
-        CameraTrack { eye, aim: Aim::Rotation(rotation), fov, cuts: vec![] }
+        CameraTrack { eye, aim: Aim::Rotation(rotation), fov, lens: Lens::default(), cuts: vec![] }
     }
 }
 

@@ -6,7 +6,7 @@ use embree::VertexBuffer;
 use glam::{DVec3, Vec3};
 
 use crate::animation::{Interpolation, Track, TransformTrack};
-use crate::scene::camera::Aim;
+use crate::scene::camera::{Aim, Lens};
 use crate::scene::{Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene};
 
 /// Numbers that look random (SplitMix64).
@@ -145,7 +145,7 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         Track::through(vec![(-50.0, DVec3::ZERO), (400.0, DVec3::X)], Interpolation::Linear).expect("good");
     let aim = Aim::Target { target: Track::constant(DVec3::NEG_Z), roll: Track::constant(0.0) };
     Scene {
-        camera: CameraTrack { eye, aim, fov: Track::constant(60.0), cuts: vec![] },
+        camera: CameraTrack { eye, aim, fov: Track::constant(60.0), lens: Lens::default(), cuts: vec![] },
         models,
         materials: vec![],
         textures: vec![],

@@ -11,6 +11,7 @@ use super::shot_args::{default_output, on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
+use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene, turntable};
 use crate::settings::DenoiseQuality;
@@ -96,6 +97,9 @@ fn described(shot: &Shot, path: &Path) -> String {
             every => format!("every {every} frames"),
         },
     );
+    if scene.camera.projection() == Projection::Orthographic {
+        line(&mut text, "camera", String::from("orthographic"));
+    }
     if !scene.camera.cuts.is_empty() {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));
     }

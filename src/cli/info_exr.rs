@@ -107,7 +107,8 @@ fn time_code(time_and_flags: u32) -> String {
     format!("{:02}:{:02}:{:02}:{:02}", digits(24, 3), digits(16, 7), digits(8, 7), digits(0, 3))
 }
 
-/// Where the camera is, where it looks, and its vertical field of view if the header has both matrices.
+/// Where the camera is, where it looks, and its vertical field of view (or, of an orthographic one, what height it sees) if the
+/// header has both matrices.
 fn camera(image: &ReadImage) -> Option<String> {
     let matrix = |name: &str| match image.attribute(name) {
         // rows of a matrix for row vectors are columns of one for column vectors
@@ -122,8 +123,12 @@ fn camera(image: &ReadImage) -> Option<String> {
     let mut text = format!("at {}, looks along {}", point(eye), point(way));
     // the y axis of the picture, as a row of the projection: its length is the cotangent of half the angle
     if let Some(to_picture) = matrix("worldToNDC") {
-        let focal = (to_picture * to_world * Vec4::Y).y;
-        if focal.is_finite() && focal > 0.0 {
+        let projection = to_picture * to_world;
+        let focal = (projection * Vec4::Y).y;
+        let is_perspective = (projection * Vec4::Z).w != 0.0;
+        if focal.is_finite() && focal > 0.0 && !is_perspective {
+            let _ = write!(text, ", orthographic, sees a height of {:.4}", 2.0 / focal);
+        } else if focal.is_finite() && focal > 0.0 {
             let _ = write!(text, ", vertical field of view {:.2}", 2.0 * (1.0 / focal).atan().to_degrees());
         }
     }
@@ -210,6 +215,7 @@ fn attribute(value: &Attribute) -> String {
 mod tests {
     use super::*;
     use crate::pose::CameraPose;
+    use crate::scene::camera::Projection;
 
     fn image() -> ReadImage {
         let channel = |name: &str| openexr::ReadChannel {
@@ -265,16 +271,23 @@ mod tests {
             right: Vec3::X,
             up: Vec3::Y,
             forward: Vec3::NEG_Z,
-            tan_half_fov: 1.0,
+            projection: Projection::Perspective,
+            half_height: 1.0,
+            shift: [0.0; 2],
         };
         let (to_camera, to_picture) = (pose.world_to_camera(), pose.world_to_ndc(2.0));
         for (name, matrix) in [("worldToCamera", to_camera), ("worldToNDC", to_picture)] {
             image.attributes.push((name.into(), Attribute::M44f(matrix.to_cols_array())));
         }
         let told = camera(&image).expect("it has the matrices");
-        let expected = "at (1.0000, 2.0000, 3.0000), looks along (0.0000, 0.0000, -1.0000), \
-                        vertical field of view 90.00";
-        assert_eq!(told, expected);
+        let place = "at (1.0000, 2.0000, 3.0000), looks along (0.0000, 0.0000, -1.0000)";
+        assert_eq!(told, format!("{place}, vertical field of view 90.00"));
+        let pose = CameraPose { projection: Projection::Orthographic, half_height: 2.5, ..pose };
+        image.attributes.pop();
+        let to_picture = Attribute::M44f(pose.world_to_ndc(2.0).to_cols_array());
+        image.attributes.push(("worldToNDC".into(), to_picture));
+        let told = camera(&image).expect("it has the matrices");
+        assert_eq!(told, format!("{place}, orthographic, sees a height of 5.0000"));
         image.origin = [-3, 4];
         assert_eq!(size(&image), "2x1 at (-3, 4); the display window is 2x1 at (0, 0)");
     }

@@ -179,6 +179,7 @@ pub(super) mod tests {
     use super::*;
     use crate::film::PlaneKind;
     use crate::pose::CameraPose;
+    use crate::scene::camera::Projection;
     use crate::stats::FrameStats;
     use crate::trace::BackendKind;
 
@@ -193,7 +194,9 @@ pub(super) mod tests {
                 right: glam::Vec3::X,
                 up: glam::Vec3::Y,
                 forward: glam::Vec3::NEG_Z,
-                tan_half_fov: 1.0,
+                projection: Projection::Perspective,
+                half_height: 1.0,
+                shift: [0.0; 2],
             },
             backend: BackendKind::Embree,
             about_layers: Vec::new().into(),

@@ -40,6 +40,7 @@ use super::shadow::ShadowQueue;
 use super::sight::SEGMENT_END;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color, mean_of};
+use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
 use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
@@ -132,15 +133,18 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         raise(cell, Verdict::Differs);
     }
     let sight = |cell: usize| sight(frame, number, tile, cell);
-    let met = trace_all(frame, sampled().map(|cell| (frame.view.camera.eye, sight(cell))));
+    let met = trace_all(frame, sampled().map(sight));
     for (ray, cell) in sampled().enumerate() {
         let (sample, sight) = (Sample::of(tile, cell), sight(cell));
         raise(cell, check_sight(frame, &sample, sight, met.get(ray)));
-        if !(is_traced(tile.status[cell]) && is_on(frame, &sample, sight)) {
+        if !(is_traced(tile.status[cell]) && is_on(frame, &sample, sight) || is_of_its_cell(frame, &sample)) {
             raise(cell, check_position(frame, number, cell, &sample));
         }
         if sample.model != BACKGROUND {
-            raise(cell, check_surface(frame, &sample, sight, full_color(sample.record.reflectance)));
+            raise(
+                cell,
+                check_surface(frame, &sample, sight.direction, full_color(sample.record.reflectance)),
+            );
         }
     }
     for first in (0..CELLS).step_by(LANES) {
@@ -164,30 +168,45 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     }
 }
 
-fn trace_all(frame: &FrameView, rays: impl Iterator<Item = (Vec3, Vec3)>) -> HitBatch {
+/// A line of sight, of any length.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    origin: Vec3,
+    direction: Vec3,
+}
+
+fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
-    rays.for_each(|(origin, direction)| batch.push(origin, direction, 0.0, f32::INFINITY));
+    sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
     frame.tracer.closest(&batch, SceneSubset::All, Coherence::Coherent, &mut hits);
     hits
 }
 
-/// The way from the eye, of any length, on which the sample of `cell` is seen. A sample that was traced in this frame
+/// The line of sight on which the sample of `cell` is seen. A sample that was traced in this frame
 /// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
-fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Vec3 {
-    let offset = frame.offset(tile.point(cell), tile.model[cell]);
-    if !is_traced(tile.status[cell]) {
-        return offset;
+fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
+    let (sample, camera) = (Sample::of(tile, cell), &frame.view.camera);
+    if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
+        let offset = offset(frame, &sample);
+        return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
     }
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
-    frame.view.directions(centre[0], centre[1]).lane(0)
+    let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
+    Sight { origin, direction }
+}
+
+/// Whether it shows the background of an orthographic view, which has no place of its own: it is seen where its cell is.
+fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
+    sample.model == BACKGROUND && frame.view.camera.is_orthographic()
 }
 
 /// How far rounding may displace a sample, world units.
 fn reach(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
-    offset.length() * TOLERANCE + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
+    frame.view.camera.sight(offset).length() * TOLERANCE
+        + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
 }
 
 /// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
@@ -216,23 +235,31 @@ fn around(way: Vec3) -> [Vec3; 8] {
     [a, -a, b, -b, a + b, a - b, b - a, -a - b]
 }
 
-/// Whether the camera meets the sample first, on the ray along `sight`.
-fn check_sight(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> Verdict {
+/// Whether the camera meets the sample first, on the line of `sight`.
+fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> Verdict {
     Verdict::of(meets(frame, sample, sight, met)).or_on_edge(|| {
-        let (eye, offset) = (frame.view.camera.eye, offset(frame, sample));
-        // as long beside `sight` as it is beside the offset, up to all but sideways: the offset may be rounded to zero
-        let (far, long) = (offset.length().max(f32::MIN_POSITIVE), sight.length());
-        let reach = (reach(frame, sample) * long / far).min(1e3 * long);
-        let aside = DISPLACEMENTS.iter().flat_map(|share| around(sight).map(|aside| aside * reach * *share));
-        let beside: Vec<Vec3> = aside.map(|aside| sight + aside).collect();
-        let met = trace_all(frame, beside.iter().map(|sight| (eye, *sight)));
+        let Sight { origin, direction } = sight;
+        let reach = reach(frame, sample);
+        let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
+        let beside: Vec<Sight> = match frame.view.camera.projection {
+            Projection::Perspective => {
+                // as long beside the sight as it is beside the offset, up to all but sideways: the offset may be rounded to zero
+                let far = offset(frame, sample).length().max(f32::MIN_POSITIVE);
+                let reach = (reach * direction.length() / far).min(1e3 * direction.length());
+                aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
+            }
+            Projection::Orthographic => {
+                aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
+            }
+        };
+        let met = trace_all(frame, beside.iter().copied());
         let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
         (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
 }
 
 /// Whether a ray along `sight` that met `met` met the sample.
-fn meets(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     match met {
         None => sample.model == BACKGROUND,
         Some(hit) => {
@@ -244,11 +271,12 @@ fn meets(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> b
 
 /// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
 /// another surface in the same place, either of which may be met first.
-fn coincides(frame: &FrameView, sample: &Sample, sight: Vec3, met: Option<Hit>) -> bool {
+fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
     let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let tolerance = reach(frame, sample) + rounding(frame, sample);
-    (met.t * sight - offset(frame, sample)).dot(geometric_normal).abs() <= tolerance
+    let from_eye = sight.origin - frame.view.camera.eye + met.t * sight.direction;
+    (from_eye - offset(frame, sample)).dot(geometric_normal).abs() <= tolerance
 }
 
 /// Whether the sample is as near to the centre of its cell as one must be that serves it.
@@ -261,8 +289,9 @@ fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample
 }
 
 /// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
-fn is_on(frame: &FrameView, sample: &Sample, sight: Vec3) -> bool {
-    offset(frame, sample).cross(sight).length() <= rounding(frame, sample) * sight.length()
+fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
+    let from_origin = frame.view.camera.eye - sight.origin + offset(frame, sample);
+    from_origin.cross(sight.direction).length() <= rounding(frame, sample) * sight.direction.length()
 }
 
 /// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from

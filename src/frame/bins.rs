@@ -16,7 +16,7 @@ pub const STEPS: i32 = 64;
 pub struct Projected8 {
     /// Those that are in any tile, a bit each.
     pub which: u8,
-    /// Along the view axis: positive; infinite for the background.
+    /// Along the view axis, [ranked](super::view::View::ranked_depth): positive; infinite for the background.
     pub depth: F32x8,
     /// In [`STEPS`] of a cell from the left of the first tile. Of lanes that are in no tile it means nothing.
     pub x: [i32; LANES],

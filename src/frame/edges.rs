@@ -5,10 +5,8 @@ use wide::{u16x8, u16x16, u64x4};
 use super::candidates::{ACROSS, AROUND, Candidate, Candidates, ROW, Sources};
 use super::cells::CellSet;
 use super::grid::{Extent, cell_number};
+use super::view::DEPTH_STEP;
 use crate::samples::{BACKGROUND, TILE};
-
-/// Where surfaces beside each other differ so much in depth (a share of it), one is before the other.
-pub const DEPTH_STEP: f32 = 0.1;
 
 /// Edges in a tile. Keeps its memory.
 #[derive(Debug, Default)]

@@ -54,7 +54,8 @@ pub fn enhance(
             let goes_on = if frame.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
             if gloss.is_any || has_coats || goes_on != 0 {
                 let placed = placed.get(frame, tile, first);
-                let incoming = (placed.point - Vec3x8::splat(frame.view.camera.eye)).normalize();
+                let offsets = placed.point - Vec3x8::splat(frame.view.camera.eye);
+                let incoming = frame.view.sights(offsets).normalize();
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
                 let rays = |_: usize, seen: &_| bounce::rays_of_sample(frame, seen);

@@ -19,7 +19,7 @@ use super::window::Window;
 use crate::cryptomatte::{Id, Kind, Mattes};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
-use crate::samples::{CELLS, Column, EMPTY, Tile};
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
 
 /// A worker's memory for this phase.
 #[derive(Debug)]
@@ -290,8 +290,15 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
             let target = cell + F32x8::splat(0.5);
             at.max(target - reach).min(target + reach)
         };
-        near(seen.x - left, F32x8::load(&grid.place_x, first)).store(&mut filtering.x, first);
-        near(seen.y - top, F32x8::load(&grid.place_y, first)).store(&mut filtering.y, first);
+        let cells = [&grid.place_x, &grid.place_y].map(|place| F32x8::load(place, first));
+        let mut at = [near(seen.x - left, cells[0]), near(seen.y - top, cells[1])];
+        if frame.view.camera.is_orthographic() {
+            // the background has no place of its own: its samples are those of their cells
+            let is_background = Mask::equal(&tile.model[first..first + LANES], BACKGROUND);
+            at = [0, 1].map(|axis| is_background.select(cells[axis] + F32x8::splat(0.5), at[axis]));
+        }
+        at[0].store(&mut filtering.x, first);
+        at[1].store(&mut filtering.y, first);
     }
 }
 

@@ -13,7 +13,6 @@ use super::view::View;
 use crate::animation::Transform;
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
-use crate::geometry::SweptBox;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
@@ -182,8 +181,11 @@ impl<'a> FrameView<'a> {
 
     /// What rays from the eye through the cells of tile number `number` may meet.
     pub fn in_sight(&self, number: usize) -> SceneSubset {
-        let ways = SweptBox::fan(self.view.camera.eye, &self.view.directions_of_tile(number));
-        if self.dynamic_bounds.may_meet_sweep(&ways) { SceneSubset::All } else { SceneSubset::Still }
+        if self.dynamic_bounds.may_meet_sweep(&self.view.sights_of_tile(number)) {
+            SceneSubset::All
+        } else {
+            SceneSubset::Still
+        }
     }
 
     /// Whether the model of a sample moved since the frame before. The background never does.

@@ -425,7 +425,7 @@ fn begin<'c>(
 /// A hash that changes when the camera does.
 fn view_hash(camera: &CameraPose) -> u32 {
     let axes = [camera.eye, camera.right, camera.up, camera.forward].map(|axis| axis.to_array());
-    hash_of(axes.as_flattened()) ^ camera.tan_half_fov.to_bits()
+    hash_of(axes.as_flattened()) ^ camera.half_height.to_bits() ^ hash_of(&camera.shift)
 }
 
 /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.

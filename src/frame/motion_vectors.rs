@@ -79,8 +79,12 @@ impl MotionVectors {
     }
 
     /// From where a point of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
-    /// pixels, x to the right and y upwards. `offset`: from the eye to it. Zero where either place is behind the eye.
+    /// pixels, x to the right and y upwards. `offset`: from the eye to it. Zero where either place is behind the eye, and for the
+    /// background of an orthographic view, which has no place.
     pub fn of(&self, view: &View, offset: Vec3, point: Vec3, model: u32) -> [Vec2; 2] {
+        if model == BACKGROUND && view.camera.is_orthographic() {
+            return [Vec2::ZERO; 2];
+        }
         let Some(here) = view.project_one(offset).map(Vec3::truncate) else { return [Vec2::ZERO; 2] };
         let per_pixel = (view.grid.samples as f32).recip();
         self.beside.each_ref().map(|beside| {

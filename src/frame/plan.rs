@@ -140,7 +140,7 @@ impl Plan {
 fn camera_change(before: &CameraPose, now: &CameraPose) -> CameraChange {
     if before == now {
         CameraChange::None
-    } else if before.eye == now.eye {
+    } else if before.eye == now.eye && (!now.is_orthographic() || before.forward == now.forward) {
         CameraChange::SamePlace
     } else {
         CameraChange::Moved
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn a_turned_or_zoomed_camera_hides_nothing_that_is_still() {
         let turned = change(|now| (now.camera.right, now.camera.forward) = (Vec3::Z, Vec3::X));
-        let zoomed = change(|now| now.camera.tan_half_fov = 0.5);
+        let zoomed = change(|now| now.camera.half_height = 0.5);
         for plan in [turned, zoomed] {
             assert_eq!(plan.camera, CameraChange::SamePlace);
             assert_eq!(plan.sight_check(false), SightCheck::Nothing);

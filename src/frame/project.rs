@@ -27,12 +27,16 @@ pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Proje
 fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
     let seen = frame.view.project(offsets);
     let grid = &frame.view.grid;
-    let [is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
+    let [mut is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
+    if frame.view.camera.is_orthographic() {
+        // it has no place of its own: all of the background is seen along the view axis
+        is_sample = is_sample & !is_background;
+    }
     // no for what is not a number as well
     let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
     Projected8 {
         which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
-        depth: is_background.select(F32x8::splat(f32::INFINITY), seen.depth),
+        depth: is_background.select(F32x8::splat(f32::INFINITY), frame.view.ranked_depth(seen.depth)),
         x: grid.steps_from_first(seen.x, 0, STEPS),
         y: grid.steps_from_first(seen.y, 1, STEPS),
     }

@@ -1,4 +1,4 @@
-//! The way from the eye to samples: the segments that verification traces, and from which side surfaces are seen.
+//! The way from the eye to samples (of an orthographic camera, from the plane of the eye): the segments that verification traces, and from which side surfaces are seen.
 
 use super::bits::{set_bits, surface_bits};
 use super::frame_view::FrameView;
@@ -15,14 +15,21 @@ use crate::trace::RayBatch;
 /// ray and no error. The [audit](super::audit) tolerates no more.
 pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 
+/// The lines of sight to eight samples of a tile: where they begin, and what leads from there to the samples.
+#[inline(always)]
+pub fn sights(frame: &FrameView, tile: &Tile, first: usize) -> [Vec3x8; 2] {
+    let offsets = frame.offsets(tile, first);
+    [frame.view.origins(offsets), frame.view.sights(offsets)]
+}
+
 /// Adds the segments from the eye to those of eight samples whose bit is set.
 pub fn segments(frame: &FrameView, tile: &Tile, first: usize, wanted: u8, rays: &mut RayBatch) {
     let models = &tile.model[first..first + LANES];
     // nothing is the background's own: its number is that of no hit
     let triangles = tile.triangles(first);
     let own = [models, &triangles[..]];
-    let (eye, far) = (Vec3x8::splat(frame.view.camera.eye), segment_ends(models));
-    rays.push_lanes_to_samples(eye, frame.offsets(tile, first), far, own, wanted);
+    let [origins, sights] = sights(frame, tile, first);
+    rays.push_lanes_to_samples(origins, sights, segment_ends(models), own, wanted);
 }
 
 /// Where the segments to eight samples end.
@@ -47,6 +54,6 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
         geometric_normals
             .set_lane(lane, frame.transform(models[lane]).geometric_normal(geometric_normals.lane(lane)));
     }
-    let before = geometric_normals.dot(frame.offsets(tile, first)).lt(F32x8::ZERO);
+    let before = geometric_normals.dot(frame.view.sights(frame.offsets(tile, first))).lt(F32x8::ZERO);
     may_have_turned & !before.bits()
 }

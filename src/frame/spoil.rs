@@ -161,18 +161,21 @@ fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> R
     /// Of the distance from the eye: what is nearer than this is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
-    let (eye, is_placed) = (pose.camera.eye, |model: u32| pose.models[model as usize].is_identity);
+    let (camera, is_placed) = (&pose.camera, |model: u32| pose.models[model as usize].is_identity);
+    let line_of_sight = |point: Vec3| (camera.origin(point - camera.eye), camera.sight(point - camera.eye));
     let mut count = 0;
     for tile in &mut store.tiles {
         let mut cells = spoilt_cells(tile);
         cells.retain(|cell| is_placed(tile.model[*cell]));
         let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());
-        cells.iter().for_each(|cell| rays.push(eye, tile.point(*cell) - eye, BEHIND, f32::INFINITY));
+        for (origin, sight) in cells.iter().map(|cell| line_of_sight(tile.point(*cell))) {
+            rays.push(origin, sight, BEHIND, f32::INFINITY);
+        }
         tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits);
         for (ray, cell) in cells.into_iter().enumerate() {
             let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
-            let sight = tile.point(cell) - eye;
-            let point = eye + hit.t * sight;
+            let (origin, sight) = line_of_sight(tile.point(cell));
+            let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
             let corners = Corners::all(mesh, hit.triangle);
             let weights = corners.weights_at(Vec3x8::splat(point));

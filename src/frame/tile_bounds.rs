@@ -6,8 +6,9 @@ use super::frame_view::FrameView;
 use super::moved_bounds::MovedBounds;
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{LANES, Mask, Vec3x8};
-use crate::pose::{LightPose, LightShape};
+use crate::pose::{CameraPose, LightPose, LightShape};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
+use crate::scene::camera::Projection;
 
 /// Where the samples of a tile are.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,14 +31,25 @@ impl TileBounds {
         Self { surfaces, sky: Bounds::EMPTY }
     }
 
-    /// Whether anything that moved may be between the eye and any sample. A `false` is certain.
-    pub fn may_be_hidden(&self, frame: &FrameView) -> bool {
+    /// Whether anything that moved may be between the eye and any sample. The samples are those of tile number `number`. A
+    /// `false` is certain.
+    pub fn may_be_hidden(&self, frame: &FrameView, number: usize) -> bool {
         let Self { surfaces, sky } = self;
-        let eye = frame.view.camera.eye;
+        let CameraPose { eye, forward, projection, .. } = frame.view.camera;
         let hides = |bounds: &Bounds, sweep: SweptBox| {
             !bounds.is_empty() && frame.moved_bounds.may_meet_sweep(&sweep)
         };
-        hides(surfaces, SweptBox::between(&Bounds::at(eye), surfaces)) || hides(sky, SweptBox::fan(eye, sky))
+        match projection {
+            Projection::Perspective => {
+                hides(surfaces, SweptBox::between(&Bounds::at(eye), surfaces))
+                    || hides(sky, SweptBox::fan(eye, sky))
+            }
+            // and from behind the camera, which does not matter
+            Projection::Orthographic => {
+                hides(surfaces, SweptBox::along(surfaces, -forward))
+                    || hides(sky, frame.view.sights_of_tile(number))
+            }
+        }
     }
 
     /// Whether anything in `moved` may be between a light and any surface. A `false` is certain.

@@ -91,7 +91,7 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
         state.may_be_reached = frame.plan.any_moved && {
             let bounds = state.bounds.take();
             let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds));
-            !content.is_out_of_reach(frame) || bins.any(number)
+            !content.is_out_of_reach(frame, number) || bins.any(number)
         };
         let may_be_reached = |paths: &TilePaths| !paths.is_out_of_reach(frame);
         state.paths_may_differ =
@@ -125,12 +125,12 @@ impl Content {
         self.models.may_share(frame.moved_bounds.models())
     }
 
-    /// Whether nothing that moved may hide a sample or change its light.
-    fn is_out_of_reach(&self, frame: &FrameView) -> bool {
+    /// Whether nothing that moved may hide a sample or change its light; it is the content of tile number `number`.
+    fn is_out_of_reach(&self, frame: &FrameView, number: usize) -> bool {
         let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, light);
         !self.is_doubtful
             && !self.may_have_moved(frame)
-            && !self.bounds.may_be_hidden(frame)
+            && !self.bounds.may_be_hidden(frame, number)
             && !frame.pose.lights.iter().any(may_be_in_shadow)
     }
 }

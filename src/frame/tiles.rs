@@ -406,7 +406,7 @@ fn update_samples(
         let bounds = state.content.as_ref().map(|content| &content.bounds);
         let mut cells = CellSet::ALL;
         for asked in 1.. {
-            let request = Request { cells: &cells, bounds, flags: serving.flags(), ahead };
+            let request = Request { number, cells: &cells, bounds, flags: serving.flags(), ahead };
             verify::verify(frame, among, tile, &request, trace);
             ahead = Ahead::default();
             let next = match reused {

@@ -2,7 +2,6 @@
 
 use super::bits::{set_bits, status_bits};
 use super::cells::{CellSet, is_traced};
-use super::edges::DEPTH_STEP;
 use super::frame_view::FrameView;
 use super::surface::Hits8;
 use super::trace_scratch::TraceScratch;
@@ -68,11 +67,11 @@ pub fn trace_missed(
 fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBatch) {
     let grid = &frame.view.grid;
     let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
-    let (eye, far) = (Vec3x8::splat(frame.view.camera.eye), F32x8::splat(f32::INFINITY));
+    let far = F32x8::splat(f32::INFINITY);
     for owners in owners.chunks(LANES) {
         let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
-        let directions = frame.view.directions(x + centre[0], y + centre[1]);
-        rays.push_lanes(eye, directions, far, u8::MAX >> (LANES - owners.len()));
+        let [origins, directions] = frame.view.rays(x + centre[0], y + centre[1]);
+        rays.push_lanes(origins, directions, far, u8::MAX >> (LANES - owners.len()));
     }
 }
 
@@ -96,12 +95,12 @@ fn are_neighbours(cells: &[u32]) -> bool {
 /// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
 /// side of the eye.
 fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
-    let direction = Vec3x8::load([&rays.direction[0], &rays.direction[1], &rays.direction[2]], from);
+    let [origin, direction] = [&rays.origin, &rays.direction].map(|[x, y, z]| Vec3x8::load([x, y, z], from));
     let met = Hits8::of(hits, from);
     let Hits8 { models, triangles, .. } = met;
     let corners = met.corners(frame);
     let mut point = corners.point(met.weights);
-    put_on_ray(frame, direction, &met, &mut point);
+    put_on_ray(frame, [origin, direction], &met, &mut point);
     let weights = corners.weights_at(point);
     let (normal, geometric_normal) = (corners.normal(weights), corners.geometric_normal());
     let behind = seen_from_behind(frame, geometric_normal, direction, models);
@@ -157,7 +156,7 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
     let offset = frame.offset(tile.point(cell), model);
     let far = offset.dot(frame.view.camera.forward);
     server.triangle == met.triangle
-        || server.material == met.material && (far - depth).abs() <= DEPTH_STEP * far.min(depth)
+        || server.material == met.material && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
 }
 
 /// Mends the points (object space) that lie beside their rays.
@@ -167,20 +166,20 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
 /// double floats.
 #[inline(always)]
-fn put_on_ray(frame: &FrameView, direction: Vec3x8, met: &Hits8, point: &mut Vec3x8) {
+fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
     let models = met.models;
-    let eye = frame.view.camera.eye;
     let mut world = *point;
     for lane in set_bits(frame.displaced_bits(models)) {
         world.set_lane(lane, frame.transform(models[lane]).point(point.lane(lane)));
     }
-    let offset = world - Vec3x8::splat(eye);
+    let offset = world - origin;
     let aside = offset.cross(direction);
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
         let (transform, mesh) = (frame.transform(models[lane]), met.mesh(frame, lane));
-        let exact = meet_exactly(transform, mesh, met.triangles[lane], eye, direction.lane(lane));
+        let (origin, direction) = (origin.lane(lane), direction.lane(lane));
+        let exact = meet_exactly(transform, mesh, met.triangles[lane], origin, direction);
         if let Some(exact) = exact {
             point.set_lane(lane, exact);
         }

@@ -1,23 +1,25 @@
 //! Verification: is what serves a cell still seen? (the paper's "Verification Phase", for the eye)
 //!
-//! Segments run from the eye to the sample, so that the rays of a tile start in one point and stay
+//! Segments run from the eye to the sample, so that the rays of a tile start in one point (or side by side) and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
 use super::ahead::Ahead;
-use super::bits::{count_bits, set_bits, status_bits};
+use super::bits::{count_bits, set_bits, status_bits, surface_bits};
 use super::cells::{BLOCK, CellSet};
 use super::frame_view::FrameView;
 use super::plan::SightCheck;
-use super::sight::{back_facing_bits, segment_ends, segments};
+use super::sight::{back_facing_bits, segment_ends, segments, sights};
 use super::tile_bounds::TileBounds;
 use super::trace_scratch::TraceScratch;
-use crate::lanes::{LANES, Vec3x8};
+use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, Status, Tile};
 use crate::trace::{Coherence, Occluders, Purpose, SceneSubset};
 
 /// What is to be verified of a tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
+    /// Its number.
+    pub number: usize,
     /// Cells whose samples are asked for.
     pub cells: &'a CellSet,
     /// Of at least the samples of models that did not move, if they are known.
@@ -46,9 +48,12 @@ pub fn verify(
             }
         }
     }
+    if frame.view.camera.is_orthographic() {
+        give_up_background(frame, tile, request);
+    }
     let may_be_hidden = || match bounds {
-        Some(bounds) => bounds.may_be_hidden(frame),
-        None => TileBounds::samples(frame, tile).may_be_hidden(frame),
+        Some(bounds) => bounds.may_be_hidden(frame, request.number),
+        None => TileBounds::samples(frame, tile).may_be_hidden(frame, request.number),
     };
     if frame.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
         verify_against(SightCheck::Moved, &[Occluders::Moved], frame, tile, request, scratch);
@@ -58,6 +63,29 @@ pub fn verify(
         SceneSubset::Still => &[Occluders::Still],
     };
     verify_against(SightCheck::Everything, occluders, frame, tile, request, scratch);
+}
+
+/// Samples of the background have no place in an orthographic view by which they could be verified: where anything may hide
+/// them, their cells are traced, which takes a ray as well.
+fn give_up_background(frame: &FrameView, tile: &mut Tile, request: &Request) {
+    let is_in_doubt = match frame.plan.sight_check(false) {
+        SightCheck::Everything => true,
+        SightCheck::Moved => {
+            let sights = frame.view.sights_of_tile(request.number);
+            frame.moved_bounds.may_meet_sweep(&sights)
+        }
+        SightCheck::Nothing => false,
+    };
+    if !is_in_doubt {
+        return;
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
+        let background = !surface_bits(&tile.model[first..first + LANES]);
+        for lane in set_bits(reused & background & request.cells.eight(first)) {
+            tile.status[first + lane] = Status::Obscured;
+        }
+    }
 }
 
 /// Sends the segments of all samples whose check is `check` against `occluders`.
@@ -73,6 +101,8 @@ fn verify_against(
     let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
     let any_unseen = flags.has(Flags::UNSEEN);
     let for_unseen = any_unseen && check == SightCheck::Everything;
+    // what is left of it cannot be hidden
+    let asks_background = !frame.view.camera.is_orthographic();
     if !for_still && !for_moved && !for_unseen {
         return;
     }
@@ -84,6 +114,11 @@ fn verify_against(
             let unseen = if any_unseen { tile.flagged(first, Flags::UNSEEN) } else { 0 };
             let seen = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
             let checked = seen & !unseen | if for_unseen { unseen } else { 0 };
+            let checked = if asks_background {
+                checked
+            } else {
+                checked & surface_bits(&tile.model[first..first + LANES])
+            };
             let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
             may_be_hidden_bits(check, frame, tile, first, reused & cells.eight(first))
         };
@@ -116,8 +151,9 @@ fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: 
     if check != SightCheck::Moved || asked == 0 {
         return asked;
     }
-    let (offsets, far) = (frame.offsets(tile, first), segment_ends(&tile.model[first..first + LANES]));
-    asked & frame.moved_bounds.may_meet(Vec3x8::splat(frame.view.camera.eye), offsets, far)
+    let ([origins, sights], far) =
+        (sights(frame, tile, first), segment_ends(&tile.model[first..first + LANES]));
+    asked & frame.moved_bounds.may_meet(origins, sights, far)
 }
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
@@ -138,11 +174,13 @@ fn push_segments(
             count_bits(bits, &mut scratch.tally.cells.verification[first + half..first + half + LANES]);
         }
         if asked.count_ones() >= LEAST_WHOLE {
-            let ways = [first, first + LANES]
-                .map(|first| (frame.offsets(tile, first), segment_ends(&tile.model[first..first + LANES])));
+            let ways = [first, first + LANES].map(|first| {
+                let [origins, sights] = sights(frame, tile, first);
+                (origins, sights, segment_ends(&tile.model[first..first + LANES]))
+            });
             let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);
             let own = [&tile.model[first..first + BLOCK], &triangles];
-            scratch.rays.push_packet_to_samples(frame.view.camera.eye, &ways, own, *asked);
+            scratch.rays.push_packet_to_samples(&ways, own, *asked);
             scratch.owners.extend(first as u32..(first + BLOCK) as u32);
         }
     }

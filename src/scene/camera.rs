@@ -1,26 +1,66 @@
-//! The camera of a shot: keyed eye, orientation and field of view.
+//! The camera of a shot: keyed eye, orientation and lens.
 
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::animation::Track;
 
-/// A pinhole camera whose place, direction and lens are keyed.
+/// A camera whose place, direction and lens are keyed: a pinhole, or an orthographic one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraTrack {
     /// World space.
     pub eye: Track<DVec3>,
     /// Where it looks.
     pub aim: Aim,
-    /// Vertical field of view, degrees, in 0..180 (both excluded).
+    /// Vertical field of view, degrees, in 0..180 (both excluded); nothing to an orthographic camera.
     pub fov: Track<f64>,
+    /// What else there is to say of the lens.
+    pub lens: Lens,
     /// Frames at which the shot cuts: nothing is reused across one.
     pub cuts: Vec<i32>,
 }
 
+/// How a camera draws what it sees, beside its field of view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lens {
+    /// Of an orthographic camera: the height of what it sees, world units, above 0. None: a pinhole camera.
+    pub height: Option<Track<f64>>,
+    /// By how much the picture lies right of the view axis and above it, as shares of its longer side.
+    pub shift: [Track<f64>; 2],
+}
+
+impl Default for Lens {
+    /// A pinhole, with the view axis in the middle of the picture.
+    fn default() -> Self {
+        Self { height: None, shift: [0.0; 2].map(Track::constant) }
+    }
+}
+
+/// How lines of sight run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Projection {
+    /// From one point.
+    #[default]
+    Perspective,
+    /// Side by side.
+    Orthographic,
+}
+
 impl CameraTrack {
-    /// Tangent of half the vertical field of view at `frame`.
-    pub fn tan_half_fov(&self, frame: f64) -> f32 {
-        (self.fov.at(frame).to_radians() * 0.5).tan() as f32
+    /// How lines of sight run, in all frames.
+    pub fn projection(&self) -> Projection {
+        if self.lens.height.is_some() { Projection::Orthographic } else { Projection::Perspective }
+    }
+
+    /// Half the height of what is seen at `frame`: at distance 1, which is the tangent of half the vertical field of view, or of
+    /// an orthographic camera in world units.
+    pub fn half_height(&self, frame: f64) -> f32 {
+        match &self.lens.height {
+            Some(height) => (height.at(frame) * 0.5) as f32,
+            None => (self.fov.at(frame).to_radians() * 0.5).tan() as f32,
+        }
     }
 }
 

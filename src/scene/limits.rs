@@ -3,8 +3,9 @@
 //! Nothing of this is an error: the pictures show what can be kept. But surfaces may look jagged, and samples may be
 //! reused in a neighbouring cell, which the audit counts as differing.
 
-use super::camera::Aim;
+use super::camera::{Aim, Projection};
 use super::{Mesh, Scene};
+use crate::animation::Track;
 use crate::settings::Settings;
 
 /// Of a coordinate: how far rounding to a single float may move it.
@@ -32,11 +33,26 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
 /// What there is to say of the camera and the extent of `scene` if it is rendered with `settings`.
 pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     let camera = &scene.camera;
-    let frames: Vec<f64> = camera.eye.frames().chain(camera.fov.frames()).collect();
+    let is_orthographic = camera.projection() == Projection::Orthographic;
+    let heights = camera.lens.height.iter().flat_map(Track::frames);
+    let frames: Vec<f64> = camera.eye.frames().chain(camera.fov.frames()).chain(heights).collect();
+    // at distance 1; of an orthographic camera, world units
     let cell = |frame: f64| {
         let cells = f64::from(settings.height) * f64::from(settings.samples);
-        2.0 * f64::from(camera.tan_half_fov(frame)) / cells
+        2.0 * f64::from(camera.half_height(frame)) / cells
     };
+    let fine = frames.iter().filter(|_| is_orthographic).find(|frame| {
+        let largest = camera.eye.at(**frame).abs().max_element();
+        // what is seen is about where the camera is
+        largest * ROUNDING > cell(**frame)
+    });
+    let fine = fine.map(|frame| {
+        format!(
+            "at frame {frame} a sample of the orthographic camera is so small that rounding of positions moves it by more than \
+             its size: take a greater `height`, a smaller --size or fewer --samples, or move the shot to the origin"
+        )
+    });
+    let frames: Vec<f64> = frames.into_iter().filter(|_| !is_orthographic).collect();
     let narrow = frames.iter().find(|frame| cell(**frame) < NARROWEST_CELL);
     let near = frames.iter().find(|frame| {
         let (Aim::Target { target, .. }, eye) = (&camera.aim, camera.eye.at(**frame)) else { return false };
@@ -62,7 +78,7 @@ pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
              what is far away nearer"
         )
     });
-    narrow.into_iter().chain(near).chain(wide).collect()
+    narrow.into_iter().chain(near).chain(fine).chain(wide).collect()
 }
 
 #[cfg(test)]
@@ -103,6 +119,16 @@ mod tests {
         assert!(told("[5, 2, 5.00006]", "40").contains("so near"));
         let wide = shot(&USUAL.replace("v 9 0 0", "v 4.5e12 0 0"), "[0, 0, 9]", "40");
         assert!(of_camera(&wide.scene, &wide.settings).join("\n").contains("smaller than 5.0e-1"));
+    }
+
+    #[test]
+    fn an_orthographic_camera_that_sees_too_little_is_told() {
+        let mut shot = shot(USUAL, "[0, 0, 9]", "0.05");
+        for (height, is_told) in [(10.0, false), (1e-4, true)] {
+            shot.scene.camera.lens.height = Some(Track::constant(height));
+            let told = of_camera(&shot.scene, &shot.settings);
+            assert_eq!((told.len(), told.join("\n").contains("`height`")), (usize::from(is_told), is_told));
+        }
     }
 
     #[test]

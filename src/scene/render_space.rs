@@ -9,7 +9,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::camera::Aim;
+use super::camera::{Aim, Lens};
 use super::{CameraTrack, Light, LightKind};
 use crate::animation::TransformTrack;
 
@@ -151,7 +151,9 @@ impl RenderSpace {
             Aim::Target { target, roll } => Aim::Target { target: target.map(|at| self.point(at)), roll },
             rotation => rotation,
         };
-        CameraTrack { eye: camera.eye.map(|eye| self.point(eye)), aim, ..camera }
+        let height = camera.lens.height.map(|track| track.map(|height| height * self.scale));
+        let lens = Lens { height, ..camera.lens };
+        CameraTrack { eye: camera.eye.map(|eye| self.point(eye)), aim, lens, ..camera }
     }
 
     /// Converts a light's motion; what falls with the square of the distance is stronger at larger ones.

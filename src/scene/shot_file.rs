@@ -11,6 +11,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde_json::{Value, json};
 
+use super::camera::Projection;
 use super::toml_text::{At, List};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
@@ -76,7 +77,7 @@ pub(crate) struct ShotFile {
     pub background: Option<BackgroundTable>,
     /// Light from all around: a map, a sky with its sun, or the background
     pub environment: Option<At<EnvironmentTable>>,
-    /// A pinhole camera and its keys
+    /// The camera and its keys
     pub camera: Option<At<CameraTable>>,
     /// Each moves as a rigid whole
     #[serde(default)]
@@ -250,6 +251,9 @@ pub(crate) struct SkyTable {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("required" = ["key"]))]
 pub(crate) struct CameraTable {
+    /// How lines of sight run
+    #[serde(default)]
+    pub projection: Projection,
     /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
@@ -275,9 +279,15 @@ pub(crate) struct CameraKey {
     pub rotation: Option<Three>,
     /// With `target`: bank, degrees clockwise (0)
     pub roll: Option<At<f64>>,
-    /// Vertical field of view, degrees (the previous key's; 40 in the first key)
+    /// Perspective cameras: vertical field of view, degrees (the previous key's; 40 in the first key)
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub fov: Option<At<f64>>,
+    /// Orthographic cameras: height of what is seen, in the units of the models (the previous key's)
+    #[schemars(range(min = 1e-18, max = 1e18))]
+    pub height: Option<At<f64>>,
+    /// Lens shift to the right and upwards, as shares of the picture's longer side (the previous key's; [0, 0] in the first key)
+    #[schemars(inner(range(min = -100, max = 100)))]
+    pub shift: Option<At<List<f64, 2>>>,
     /// A camera cut: no interpolation from the previous key
     #[serde(default)]
     pub cut: bool,

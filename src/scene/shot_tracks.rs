@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::camera::Aim;
+use super::camera::{Aim, Lens, Projection};
 use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
 use super::toml_text::{At, List, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
@@ -11,6 +11,11 @@ use crate::animation::{Interpolation, Track, TransformTrack};
 
 /// Vertical field of view where no key has said one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
+/// What an orthographic camera may see from top to bottom, in the units of the files.
+const LEAST_HEIGHT: f64 = 1e-18;
+const GREATEST_HEIGHT: f64 = 1e18;
+/// Shift of a lens, in either direction, as a share of the picture's longer side.
+const FARTHEST_SHIFT: f64 = 100.0;
 /// Frames that are looked at one by one for values that curves overshoot.
 const MOST_FRAMES_LOOKED_AT: f64 = 100_000.0;
 
@@ -25,6 +30,10 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
     let interpolation = table.get_ref().interpolation;
     let cuts = cuts(text, &keys)?;
     let fov = fields_of_view(text, &keys)?;
+    let is_orthographic = table.get_ref().projection == Projection::Orthographic;
+    let height = if is_orthographic { Some(heights(text, &keys)?) } else { None };
+    let shift = shifts(text, &keys)?;
+    refuse_other_lens(text, &keys, is_orthographic)?;
     let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
     let aim = each(&keys, |key| aim_of(text, key, by_target))?;
     let roll = each(&keys, |key| key.roll.as_ref().map_or(Ok(0.0), |roll| any_number(text, "roll", roll)))?;
@@ -51,11 +60,21 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
             Aim::Rotation(aim)
         },
         fov: through(fov, interpolation).cut_at(&cut_frames),
+        lens: Lens {
+            height: height.map(|height| through(height, interpolation).cut_at(&cut_frames)),
+            shift: shift.map(|shift| through(shift, interpolation).cut_at(&cut_frames)),
+        },
         cuts,
     };
     let wide = |frame| !(track.fov.at(frame) > 0.0 && track.fov.at(frame) < 180.0);
     if let Some(frame) = frames_between(&keys).find(|frame| wide(*frame)) {
         let message = format!("the smooth curve of `fov` leaves 0..180 at frame {frame}: add a key there");
+        return Err(text.fault(table.span(), message));
+    }
+    let flat = |frame| track.lens.height.as_ref().is_some_and(|height| height.at(frame) < LEAST_HEIGHT);
+    if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
+        let message =
+            format!("the smooth curve of `height` falls to 0 or below at frame {frame}: add a key there");
         return Err(text.fault(table.span(), message));
     }
     Ok(track)
@@ -100,6 +119,64 @@ fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<
         }
         Ok(last)
     })
+}
+
+/// Of what an orthographic camera sees, at each key.
+fn heights(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
+    let mut last = None;
+    each(keys, |key| {
+        if let Some(height) = &key.height {
+            let wanted = "from 1e-18 to 1e18, in the units of the models";
+            last = Some(text.number("height", height, wanted, |height| {
+                (LEAST_HEIGHT..=GREATEST_HEIGHT).contains(&height)
+            })?);
+        }
+        last.ok_or_else(|| {
+            let message = "this key of an orthographic camera needs `height`: how much of the world is seen from the top of \
+                           the picture to its bottom";
+            text.fault(key.frame.span(), message)
+        })
+    })
+}
+
+/// To the right and upwards, at each key.
+fn shifts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Vec<(f64, f64)>; 2], SceneError> {
+    let mut last = [0.0; 2];
+    let both = each(keys, |key| {
+        if let Some(shift) = &key.shift {
+            last = shift.get_ref().0;
+            if !last.iter().all(|shift| shift.abs() <= FARTHEST_SHIFT) {
+                let message = "must be two numbers from -100 to 100: shares of the picture's longer side";
+                return Err(text.bad("shift", shift, message));
+            }
+        }
+        Ok(last)
+    })?;
+    Ok([0, 1].map(|axis| both.iter().map(|(frame, shift)| (*frame, shift[axis])).collect()))
+}
+
+/// Refuses what the other projection is described by.
+fn refuse_other_lens(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    is_orthographic: bool,
+) -> Result<(), SceneError> {
+    for (_, key) in keys {
+        let key = key.get_ref();
+        if let Some(fov) = key.fov.as_ref().filter(|_| is_orthographic) {
+            return Err(text.bad(
+                "fov",
+                fov,
+                "goes with a perspective camera: an orthographic one has `height`",
+            ));
+        }
+        if let Some(height) = key.height.as_ref().filter(|_| !is_orthographic) {
+            let message =
+                "goes with `projection = \"orthographic\"` in [camera]: a perspective camera has `fov`";
+            return Err(text.bad("height", height, message));
+        }
+    }
+    Ok(())
 }
 
 fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3, SceneError> {

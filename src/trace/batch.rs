@@ -104,25 +104,24 @@ impl RayBatch {
     #[inline(always)]
     pub fn push_packet(&mut self, origin: Vec3, directions: [Vec3x8; 2], far: f32, lanes: u16) {
         let far = F32x8::splat(far);
-        self.next_whole(origin, &directions.map(|direction| (direction, far)), lanes);
+        self.next_whole(&directions.map(|direction| (Vec3x8::splat(origin), direction, far)), lanes);
     }
 
-    /// The same for rays that end in samples, each with its own greatest t: the samples never block them.
+    /// The same for rays that end in samples, each with its own origin, direction and greatest t: the samples never block them.
     #[inline(always)]
     pub fn push_packet_to_samples(
         &mut self,
-        origin: Vec3,
-        ways: &[(Vec3x8, F32x8); 2],
+        ways: &[(Vec3x8, Vec3x8, F32x8); 2],
         [models, triangles]: [&[u32]; 2],
         lanes: u16,
     ) {
-        let packet = self.next_whole(origin, ways, lanes);
+        let packet = self.next_whole(ways, lanes);
         packet.own_model.copy_from_slice(models);
         packet.own_triangle.copy_from_slice(triangles);
     }
 
     #[inline(always)]
-    fn next_whole(&mut self, origin: Vec3, ways: &[(Vec3x8, F32x8); 2], lanes: u16) -> &mut RayPacket {
+    fn next_whole(&mut self, ways: &[(Vec3x8, Vec3x8, F32x8); 2], lanes: u16) -> &mut RayPacket {
         debug_assert_eq!(self.len, self.whole.len() * LANES, "whole packets come first");
         let at = self.whole.len();
         if at == self.packets.len() {
@@ -131,9 +130,10 @@ impl RayBatch {
         self.whole.push(lanes);
         self.len += LANES;
         let packet = &mut self.packets[at];
-        packet.origin = origin.to_array().map(|along| [along; LANES]);
         // by reference: the array is large enough to be copied by a call
-        for (half, (directions, far)) in ways.iter().enumerate() {
+        for (half, (origins, directions, far)) in ways.iter().enumerate() {
+            let [x, y, z] = &mut packet.origin;
+            origins.store([x, y, z], half * HALF);
             let [x, y, z] = &mut packet.direction;
             directions.store([x, y, z], half * HALF);
             far.store(&mut packet.far, half * HALF);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
-use afterimage::scene::camera::Aim;
+use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene,
 };
@@ -63,7 +63,13 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
 /// From `eye` to `target`, 60 degrees from top to bottom.
 pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
     let roll = Track::constant(0.0);
-    CameraTrack { eye, aim: Aim::Target { target, roll }, fov: Track::constant(60.0), cuts: vec![] }
+    CameraTrack {
+        eye,
+        aim: Aim::Target { target, roll },
+        fov: Track::constant(60.0),
+        lens: Lens::default(),
+        cuts: vec![],
+    }
 }
 
 /// A light of constant colour.
