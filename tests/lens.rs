@@ -185,7 +185,8 @@ fn an_orthographic_camera_looks_along_the_horizon() {
     for filter in [Filter::Box, Filter::Mitchell] {
         let settings = Settings { filter, ..toy::settings(1) };
         let share = audited(&with_flyer(rest.clone()), &settings);
-        assert!(share > 0.8, "{share}");
+        // in whole tiles that the flyer may cross the background is traced
+        assert!(share > 0.4, "{share}");
         let moving = with_camera(world(), goes(camera[0], camera[0] + DVec3::X * 0.5), rests(camera[1]));
         audited(&orthographic(with_flyer(moving), Track::constant(6.0)), &settings);
     }

@@ -29,7 +29,7 @@ use crate::frame::{self, Finished, Renderer};
 use crate::layers::Layers;
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
-use crate::report::backends::{Agreement, BackendRun, MOST_APART, RaySpeeds};
+use crate::report::backends::{Agreement, BackendRun, RaySpeeds, most_apart};
 use crate::report::both_ways::{BothTotals, ComparedFrame, Difference, Saving};
 use crate::report::comparison::Comparison;
 use crate::report::file::{write_json, write_text};
@@ -232,19 +232,21 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let comparison = comparison(options, made.frames.swap_remove(0), runs, &pairs[0]);
     terminal.result(&summary(&comparison));
     let reports = write_reports(options, &comparison, &pictures, terminal);
-    outcome.and(reports).and_then(|()| verdict(&comparison.backends))
+    outcome.and(reports).and_then(|()| verdict(&comparison.backends, comparison.settings.picture.paths))
 }
 
-/// Nothing may differ when it is traced again, by any tracer, and tracers must agree.
-fn verdict(runs: &[BackendRun]) -> Result<(), Failure> {
+/// Nothing may differ when it is traced again, by any tracer, and tracers must agree about samples of so many paths.
+fn verdict(runs: &[BackendRun], paths: u32) -> Result<(), Failure> {
     runs.iter()
         .try_for_each(|run| audit_verdict(run.totals.reprojected.audit.map(|audit| audit.differing)))?;
-    match runs.iter().find(|run| !run.agrees()) {
+    match runs.iter().find(|run| !run.agrees(paths)) {
         None => Ok(()),
         Some(run) => Err(Failure::Failed(format!(
-            "the pictures of {} and {} differ in more than {MOST_APART} % of the pixels; please report this with \
+            "the pictures of {} and {} differ in more than {:.0} % of the pixels; please report this with \
              the shot",
-            runs[0].backend, run.backend
+            runs[0].backend,
+            run.backend,
+            most_apart(paths)
         ))),
     }
 }

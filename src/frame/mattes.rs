@@ -39,6 +39,8 @@ pub fn ids_of_cells(frame: &FrameView, mattes: &Mattes, tile: &Tile, kind: Kind,
 /// What a pixel shows, of the `shares` of its mattes, which add up to its coverage. A filter's negative lobes may make some
 /// negative: those are left out, and the others scaled, so that they add up to a coverage between 0 and 1.
 pub fn rank(shares: &mut Vec<(Id, f32)>) -> Ranked {
+    // sums must not depend on the order in which mattes were found: a crop finds them in another one
+    shares.sort_unstable_by_key(|(id, _)| *id);
     let coverage = shares.iter().map(|(_, share)| share).sum::<f32>().clamp(0.0, 1.0);
     shares.retain(|(_, share)| *share > 0.0);
     let sum: f32 = shares.iter().map(|(_, share)| share).sum();

@@ -12,7 +12,13 @@ pub const AGREEMENT: f32 = 5e-3;
 
 /// Percent of pixels that may be further apart than [`AGREEMENT`]: those where a ray grazes an edge, or where
 /// surfaces lie in the same place, and rounding decides what is seen.
-pub const MOST_APART: f64 = 1.0;
+const MOST_APART: f64 = 1.0;
+
+/// The same, where samples gather light by so many paths: one of them that meets something else is enough.
+pub fn most_apart(paths: u32) -> f64 {
+    let alike = 1.0 - MOST_APART / 100.0;
+    100.0 * (1.0 - alike.powf(1.0 + f64::from(paths)))
+}
 
 /// How many pixels two tracers made alike.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -40,9 +46,9 @@ impl Agreement {
         if self.pixels == 0 { 0.0 } else { 100.0 * self.apart as f64 / self.pixels as f64 }
     }
 
-    /// Whether the tracers made the same pictures.
-    pub fn holds(&self) -> bool {
-        self.percent_apart() <= MOST_APART
+    /// Whether the tracers made the same pictures, of samples that gather light by so many paths.
+    pub fn holds(&self, paths: u32) -> bool {
+        self.percent_apart() <= most_apart(paths)
     }
 }
 
@@ -102,9 +108,9 @@ pub struct BackendRun {
 }
 
 impl BackendRun {
-    /// Whether its pictures are the first tracer's.
-    pub fn agrees(&self) -> bool {
-        self.agreement.is_none_or(|both| both.iter().all(Agreement::holds))
+    /// Whether its pictures, of samples that gather light by so many paths, are the first tracer's.
+    pub fn agrees(&self, paths: u32) -> bool {
+        self.agreement.is_none_or(|both| both.iter().all(|agreement| agreement.holds(paths)))
     }
 }
 
@@ -124,8 +130,9 @@ mod tests {
         let agreement =
             Agreement::between(&film([0.0, 1.0, 200.0, 0.5]), &film([0.001, 1.1, 200.5, f32::NAN]));
         assert_eq!(agreement, Agreement { pixels: 4, apart: 2 });
-        assert_eq!((agreement.percent_apart(), agreement.holds()), (50.0, false));
-        assert!(Agreement::default().holds());
+        assert_eq!((agreement.percent_apart(), agreement.holds(0)), (50.0, false));
+        assert!(Agreement::default().holds(0));
+        assert!((most_apart(0) - 1.0).abs() < 1e-9 && (most_apart(16) - 15.7).abs() < 0.1);
     }
 
     #[test]

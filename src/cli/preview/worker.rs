@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::PreviewArgs;
+use super::args::PreviewArgs;
 use super::board::{Board, Shown};
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};

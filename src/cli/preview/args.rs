@@ -1,0 +1,51 @@
+//! The command line of `afterimage preview`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli::bare_model::UpArg;
+use crate::cli::shot_args::{size, threads};
+use crate::settings::{MOST_PATHS, MOST_SAMPLES};
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  afterimage preview walk.toml
+      prints the address of a page on this machine; edit walk.toml and watch the page
+  afterimage preview statue.obj --size 960x540 --samples 2
+      a model on a turntable, in better quality
+
+Keys in the page: left and right step, space plays, Home and End go to the first and the last frame. Nothing is
+written. The page is served to this machine alone (127.0.0.1), until Ctrl-C.")]
+pub struct PreviewArgs {
+    /// A shot (TOML), or a model (OBJ), shown on a turntable
+    #[arg(value_name = "SHOT.toml|MODEL.obj")]
+    pub shot: PathBuf,
+
+    /// Port of the page's address; 0: any that is free
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+
+    /// Size of the pictures in pixels [default: the shot's, made smaller to fit into 640x640]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// N, for N x N samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    pub samples: u32,
+
+    /// Paths by which each sample gathers light, at most: no more than the shot's
+    #[arg(long, value_name = "PATHS", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
+    pub paths: u32,
+
+    /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
+
+    /// Number of rendering threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
+}
