@@ -215,6 +215,40 @@ fn an_independent_decoder_finds_every_matte() {
     }
 }
 
+/// What Blender's Cryptomatte node makes of a model and of a material is what the ranks of the file say.
+#[test]
+#[cfg_attr(not(python_with_bpy), ignore = "needs Python with bpy 5: set AFTERIMAGE_BPY")]
+fn blender_makes_mattes() {
+    let place = Place::new();
+    let (path, ours) = frame(&place, "");
+    let header = openexr::read_header(&path).unwrap();
+    let manifest = |layer: &str| -> BTreeMap<String, String> {
+        let text = |name: &str| match header.attribute(name) {
+            Some(openexr::Attribute::Text(text)) => text.clone(),
+            other => panic!("{name}: {other:?}"),
+        };
+        let names = header.attributes.iter().map(|(name, _)| name.as_str());
+        let key = names.filter(|name| name.ends_with("/name")).find(|name| text(name) == layer).unwrap();
+        serde_json::from_str(&text(&key.replace("/name", "/manifest"))).unwrap()
+    };
+    for layer in ["CryptoObject", "CryptoMaterial"] {
+        let (name, digits) = manifest(layer).into_iter().find(|(name, _)| name != "background").unwrap();
+        let id = u32::from_str_radix(&digits, 16).unwrap();
+        let mut matte = vec![0.0; PIXELS];
+        for (part, [ids, shares]) in (0..6).map(|rank| (rank / 2, [["R", "G"], ["B", "A"]][rank % 2])) {
+            let channel = |letter: &str| &ours[&format!("{layer}0{part}.{letter}")];
+            let pixels = matte.iter_mut().zip(channel(ids)).zip(channel(shares));
+            pixels.filter(|((_, own), _)| own.to_bits() == id).for_each(|((sum, _), share)| *sum += share);
+        }
+        assert!(matte.iter().any(|share| *share > 0.0), "{name} is seen");
+        let mut blender = named("AFTERIMAGE_BPY");
+        let theirs =
+            made_by(&place, blender.arg(script("blender_cryptomatte.py")).args([layer, &name]), &path);
+        assert_same(&name, &matte, &theirs["Matte.V"]);
+        std::fs::remove_dir_all(place.path("read one.0002")).unwrap();
+    }
+}
+
 /// FFmpeg knows pictures: the main one, and layers of three channels.
 #[test]
 #[cfg_attr(not(ffmpeg), ignore = "needs FFmpeg: set AFTERIMAGE_FFMPEG")]

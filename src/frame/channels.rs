@@ -95,7 +95,7 @@ pub enum Source {
     Filtered(&'static [usize]),
     /// This datum.
     Data(usize),
-    /// This number of what [`mattes`](super::mattes) give: see [`matte_planes`].
+    /// This number of what [`mattes`](mod@super::mattes) give: see [`matte_planes`].
     Matte(usize),
 }
 

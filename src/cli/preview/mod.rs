@@ -1,7 +1,7 @@
 //! `afterimage preview`: frames of a shot in a local web page, which follows the shot file while it is edited.
 //!
 //! A worker loads the shot, renders the frames that the page asks for, and loads it again when a file of it changes. Threads that
-//! answer the page talk to it over a [`Board`](board::Board) alone.
+//! answer the page talk to it over a [`Board`] alone.
 
 mod args;
 mod board;
