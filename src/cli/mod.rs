@@ -26,6 +26,7 @@ mod shown;
 pub mod table;
 pub mod target;
 pub mod terminal;
+mod values;
 mod writing;
 
 use std::ffi::{OsStr, OsString};

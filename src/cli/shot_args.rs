@@ -3,22 +3,25 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use rayon::ThreadPool;
 
 use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
+use super::values::{
+    BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, crop, filter_radius, radius, size,
+    threads,
+};
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
 use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, Budget, Build, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, PixelRect, Reuse,
-    Settings,
+    Backdrop, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -161,127 +164,6 @@ pub struct ShotArgs {
     pub quiet: bool,
 }
 
-/// Filters by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FilterArg {
-    /// The mean of a pixel's own samples
-    Box,
-    /// Falls evenly
-    Tent,
-    /// A normal distribution
-    Gaussian,
-    /// Mitchell and Netravali's cubic
-    Mitchell,
-    /// Blackman's and Harris' window
-    BlackmanHarris,
-    /// The windowed sinc: sharpest, and rings
-    Lanczos,
-}
-
-/// Backgrounds by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BackdropArg {
-    /// It is a part of the picture; A is 1
-    Visible,
-    /// R G B are without it; A is 0
-    Transparent,
-}
-
-impl From<BackdropArg> for Backdrop {
-    fn from(background: BackdropArg) -> Self {
-        match background {
-            BackdropArg::Visible => Self::Visible,
-            BackdropArg::Transparent => Self::Transparent,
-        }
-    }
-}
-
-/// Methods by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum CompressionArg {
-    /// Not at all: large files
-    None,
-    /// Deflate, line by line
-    Zips,
-    /// Deflate, 16 lines at once: a little smaller
-    Zip,
-    /// Wavelets, 32 lines at once: for grainy pictures
-    Piz,
-}
-
-impl From<CompressionArg> for Compression {
-    fn from(method: CompressionArg) -> Self {
-        match method {
-            CompressionArg::None => Self::None,
-            CompressionArg::Zips => Self::Zips,
-            CompressionArg::Zip => Self::Zip,
-            CompressionArg::Piz => Self::Piz,
-        }
-    }
-}
-
-/// Rules by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ReuseArg {
-    /// The nearest to the cell's centre; the others are kept, up to a cap
-    Target,
-    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped
-    Paper,
-}
-
-impl From<ReuseArg> for Reuse {
-    fn from(rule: ReuseArg) -> Self {
-        match rule {
-            ReuseArg::Target => Self::Target,
-            ReuseArg::Paper => Self::Paper,
-        }
-    }
-}
-
-/// Ways to build by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum BuildArg {
-    /// Whichever renders the whole shot faster, regardless of the requested frames
-    #[default]
-    Auto,
-    /// High quality, for fast rays
-    Best,
-    /// Fast, for a short shot of a big model
-    Quick,
-}
-
-impl BuildArg {
-    /// What holds for `shot`. (Not for the frames that are asked for: their pictures must not depend on which
-    /// others are rendered with them.)
-    fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
-        match self {
-            Self::Auto => {
-                shot.rays(settings).map_or(Build::Best, |rays| Build::that_pays(rays, shot.triangles()))
-            }
-            Self::Best => Build::Best,
-            Self::Quick => Build::Quick,
-        }
-    }
-}
-
-/// Tracers by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Backend {
-    /// Intel's Embree
-    Embree,
-    /// Written in Rust, for comparison
-    Rust,
-}
-
-impl From<Backend> for BackendKind {
-    fn from(backend: Backend) -> Self {
-        match backend {
-            Backend::Embree => Self::Embree,
-            Backend::Rust => Self::Rust,
-        }
-    }
-}
-
 /// A shot that is loaded, with settings and frames that are settled.
 #[derive(Debug, Clone)]
 pub struct Job {
@@ -325,14 +207,7 @@ impl ShotArgs {
     /// `settings` with what the command line says instead, but for how to build: that depends on the shot, too.
     fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
         let (width, height) = self.size.unwrap_or((settings.width, settings.height));
-        let filter = self.filter.map(|filter| match filter {
-            FilterArg::Box => Filter::Box,
-            FilterArg::Tent => Filter::Tent,
-            FilterArg::Gaussian => Filter::Gaussian,
-            FilterArg::Mitchell => Filter::Mitchell,
-            FilterArg::BlackmanHarris => Filter::BlackmanHarris,
-            FilterArg::Lanczos => Filter::Lanczos,
-        });
+        let filter = self.filter.map(Filter::from);
         // the radius of the shot is that of the shot's filter
         let of_shot =
             settings.filter_radius.filter(|_| filter.is_none_or(|filter| filter == settings.filter));
@@ -465,40 +340,6 @@ fn name_of(shot: &Path) -> String {
     stem.replace(['#', '%'], "_")
 }
 
-fn filter_radius(text: &str) -> Result<f32, String> {
-    let range = Filter::LEAST_RADIUS..=Filter::LARGEST_RADIUS;
-    let radius = text.trim().parse().ok().filter(|radius| range.contains(radius));
-    radius.ok_or_else(|| format!("must be from {} to {} pixels", range.start(), range.end()))
-}
-
-/// Reads `1280x720`.
-pub fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
-        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
-        Some((side(width)?, side(height)?))
-    });
-    sides.ok_or_else(|| format!("write it as 1280x720, each side from 1 to {LONGEST_SIDE}"))
-}
-
-fn crop(text: &str) -> Result<PixelRect, String> {
-    PixelRect::parse(text.trim()).ok_or_else(|| {
-        String::from(
-            "write it as 320x180+640+400: width, height, and the first column and row, counted from 0",
-        )
-    })
-}
-
-fn radius(text: &str) -> Result<f64, String> {
-    let radius = text.trim().parse().ok().filter(|radius: &f64| radius.is_finite() && *radius > 0.0);
-    radius.ok_or_else(|| String::from("a length above 0 is wanted, in the units of the models"))
-}
-
-/// Reads a number of threads.
-pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let count = text.parse::<NonZeroUsize>().ok().filter(|count| count.get() <= 4096);
-    count.ok_or_else(|| String::from("a whole number from 1 to 4096 is wanted"))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
@@ -507,7 +348,7 @@ mod tests {
     use super::*;
     use crate::animation::{Interpolation, Track, TransformTrack};
     use crate::scene::{Model, Scene};
-    use crate::settings::Mode;
+    use crate::settings::{Build, Mode};
 
     #[derive(Parser)]
     struct Typed {

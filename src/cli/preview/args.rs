@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::bare_model::UpArg;
-use crate::cli::shot_args::{size, threads};
+use crate::cli::values::{size, threads};
 use crate::settings::{MOST_PATHS, MOST_SAMPLES};
 
 /// As typed.

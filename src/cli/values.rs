@@ -1,0 +1,180 @@
+//! What options take: names of ways to do something, and numbers in the forms in which they are typed.
+
+use std::num::NonZeroUsize;
+
+use clap::ValueEnum;
+
+use crate::scene::Shot;
+use crate::settings::{Backdrop, Build, Compression, Filter, LONGEST_SIDE, PixelRect, Reuse, Settings};
+use crate::trace::BackendKind;
+
+/// Filters by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// The mean of a pixel's own samples
+    Box,
+    /// Falls evenly
+    Tent,
+    /// A normal distribution
+    Gaussian,
+    /// Mitchell and Netravali's cubic
+    Mitchell,
+    /// Blackman's and Harris' window
+    BlackmanHarris,
+    /// The windowed sinc: sharpest, and rings
+    Lanczos,
+}
+
+impl From<FilterArg> for Filter {
+    fn from(filter: FilterArg) -> Self {
+        match filter {
+            FilterArg::Box => Self::Box,
+            FilterArg::Tent => Self::Tent,
+            FilterArg::Gaussian => Self::Gaussian,
+            FilterArg::Mitchell => Self::Mitchell,
+            FilterArg::BlackmanHarris => Self::BlackmanHarris,
+            FilterArg::Lanczos => Self::Lanczos,
+        }
+    }
+}
+
+/// Backgrounds by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BackdropArg {
+    /// It is a part of the picture; A is 1
+    Visible,
+    /// R G B are without it; A is 0
+    Transparent,
+}
+
+impl From<BackdropArg> for Backdrop {
+    fn from(background: BackdropArg) -> Self {
+        match background {
+            BackdropArg::Visible => Self::Visible,
+            BackdropArg::Transparent => Self::Transparent,
+        }
+    }
+}
+
+/// Methods by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CompressionArg {
+    /// Not at all: large files
+    None,
+    /// Deflate, line by line
+    Zips,
+    /// Deflate, 16 lines at once: a little smaller
+    Zip,
+    /// Wavelets, 32 lines at once: for grainy pictures
+    Piz,
+}
+
+impl From<CompressionArg> for Compression {
+    fn from(method: CompressionArg) -> Self {
+        match method {
+            CompressionArg::None => Self::None,
+            CompressionArg::Zips => Self::Zips,
+            CompressionArg::Zip => Self::Zip,
+            CompressionArg::Piz => Self::Piz,
+        }
+    }
+}
+
+/// Rules by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ReuseArg {
+    /// The nearest to the cell's centre; the others are kept, up to a cap
+    Target,
+    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped
+    Paper,
+}
+
+impl From<ReuseArg> for Reuse {
+    fn from(rule: ReuseArg) -> Self {
+        match rule {
+            ReuseArg::Target => Self::Target,
+            ReuseArg::Paper => Self::Paper,
+        }
+    }
+}
+
+/// Ways to build by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum BuildArg {
+    /// Whichever renders the whole shot faster, regardless of the requested frames
+    #[default]
+    Auto,
+    /// High quality, for fast rays
+    Best,
+    /// Fast, for a short shot of a big model
+    Quick,
+}
+
+impl BuildArg {
+    /// What holds for `shot`. (Not for the frames that are asked for: their pictures must not depend on which
+    /// others are rendered with them.)
+    pub fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
+        match self {
+            Self::Auto => {
+                shot.rays(settings).map_or(Build::Best, |rays| Build::that_pays(rays, shot.triangles()))
+            }
+            Self::Best => Build::Best,
+            Self::Quick => Build::Quick,
+        }
+    }
+}
+
+/// Tracers by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// Intel's Embree
+    Embree,
+    /// Written in Rust, for comparison
+    Rust,
+}
+
+impl From<Backend> for BackendKind {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Embree => Self::Embree,
+            Backend::Rust => Self::Rust,
+        }
+    }
+}
+
+/// Reads how far a filter reaches, in pixels.
+pub fn filter_radius(text: &str) -> Result<f32, String> {
+    let range = Filter::LEAST_RADIUS..=Filter::LARGEST_RADIUS;
+    let radius = text.trim().parse().ok().filter(|radius| range.contains(radius));
+    radius.ok_or_else(|| format!("must be from {} to {} pixels", range.start(), range.end()))
+}
+
+/// Reads `1280x720`.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
+        Some((side(width)?, side(height)?))
+    });
+    sides.ok_or_else(|| format!("write it as 1280x720, each side from 1 to {LONGEST_SIDE}"))
+}
+
+/// Reads `320x180+640+400`.
+pub fn crop(text: &str) -> Result<PixelRect, String> {
+    PixelRect::parse(text.trim()).ok_or_else(|| {
+        String::from(
+            "write it as 320x180+640+400: width, height, and the first column and row, counted from 0",
+        )
+    })
+}
+
+/// Reads a length in the units of the models.
+pub fn radius(text: &str) -> Result<f64, String> {
+    let radius = text.trim().parse().ok().filter(|radius: &f64| radius.is_finite() && *radius > 0.0);
+    radius.ok_or_else(|| String::from("a length above 0 is wanted, in the units of the models"))
+}
+
+/// Reads a number of threads.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let count = text.parse::<NonZeroUsize>().ok().filter(|count| count.get() <= 4096);
+    count.ok_or_else(|| String::from("a whole number from 1 to 4096 is wanted"))
+}
