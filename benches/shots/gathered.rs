@@ -91,7 +91,9 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
         };
         let is_kitchen = name == SceneName::Kitchen;
         let moves: &[Moves] = if is_kitchen { &Moves::KITCHEN } else { &Moves::CITY };
-        for moves in moves {
+        let asked =
+            |moves: &&Moves| arguments.moves.as_ref().is_none_or(|part| moves.name().contains(part.as_str()));
+        for moves in moves.iter().filter(asked) {
             let row = measure(arguments, &place, *moves, if is_kitchen { 16 } else { 64 })?;
             println!("{}", row.text());
             rows.push(row);

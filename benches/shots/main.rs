@@ -50,6 +50,10 @@ pub struct Arguments {
     #[arg(long, value_enum, value_delimiter = ',')]
     flows: Vec<Flow>,
 
+    /// Of gathered light, rows whose name contains this [default: all]
+    #[arg(long)]
+    moves: Option<String>,
+
     /// Chains up to frame 300
     #[arg(long)]
     long: bool,
@@ -108,7 +112,7 @@ enum Subject {
     /// paper's rule; takes the scenes, flows, lights, samples, layers, size and the first depth
     Chains,
     /// Light from all around, kept path by path: full frames beside inferred ones, by what moves; takes the scenes
-    /// (kitchen, city), size, frames, samples, layers and the first depth
+    /// (kitchen, city), moves, size, frames, samples, layers and the first depth
     Gathered,
     /// Error at equal time of light from all around in a dolly through the kitchen: full frames, and inferred ones that
     /// spend what reuse saves; takes the size, frames (of full tracing) and the first depth
