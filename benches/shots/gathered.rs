@@ -8,7 +8,7 @@ use std::time::Instant;
 use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::Renderer;
 use afterimage::scene::environment::Sky;
-use afterimage::scene::{Environment, Light, LightKind, Mesh, Model, Scene};
+use afterimage::scene::{self, Environment, Light, LightKind, Mesh, Model, Scene};
 use afterimage::settings::{Mode, Settings};
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
@@ -29,6 +29,8 @@ enum Moves {
     Camera(Option<Flow>, u32),
     /// The sun, over a camera at rest.
     Sun,
+    /// The airship of the city's own shot, and the camera in a dolly.
+    Airship,
 }
 
 impl Moves {
@@ -42,11 +44,12 @@ impl Moves {
         Self::Camera(Some(Flow::ZoomIn), 0),
         Self::Sun,
     ];
-    const CITY: [Self; 1] = [Self::Camera(Some(Flow::DollyIn), 7)];
+    const CITY: [Self; 2] = [Self::Airship, Self::Camera(Some(Flow::DollyIn), 7)];
 
     fn name(self) -> String {
         match self {
             Self::Sun => "sun".into(),
+            Self::Airship => format!("{}, airship", Flow::DollyIn.name()),
             Self::Camera(flow, ball) => {
                 let flow = flow.map_or("at rest".into(), Flow::name);
                 if ball > 0 { format!("{flow}, ball {ball} %") } else { flow }
@@ -131,6 +134,10 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
                 add_ball(&mut scene, place, f64::from(ball) / 100.0);
             }
         }
+        Moves::Airship => {
+            add_airship(&mut scene, place)?;
+            scene.camera = Flow::DollyIn.camera(place, &scene.space);
+        }
         Moves::Sun => {
             let direction = |x: f64| DVec3::new(x, -1.0, -0.6);
             let direction = through(direction(0.2), direction(0.8));
@@ -176,6 +183,23 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
         gathering_percent: 100.0 * rays[1] as f64 / rays[0].max(1) as f64,
         bytes_per_sample: bytes,
     })
+}
+
+/// Makes `scene` that of the city's own shot, but for the sign, which turns there; its airship flies on at the same speed
+/// after its last key.
+fn add_airship(scene: &mut Scene, place: &Place) -> Failable<()> {
+    let own = scene::load(&place.obj.with_file_name("city.toml"), false)?.scene;
+    let (models, materials, textures) = (own.models, own.materials, own.textures);
+    (scene.models, scene.materials, scene.textures, scene.space) = (models, materials, textures, own.space);
+    scene.models.retain(|model| model.name != "sign");
+    let airship = scene.models.iter_mut().find(|model| model.name == "blimp").ok_or("no airship")?;
+    let flight = |track: &Track<DVec3>| {
+        let [start, end] = [1.0, 60.0].map(|frame| track.at(frame));
+        through(start, start + (end - start) * (100.0 / 59.0))
+    };
+    let TransformTrack { translate, rotate, .. } = &mut airship.track;
+    (*translate, *rotate) = (flight(translate), flight(rotate));
+    Ok(())
 }
 
 /// A track that is at one place in frame 1 and at another in frame 101.
