@@ -238,6 +238,39 @@ impl std::fmt::Display for PixelRect {
     }
 }
 
+/// Adaptive samples: pixels that differ from their neighbours get more.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Refinement {
+    /// N, for N x N samples in such a pixel at most: the fewest, doubled once or more.
+    pub most: u32,
+    /// The contrast of colours from which on pixels differ: see [`contrast`](crate::frame::contrast).
+    pub threshold: f32,
+}
+
+impl Refinement {
+    /// Where nothing is said.
+    pub const THRESHOLD: f32 = 0.1;
+
+    /// What its bounds must be.
+    pub const BOUNDS: &str = "the most must be the fewest doubled once or more, like 1 and 4, and 16 at most";
+
+    /// This, if pixels can be refined so from `fewest` on and made by this filter; or what is wrong.
+    pub fn checked(self, fewest: u32, filter: Filter) -> Result<Self, String> {
+        let Self { most, threshold } = self;
+        let is_doubled = most > fewest && most % fewest == 0 && (most / fewest).is_power_of_two();
+        if !is_doubled || most > MOST_SAMPLES {
+            return Err(String::from(Self::BOUNDS));
+        }
+        if !(threshold > 0.0 && threshold < 1.0) {
+            return Err(format!("the threshold {threshold} must be a contrast above 0 and below 1"));
+        }
+        if filter != Filter::Box {
+            return Err(String::from("only the filter `box` can mix pixels of few samples and of many"));
+        }
+        Ok(self)
+    }
+}
+
 /// Settings of a whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -249,8 +282,10 @@ pub struct Settings {
     pub overscan: u32,
     /// What is rendered of the picture and its overscan; none: all.
     pub crop: Option<PixelRect>,
-    /// N, for N x N samples a pixel.
+    /// N, for N x N samples a pixel; the fewest, if there is a refinement.
     pub samples: u32,
+    /// Where there are more.
+    pub refinement: Option<Refinement>,
     /// Samples to pixels.
     pub filter: Filter,
     /// How far it reaches, in pixels; the filter's usual radius if nobody says. The box has no other.
@@ -296,6 +331,7 @@ impl Default for Settings {
             overscan: 0,
             crop: None,
             samples: 2,
+            refinement: None,
             filter: Filter::default(),
             filter_radius: None,
             depth: 4,
@@ -359,10 +395,22 @@ impl Settings {
         self.crop.unwrap_or_else(|| self.overscanned())
     }
 
-    /// Samples of one frame of the whole picture, without overscan: what depends on this does not depend on what part of it
-    /// is rendered.
+    /// The samples along a pixel's edge of each level, from the fewest on.
+    pub fn levels(&self) -> impl Iterator<Item = u32> + use<> {
+        let most = self.refinement.map_or(self.samples, |refinement| refinement.most);
+        std::iter::successors(Some(self.samples), |samples| samples.checked_mul(2))
+            .take_while(move |samples| *samples <= most)
+    }
+
+    /// Samples of a pixel at most, those of all levels.
+    pub fn samples_a_pixel(&self) -> u64 {
+        self.levels().map(|samples| u64::from(samples).pow(2)).sum()
+    }
+
+    /// Samples of one frame of the whole picture at most, without overscan: what depends on this does not depend on what part
+    /// of it is rendered.
     pub fn samples_a_frame(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height) * u64::from(self.samples).pow(2)
+        u64::from(self.width) * u64::from(self.height) * self.samples_a_pixel()
     }
 }
 
@@ -376,6 +424,17 @@ mod tests {
         assert_eq!(with(64, Budget::None), 64);
         assert_eq!(with(64, Budget::Full), DEFAULT_PATHS);
         assert_eq!(with(4, Budget::Rays(9)), 4);
+    }
+
+    #[test]
+    fn each_level_is_twice_as_fine_as_the_one_before() {
+        let with = |samples, most| {
+            let refinement = Some(Refinement { most, threshold: 0.1 });
+            Settings { samples, refinement, ..Settings::default() }
+        };
+        assert_eq!(with(1, 4).levels().collect::<Vec<_>>(), [1, 2, 4]);
+        assert_eq!(with(3, 6).samples_a_pixel(), 9 + 36);
+        assert_eq!(Settings { samples: 5, ..Settings::default() }.levels().collect::<Vec<_>>(), [5]);
     }
 
     #[test]

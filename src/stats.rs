@@ -375,6 +375,7 @@ mod tests {
             overscan: 0,
             crop: None,
             samples: 2,
+            refinement: None,
             filter: Filter::Mitchell,
             filter_radius: None,
             depth: 4,

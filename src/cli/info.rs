@@ -14,7 +14,7 @@ use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene, turntable};
-use crate::settings::DenoiseQuality;
+use crate::settings::{DenoiseQuality, Refinement};
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -75,12 +75,14 @@ impl InfoArgs {
 fn described(shot: &Shot, path: &Path) -> String {
     let (settings, scene) = (&shot.settings, &shot.scene);
     let samples = settings.samples;
+    let samples = match settings.refinement {
+        None => format!("{samples}x{samples}"),
+        Some(Refinement { most, threshold }) => {
+            format!("{samples}x{samples} to {most}x{most} (contrast {threshold})")
+        }
+    };
     let mut text = format!("{}\n", shot.title);
-    line(
-        &mut text,
-        "picture",
-        format!("{}x{}, {samples}x{samples} samples a pixel", settings.width, settings.height),
-    );
+    line(&mut text, "picture", format!("{}x{}, {samples} samples a pixel", settings.width, settings.height));
     if settings.overscan > 0 {
         line(&mut text, "overscan", format!("{} pixels on each side", settings.overscan));
     }

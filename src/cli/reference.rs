@@ -14,19 +14,20 @@ pub const TITLES: &str = "   error    full ratio";
 
 /// A reference of no more samples than what is compared with it would tell nothing.
 pub fn check(settings: &Settings, samples: u32) -> Result<(), Failure> {
-    let own = settings.samples;
+    let own = settings.levels().last().unwrap_or(settings.samples);
     if samples <= own {
         return Err(Failure::Usage(format!(
             "--reference {samples} is no more than the {own}x{own} samples a pixel that are compared with it: take a \
              greater one (at most {MOST_SAMPLES}), or fewer --samples"
         )));
     }
-    check_samples(&Settings { samples, ..settings.clone() }, "--reference")
+    check_samples(&Settings { samples, refinement: None, ..settings.clone() }, "--reference")
 }
 
 /// How a reference is rendered.
 pub fn settings(job: &Job, samples: u32) -> Settings {
-    Settings { samples, mode: Mode::Full, audit: false, layers: Layers::NONE, ..job.settings.clone() }
+    let settings = job.settings.clone();
+    Settings { samples, refinement: None, mode: Mode::Full, audit: false, layers: Layers::NONE, ..settings }
 }
 
 /// Renders what pictures are compared with: one frame after the other, so that memory holds the samples of one.

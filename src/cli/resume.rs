@@ -65,6 +65,7 @@ fn settings(job: &Job) -> Digest {
         overscan: _, // stands in the data window, and changes no pixel of it
         crop: _,
         samples,
+        refinement,
         filter,
         filter_radius: _, // of which it follows how far the filter reaches
         depth,
@@ -91,7 +92,7 @@ fn settings(job: &Job) -> Digest {
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
-        "{width}x{height} {window} {samples} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
+        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
         job.denoise, job.shot.rate
     );

@@ -11,8 +11,8 @@ use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
 use super::values::{
-    BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, crop, filter_radius, radius, size,
-    threads,
+    BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop, filter_radius,
+    radius, samples, size, threads, threshold,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -21,7 +21,7 @@ use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, PixelRect, Reuse, Settings,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -53,9 +53,15 @@ pub struct ShotArgs {
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_OVERSCAN)))]
     pub overscan: Option<u32>,
 
-    /// N, for N x N samples a pixel [default: the shot's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
-    pub samples: Option<u32>,
+    /// N, for N x N samples a pixel; or two, like 1-4: the fewest, and the most in pixels that differ from their neighbours
+    /// [default: the shot's]
+    #[arg(long, value_name = "N|MIN-MAX", value_parser = samples)]
+    pub samples: Option<SamplesArg>,
+
+    /// Contrast of colours from which on pixels with adaptive samples get more, above 0 and below 1 [default: the shot's,
+    /// or 0.1]
+    #[arg(long, value_name = "CONTRAST", value_parser = threshold)]
+    pub threshold: Option<f32>,
 
     /// Pixel filter [default: the shot's]
     #[arg(long, value_enum)]
@@ -217,13 +223,14 @@ impl ShotArgs {
                 "--filter-radius means nothing for the box, which is a pixel: add --filter",
             )));
         }
-        let samples = self.samples.unwrap_or(settings.samples);
+        let (samples, refinement) = self.samples_of(settings, filter)?;
         let settled = Settings {
             width,
             height,
             overscan: self.overscan.unwrap_or(settings.overscan),
             crop: self.crop.or(settings.crop),
             samples,
+            refinement,
             filter,
             filter_radius: self.filter_radius.or(of_shot),
             depth: self.depth.unwrap_or(settings.depth),
@@ -244,6 +251,30 @@ impl ShotArgs {
         check_window(&settled)?;
         check_samples(&settled, "--samples")?;
         Ok(settled)
+    }
+
+    /// N, for N x N samples a pixel, and what is refined.
+    fn samples_of(&self, settings: &Settings, filter: Filter) -> Result<(u32, Option<Refinement>), Failure> {
+        let of_shot = SamplesArg {
+            fewest: settings.samples,
+            most: settings.refinement.map(|refinement| refinement.most),
+        };
+        let SamplesArg { fewest, most } = self.samples.unwrap_or(of_shot);
+        let Some(most) = most else {
+            return match self.threshold {
+                Some(_) => Err(Failure::Usage(format!(
+                    "--threshold means nothing for {fewest}x{fewest} samples in every pixel: add --samples MIN-MAX"
+                ))),
+                None => Ok((fewest, None)),
+            };
+        };
+        let of_shot = settings.refinement.map(|refinement| refinement.threshold);
+        let threshold = self.threshold.or(of_shot).unwrap_or(Refinement::THRESHOLD);
+        let refinement = Refinement { most, threshold }.checked(fewest, filter);
+        let refinement = refinement.map_err(|message| {
+            Failure::Usage(format!("{fewest} to {most} samples along a pixel's edge: {message}"))
+        })?;
+        Ok((fewest, Some(refinement)))
     }
 }
 
@@ -269,7 +300,8 @@ fn check_window(settings: &Settings) -> Result<(), Failure> {
 
 /// Refuses what no renderer can number. `option` is the one that says how many samples.
 pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
-    let (samples, PixelRect { width, height, .. }) = (settings.samples, settings.data_window());
+    let PixelRect { width, height, .. } = settings.data_window();
+    let samples = settings.levels().last().unwrap_or(settings.samples);
     let count = settings.data_window().pixels() * u64::from(samples).pow(2);
     if count > MOST_IN_A_FRAME {
         return Err(Failure::Usage(format!(
@@ -368,6 +400,7 @@ mod tests {
             overscan: 6,
             crop: None,
             samples: 3,
+            refinement: None,
             filter: Filter::Mitchell,
             filter_radius: Some(1.75),
             depth: 5,
@@ -404,6 +437,7 @@ mod tests {
             overscan: 2,
             crop: Some(PixelRect { x: -2, y: 1, width: 9, height: 3 }),
             samples: 2,
+            refinement: None,
             filter: Filter::Tent,
             filter_radius: Some(1.25),
             depth: 1,

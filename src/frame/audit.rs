@@ -129,7 +129,8 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
 
-    for cell in film_audit::differing_cells(&frame.view.grid, number, differs) {
+    let differing = film_audit::differing_cells(&frame.view.grid, number, differs);
+    for cell in differing.into_iter().filter(|cell| tile.model[*cell] != EMPTY) {
         raise(cell, Verdict::Differs);
     }
     let sight = |cell: usize| sight(frame, number, tile, cell);

@@ -25,6 +25,27 @@ impl CellSet {
         Self(std::array::from_fn(|block| self.0[block] & other.0[block]))
     }
 
+    /// Those that are in either.
+    pub fn or(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|block| self.0[block] | other.0[block]))
+    }
+
+    /// Those that are not in the other.
+    pub fn without(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|block| self.0[block] & !other.0[block]))
+    }
+
+    /// Whether a cell is in it.
+    #[inline(always)]
+    pub fn has(&self, cell: usize) -> bool {
+        self.0[cell / BLOCK] >> (cell % BLOCK) & 1 != 0
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.iter().map(|block| block.count_ones() as usize).sum()
+    }
+
     /// Adds a cell.
     #[inline(always)]
     pub fn insert(&mut self, cell: usize) {

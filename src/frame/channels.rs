@@ -346,6 +346,11 @@ impl Written {
         self.some[number / WORD] |= 1 << (number % WORD);
     }
 
+    /// Whether none of the pixels holds anything in plane number `number`.
+    pub fn is_none(self, number: usize) -> bool {
+        self.some[number / WORD] >> (number % WORD) & 1 == 0
+    }
+
     /// Of more tiles.
     pub fn plus(self, other: Self) -> Self {
         let some = [0, 1].map(|word| self.some[word] | other.some[word]);
@@ -354,7 +359,7 @@ impl Written {
 
     /// Whether plane `number` is zero throughout now.
     pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
-        self.some[number / WORD] >> (number % WORD) & 1 == 0 && (was_zero || !self.any_shown)
+        self.is_none(number) && (was_zero || !self.any_shown)
     }
 }
 

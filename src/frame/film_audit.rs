@@ -19,10 +19,18 @@ use super::{enhance, filter};
 use crate::film::{Film, Plane};
 use crate::samples::SampleStore;
 
-/// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of `store` do.
-/// Nothing but the result is changed, and no rays are counted.
-pub fn differing_pixels(frame: &FrameView, store: &SampleStore, film: &Film) -> Vec<bool> {
-    let (anew, picture) = make_anew(frame, store);
+/// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of the `levels` do, from
+/// the coarsest to the finest. Nothing but the result is changed, and no rays are counted.
+pub fn differing_pixels(levels: &[(FrameView, &SampleStore)], film: &Film) -> Vec<bool> {
+    let Some((coarsest, _)) = levels.first() else { return Vec::new() };
+    let mut anew = blank(&coarsest.view.grid, coarsest.channels);
+    let picture = Picture::over(&anew, coarsest.kernel, coarsest.channels, coarsest.palette.brightest);
+    for (number, (frame, store)) in levels.iter().enumerate() {
+        // what a coarser level has written is not zero any more
+        let was_zero = vec![number == 0; picture.was_zero.len()];
+        let picture = Picture { was_zero, channels: picture.channels.clone(), ..picture };
+        make_anew(frame, store, &picture, &mut anew);
+    }
     let mut differs = vec![false; film.width as usize * film.height as usize];
     let planes = film.planes.iter().zip(&anew.planes).zip(&picture.channels);
     for ((shown, anew), _) in planes.filter(|(_, channel)| !counts_rays(channel)) {
@@ -60,12 +68,10 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
     cells
 }
 
-/// The film that the samples of a finished frame give, with nothing in it that was there before.
-fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
+/// Writes into `film` what the samples of a level of a finished frame give.
+fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &mut Film) {
     let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
-    let mut film = blank(grid, frame.channels);
-    let picture = Picture::over(&film, frame.kernel, frame.channels, frame.palette.brightest);
     let is_wide = frame.kernel.is_some();
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
     if let Some(kernel) = frame.kernel {
@@ -88,13 +94,12 @@ fn make_anew(frame: &FrameView, store: &SampleStore) -> (Film, Picture) {
                 filter::sum(frame, number, tile, filtering, radiance, sums);
             }
             let shown = filter::Shown { radiance, placed, cell_rays: &trace.tally.cells };
-            filter::filter(frame, number, tile, filtering, shown, &picture, &mut window);
+            filter::filter(frame, number, tile, filtering, shown, picture, &mut window);
         });
         if is_wide {
             let bands = Bands { before: &before, now: &now, first: start };
-            developer.develop(&mut film, &picture, grid, bands, &dirty, rows.end);
+            developer.develop(film, picture, grid, bands, &dirty, rows.end);
             std::mem::swap(&mut now, &mut before);
         }
     }
-    (film, picture)
 }

@@ -8,7 +8,6 @@
 use super::candidates::REACH;
 use super::channels::{Channel, MATTE_PLANES, Picture, Source, Written, data, matte_planes, sums};
 use super::frame_view::FrameView;
-use super::grid::Grid;
 use super::mattes::{ids_of_cells, rank_boxes};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
 use super::placed::PlacedTile;
@@ -45,6 +44,8 @@ pub struct Filtering {
     mattes: Planes<MATTE_PLANES>,
     /// Of the tile's cells.
     ids: Column<Id>,
+    /// Pixels that are written; all, if none are listed.
+    wanted: Vec<bool>,
 }
 
 impl Default for Filtering {
@@ -62,6 +63,7 @@ impl Default for Filtering {
             data: Planes::default(),
             mattes: Planes::default(),
             ids: [Id::NONE; CELLS],
+            wanted: Vec::new(),
         }
     }
 }
@@ -111,6 +113,9 @@ pub fn filter(
     picture: &Picture,
     window: &mut Window,
 ) -> Written {
+    if frame.wanted_of(number).is_empty() {
+        return Written::SHOWN;
+    }
     let grid = &*frame.view.grid;
     let Shown { radiance, placed, cell_rays } = shown;
     filtering.sums.begin();
@@ -137,7 +142,17 @@ pub fn filter(
         take_data(frame, tile, placed, nearest, data);
     }
     count(frame, tile, cell_rays, data);
-    finish(grid, number, picture, filtering, window, |_| true)
+    finish(frame, number, picture, filtering, window, |_| true)
+}
+
+/// The pixels of tile number `number` that are written, by number; all, if none are listed.
+fn mark_wanted(frame: &FrameView, number: usize, pixels: &mut Vec<bool>) {
+    pixels.clear();
+    if frame.wanted.is_some() {
+        let (grid, wanted) = (&*frame.view.grid, frame.wanted_of(number));
+        let all = 0..(grid.tile_pixels * grid.tile_pixels) as usize;
+        pixels.extend(all.map(|pixel| wanted.has(usize::from(grid.cells_of_pixel(pixel)[0]))));
+    }
 }
 
 /// The kinds of mattes that a layer shows.
@@ -167,7 +182,8 @@ fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
 /// Says that the film shows tile number `number` already, a frame younger.
 pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
     let mut written = Written::SHOWN;
-    if let Some(age) = picture.age() {
+    // a pixel's age is counted in the coarsest level
+    if let Some(age) = picture.age().filter(|_| frame.wanted.is_none()) {
         window.count_up(age, &frame.view.grid.pixels(number), OLDEST as f32);
         written.note(age);
     }
@@ -184,22 +200,27 @@ pub fn recount(
     picture: &Picture,
     window: &mut Window,
 ) -> Written {
+    if frame.wanted_of(number).is_empty() {
+        return Written::SHOWN;
+    }
     filtering.data.begin();
     count(frame, tile, cell_rays, &mut filtering.data);
-    let counted = finish(&frame.view.grid, number, picture, filtering, window, Channel::is_count);
+    let counted = finish(frame, number, picture, filtering, window, Channel::is_count);
     stay(frame, number, picture, window).plus(counted)
 }
 
 /// Writes those planes that are `wanted` and need no neighbours.
 fn finish(
-    grid: &Grid,
+    frame: &FrameView,
     number: usize,
     picture: &Picture,
     filtering: &mut Filtering,
     window: &mut Window,
     wanted: impl Fn(&Channel) -> bool,
 ) -> Written {
-    let Filtering { sums, data, mattes, .. } = filtering;
+    let grid = &*frame.view.grid;
+    mark_wanted(frame, number, &mut filtering.wanted);
+    let Filtering { sums, data, mattes, wanted: pixels_wanted, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
     let (pixels, first) = (grid.pixels(number), grid.first_in_film(number));
@@ -242,12 +263,17 @@ fn finish(
             }
         };
         match values {
-            Some(values) => {
+            Some(values) if pixels_wanted.is_empty() => {
                 written.note(number);
                 window.put(number, &pixels, &values[first..], stride);
             }
+            Some(values) => {
+                written.note(number);
+                window.put_some(number, &pixels, &values[first..], &pixels_wanted[first..], stride);
+            }
             None if *was_zero => {}
-            None => window.clear(number, &pixels),
+            None if pixels_wanted.is_empty() => window.clear(number, &pixels),
+            None => window.put_some(number, &pixels, &[0.0; CELLS], &pixels_wanted[first..], stride),
         }
     }
     written

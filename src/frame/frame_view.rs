@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::bits::{bits_of_models, set_bits};
+use super::cells::CellSet;
 use super::channels::Channel;
 use super::grid::place;
 use super::kernel::Kernel;
@@ -10,6 +11,7 @@ use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
 use super::view::View;
+use super::wanted::Wanted;
 use crate::animation::Transform;
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
@@ -53,6 +55,10 @@ pub struct FrameView<'a> {
     pub displaced: &'a [bool],
     /// How it is seen.
     pub view: &'a View,
+    /// Which cells are asked for, in a level of refinement; all, if it is the coarsest.
+    pub wanted: Option<&'a Wanted>,
+    /// Whether what cells show is noted, for a finer level.
+    pub notes_colors: bool,
     /// A hash of the camera's pose.
     pub view_hash: u32,
     /// Where the tags for each light are.
@@ -122,6 +128,12 @@ impl<'a> FrameView<'a> {
     #[inline]
     pub fn has_expired(&self, until: Until) -> bool {
         self.motion.has_expired(until, self.pose.frame)
+    }
+
+    /// The cells of tile number `number` that are asked for, those beyond the picture's rim perhaps among them.
+    #[inline]
+    pub fn wanted_of(&self, number: usize) -> &'a CellSet {
+        self.wanted.map_or(&CellSet::ALL, |wanted| wanted.tile(number))
     }
 
     /// The seed of a sample of `model` that is traced anew in a cell of tile number `tile`.

@@ -62,11 +62,16 @@ pub struct Grid {
 impl Grid {
     /// For pictures as `settings` ask for them.
     pub fn new(settings: &Settings) -> Self {
+        Self::reaching(settings, settings.filter_reach())
+    }
+
+    /// The same with tiles for those pixels, too, that are within `reach` pixels of what is rendered.
+    pub fn reaching(settings: &Settings, reach: u32) -> Self {
         let Settings { width, height, samples, overscan, .. } = *settings;
         let tile_pixels = TILE as u32 / samples;
         let film = settings.data_window();
         let axis = |size: u32, first: i32, count: u32| {
-            Axis::new(size, overscan, first..first + count as i32, tile_pixels, settings.filter_reach())
+            Axis::new(size, overscan, first..first + count as i32, tile_pixels, reach)
         };
         let axes = [axis(width, film.x, film.width), axis(height, film.y, film.height)];
         let [tiles_x, tiles_y] = axes.each_ref().map(|axis| axis.count() as u32);
@@ -108,6 +113,12 @@ impl Grid {
     /// Tiles of the store.
     pub fn tiles(&self) -> usize {
         self.tiles_x as usize * self.tiles_y as usize
+    }
+
+    /// The cells of pixel number `pixel` of a tile.
+    #[inline]
+    pub fn cells_of_pixel(&self, pixel: usize) -> &[u16] {
+        &self.cells_of_pixels[pixel * self.samples_of_pixel()..][..self.samples_of_pixel()]
     }
 
     /// Samples of a pixel.

@@ -20,6 +20,7 @@ mod bounced_ray;
 mod candidates;
 mod cells;
 mod channels;
+pub mod contrast;
 mod develop;
 mod edges;
 pub mod enhance;
@@ -30,6 +31,7 @@ mod frame_view;
 mod gather;
 pub mod grid;
 mod kernel;
+mod level;
 pub mod light;
 mod light_paths;
 mod lighting;
@@ -70,6 +72,7 @@ mod trace_missed;
 mod trace_scratch;
 mod verify;
 pub mod view;
+mod wanted;
 mod window;
 
 use std::sync::Arc;
@@ -88,33 +91,32 @@ use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::hash_of;
 use crate::shade::sky::SkyLight;
-use crate::stats::{FrameStats, Memory, Seconds};
+use crate::stats::{AuditCounts, FrameStats, Memory, Seconds};
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
 use audit::audit_tiles;
-use bins::Bins;
 use channels::{Channel, channels};
 use estimate::{Estimate, estimate};
 use frame_view::{FrameView, Occlusion};
-use grid::Grid;
 use kernel::Kernel;
+use level::Level;
 use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
 pub use need::{need, with_writing};
 use plan::{CameraChange, Plan};
 #[doc(hidden)]
 pub use spoil::Spoil;
-use stay::Detached;
-use tile_state::TileState;
-use tiles::{FrameBuffers, Reused, Start, run_tiles};
+use tiles::Shows;
 use view::View;
+use wanted::Wanted;
 
 /// Renders the frames of a shot, one after the other.
 pub struct Renderer<'s> {
     scene: &'s Scene,
     settings: Settings,
-    grid: Arc<Grid>,
+    /// Of its samples, from the coarsest on.
+    levels: Vec<Level>,
     sky: SkyLight,
     emitters: Emitters,
     palette: Palette,
@@ -131,13 +133,10 @@ pub struct Renderer<'s> {
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
-    /// Samples of the frame rendered last, and where everything was then.
-    last: Option<Last>,
-    bins: Bins,
-    detached: Detached,
+    /// Where everything was in the frame rendered last, whose samples the levels have.
+    last: Option<Pose>,
     /// Frames rendered so far.
     rendered: u32,
-    buffers: FrameBuffers,
     /// The frame rendered last. What stays the same is left in it, unless somebody still reads it then.
     film: Option<Arc<Film>>,
     /// Of each model, object space.
@@ -186,11 +185,10 @@ impl<'s> Renderer<'s> {
         Ok(Self {
             scene,
             settings: settings.clone(),
-            grid: Arc::new(Grid::new(settings)),
+            levels: Level::all(settings, &layout),
             sky: SkyLight::of(scene),
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
-            buffers: FrameBuffers::new(layout.clone()),
             motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
             layout,
             occlusion,
@@ -202,8 +200,6 @@ impl<'s> Renderer<'s> {
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
             last: None,
-            bins: Bins::default(),
-            detached: Detached::default(),
             rendered: 0,
             film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
@@ -215,20 +211,20 @@ impl<'s> Renderer<'s> {
     pub fn render(&mut self, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         let start = Instant::now();
         let pose = Pose::of(self.scene, frame);
-        let view = View::new(&self.grid, pose.camera);
-        let last = self.last.take();
-        let (mut last, unwanted) = if reuse { (last, None) } else { (None, last) };
+        let views: Vec<View> = self.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
+        let last = self.last.take().filter(|_| reuse);
         // what was gathered holds until a later frame
-        if let Some((store, _)) = last.as_mut().filter(|(_, before)| pose.frame < before.frame) {
-            store.tiles.iter_mut().for_each(|tile| tile.forget_gathered());
-            self.buffers.forget();
+        if last.as_ref().is_some_and(|before| pose.frame < before.frame) {
+            self.levels.iter_mut().for_each(Level::forget_gathered);
         }
         let plan = match &last {
-            Some((_, before)) => Plan::between(before, &pose),
+            Some(before) => Plan::between(before, &pose),
             None => Plan::of_base_frame(&pose),
         };
-        let last_pose = last.as_ref().map(|(_, before)| before);
-        let motion_vectors = MotionVectors::about(self.scene, &pose, &view, self.settings.layers, last_pose);
+        let motion_vectors = views
+            .iter()
+            .map(|view| MotionVectors::about(self.scene, &pose, view, self.settings.layers, last.as_ref()));
+        let motion_vectors: Vec<Option<MotionVectors>> = motion_vectors.collect();
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let timed = Timed::new(&*tracer);
         let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
@@ -240,6 +236,7 @@ impl<'s> Renderer<'s> {
             lights.map(|light| self.motion.first_light_change(light, frame)).collect();
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
+        let has_finer = self.levels.len() > 1;
         let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
             sky: &self.sky,
@@ -248,7 +245,9 @@ impl<'s> Renderer<'s> {
             pose: &pose,
             displaced: &displaced,
             slots: &self.layout.slots,
-            view: &view,
+            view: &views[0],
+            wanted: None,
+            notes_colors: has_finer,
             view_hash: view_hash(&pose.camera),
             plan,
             moved_bounds: &moved_bounds,
@@ -270,7 +269,7 @@ impl<'s> Renderer<'s> {
             records_paths,
             layers: self.settings.layers,
             shows_background: self.settings.background == Backdrop::Visible,
-            motion_vectors: motion_vectors.as_ref(),
+            motion_vectors: motion_vectors[0].as_ref(),
             kernel: Kernel::of(self.settings.filter, self.settings.filter_radius()),
             channels: &self.channels,
             light_groups: &self.light_groups,
@@ -279,46 +278,72 @@ impl<'s> Renderer<'s> {
         };
 
         // what will not pay is not begun
-        let (last, unused, estimate) = choose(last, &frame_view(&plan, false));
-        let plan = if last.is_some() { &plan } else { &base_plan };
-        // not in frames that are traced in full: few are followed by one with the same camera
-        let records_paths = last.is_some() && plan.camera == CameraChange::None;
-        let frame_view = frame_view(plan, records_paths);
-
-        let buffers = &mut self.buffers;
-        unused.or(unwanted).into_iter().for_each(|(store, _)| buffers.pool.take(store));
-        if last.is_none() || plan.camera != CameraChange::None {
-            buffers.states.clear();
+        let (reuses, estimate) =
+            choose(last.is_some(), self.levels[0].store.as_ref(), &frame_view(&plan, false));
+        let plan = if reuses { &plan } else { &base_plan };
+        if !reuses {
+            self.levels.iter_mut().for_each(Level::drop_samples);
         }
-        buffers.begin_frame(&self.grid);
-        let lists = (&mut self.bins, &mut self.detached);
-        let (mut store, reused) = begin(last, &frame_view, &self.layout, &mut buffers.states, lists);
-        let mut start_with = Start { reused, estimate };
+        // not in frames that are traced in full: few are followed by one with the same camera
+        let stays = reuses && plan.camera == CameraChange::None;
+        let frame_view = frame_view(plan, stays);
+
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let shown = self.film.take().and_then(Arc::into_inner);
         let film_is_last = shown.is_some();
-        let mut film = shown.unwrap_or_else(|| develop::blank(&self.grid, &self.channels));
+        let mut film = shown.unwrap_or_else(|| develop::blank(&self.levels[0].grid, &self.channels));
         self.rendered += 1;
-        let sum = run_tiles(&frame_view, &mut start_with, &mut store, buffers, &mut film, film_is_last);
+        let mut sum = self.levels[0].render(
+            &frame_view,
+            estimate,
+            &mut film,
+            if film_is_last { Shows::Last } else { Shows::Nothing },
+        );
         sum.share_time(&mut seconds);
-        let mode = match (&start_with.reused, self.settings.mode) {
-            (Reused::None, Mode::Full) => "full",
-            (Reused::None, _) => "base",
-            _ => "reproject",
+        let mut all_wanted: Vec<Wanted> = Vec::new();
+        for finer in 1..self.levels.len() {
+            let begin = Instant::now();
+            let (coarser, finest) = self.levels.split_at_mut(finer);
+            let (coarser, level) = (&coarser[finer - 1], &mut finest[0]);
+            let before = of_level(&frame_view, finer - 1, &views, &motion_vectors, &all_wanted);
+            let threshold = self.settings.refinement.map_or(f32::INFINITY, |refinement| refinement.threshold);
+            level.want(&coarser.flag(&before, threshold), stays);
+            all_wanted.extend(level.wanted.take());
+            let written = coarser.written(level);
+            let frame_view = of_level(&frame_view, finer, &views, &motion_vectors, &all_wanted);
+            seconds.reproject += begin.elapsed().as_secs_f64();
+            let shows = Shows::Coarser { is_last: film_is_last, written: &written };
+            let of_level = level.render(&frame_view, Estimate::default(), &mut film, shows);
+            of_level.share_time(&mut seconds);
+            sum = sum.plus(of_level);
+        }
+        let mode = match (reuses, self.settings.mode) {
+            (false, Mode::Full) => "full",
+            (false, _) => "base",
+            (true, _) => "reproject",
         };
         seconds.total = start.elapsed().as_secs_f64();
         let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| {
+            let frames = (0..self.levels.len())
+                .map(|level| of_level(&frame_view, level, &views, &motion_vectors, &all_wanted));
+            let stores = self.levels.iter().filter_map(|level| level.store.as_ref());
+            let levels: Vec<(FrameView, &SampleStore)> = frames.zip(stores).collect();
             // nothing was left in a film that is new
             let differs = match film_is_last {
-                true => film_audit::differing_pixels(&frame_view, &store, &film),
+                true => film_audit::differing_pixels(&levels, &film),
                 false => Vec::new(),
             };
-            audit_tiles(&frame_view, &store, &differs)
+            let mut counts = AuditCounts::default();
+            levels.iter().for_each(|(frame, store)| counts += audit_tiles(frame, store, &differs));
+            counts
         });
         drop(tracer);
+        for (level, wanted) in self.levels[1..].iter_mut().zip(all_wanted) {
+            level.wanted = Some(wanted);
+        }
         let camera = self.scene.space.camera_of_files(&pose.camera);
-        self.last = Some((store, pose));
+        self.last = Some(pose);
         let film = Arc::new(film);
         self.film = Some(Arc::clone(&film));
         let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
@@ -334,24 +359,17 @@ impl<'s> Renderer<'s> {
     /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
-        if let Some((store, _)) = &mut self.last {
-            store.tiles.iter_mut().for_each(|tile| {
-                tile.tags.forget_all();
-                tile.spares.forget_tags();
-            });
-            self.buffers.forget();
-        }
+        self.levels.iter_mut().for_each(Level::forget_tags);
     }
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let store = self.last.as_ref().map_or(0, |(store, _)| store.bytes(&self.layout));
-        let bytes =
-            (store + self.buffers.pool.bytes() + self.buffers.state_bytes() + self.bins.bytes()) as u64;
+        let bytes = self.levels.iter().map(|level| level.bytes(&self.layout)).sum::<usize>() as u64;
+        let samples: u64 = self.levels.iter().map(Level::samples).sum();
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
-            bytes_per_sample: bytes as f64 / self.grid.all_cells() as f64,
+            bytes_per_sample: bytes as f64 / samples.max(1) as f64,
         }
     }
 }
@@ -381,44 +399,33 @@ fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
     settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
 }
 
-/// Samples of a frame, and where everything was in it.
-type Last = (SampleStore, Pose);
-
-/// With `--mode auto`: the samples of the frame before; if they would not pay, they come second. And what it
-/// took to choose.
-fn choose(last: Option<Last>, frame: &FrameView) -> (Option<Last>, Option<Last>, Estimate) {
-    match last {
-        Some(last) if frame.chooses && frame.plan.camera != CameraChange::None => {
-            let estimate = estimate(&last.0, frame);
-            if estimate.pays { (Some(last), None, estimate) } else { (None, Some(last), estimate) }
+/// Whether the frame is inferred from the `store` of the frame before, if it can be: with `--mode auto` not where that would
+/// not pay. And what it took to choose.
+fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, Estimate) {
+    match store {
+        Some(store) if can && frame.chooses && frame.plan.camera != CameraChange::None => {
+            let estimate = estimate(store, frame);
+            (estimate.pays, estimate)
         }
-        last => (last, None, Estimate::default()),
+        _ => (can, Estimate::default()),
     }
 }
 
-/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, from its
-/// own tiles, or none.
-fn begin<'c>(
-    last: Option<Last>,
-    frame: &FrameView,
-    layout: &TagLayout,
-    states: &mut [TileState],
-    (bins, detached): (&'c mut Bins, &'c mut Detached),
-) -> (SampleStore, Reused<'c>) {
-    match last {
-        Some((mut store, _)) if frame.plan.camera == CameraChange::None => {
-            bins.open(frame.view.grid.tiles());
-            stay::detach(&mut store, states, frame, layout, detached);
-            stay::scatter(detached, frame, bins);
-            tile_state::find_reached(&store, frame, bins, states);
-            (store, Reused::InPlace(detached, bins))
-        }
-        Some((old, _)) => {
-            bins.open(frame.view.grid.tiles());
-            let old = reproject::scatter(old, frame, bins);
-            (SampleStore::default(), Reused::Projected(old, bins))
-        }
-        None => (SampleStore::default(), Reused::None),
+/// What the phases of level number `level` read, where `frame` is what those of the coarsest one do. `wanted`: of the
+/// levels after it.
+fn of_level<'a>(
+    frame: &FrameView<'a>,
+    level: usize,
+    views: &'a [View],
+    motion_vectors: &'a [Option<MotionVectors>],
+    wanted: &'a [Wanted],
+) -> FrameView<'a> {
+    FrameView {
+        view: &views[level],
+        motion_vectors: motion_vectors[level].as_ref(),
+        wanted: level.checked_sub(1).map(|finer| &wanted[finer]),
+        notes_colors: level + 1 < views.len(),
+        ..*frame
     }
 }
 

@@ -30,8 +30,9 @@ const THREAD_RESERVED: u64 = 68 << 20;
 /// What [`Renderer::with`](super::Renderer::with) and its frames will need beside the scene, on so many threads.
 pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
-    let grid = Grid::new(settings);
-    let (tiles, samples) = (grid.tiles() as u64, grid.all_cells());
+    let grids = || settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
+    let tiles: u64 = grids().map(|grid| grid.tiles() as u64).sum();
+    let samples: u64 = grids().map(|grid| grid.all_cells()).sum();
     let layout = TagLayout::for_scene(&shot.scene, settings);
     let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
     let spares = match (settings.mode, settings.reuse) {
@@ -42,7 +43,8 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let workers = (threads as u64).min(tiles);
     let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * samples };
     let twice = (BAND_TILES * workers).min(tiles);
-    let (film, edge) = (settings.data_window(), settings.samples);
+    let film = settings.data_window();
+    let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };

@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::bins::{BinWriter, Bins};
+use super::cells::CellSet;
 use super::frame_view::FrameView;
 use super::grid::holds;
 use super::project::{project_lanes, project_spares};
@@ -16,8 +17,8 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Spares, Status, TILE, Tag, Tile};
 use crate::settings::Reuse;
 
-/// Tiles with fewer reused samples than this are traced whole: a share of their cells.
-const LEAST_REUSED: usize = CELLS / 8;
+/// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
+const LEAST_REUSED: usize = 8;
 
 /// Puts every sample of `old` into the bins of the tiles whose cells it may serve.
 pub fn scatter(old: SampleStore, frame: &FrameView, bins: &Bins) -> LeavingStore {
@@ -56,17 +57,27 @@ pub fn gather(
     });
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
     let extent = grid.extent_of(number);
-    serving.serve(frame.reuse, extent, &tiles);
+    let wanted = frame.wanted_of(number);
+    serving.serve(frame.reuse, extent, wanted, &tiles);
     serving.fill(frame.reuse, extent, tile, &tiles);
     doubt(frame, &mut tile.spares);
+    mark_unwanted(wanted, tile);
     mark_outside(grid.extent(number), tile);
     let reused = tile.status.iter().filter(|status| status.is_reused()).count();
-    if frame.chooses && reused < LEAST_REUSED {
+    if frame.chooses && reused < wanted.count() / LEAST_REUSED {
         for cell in 0..CELLS {
             if tile.status[cell].is_reused() {
                 tile.clear(cell, Status::Missed);
             }
         }
+    }
+}
+
+/// Cells that nobody asks for.
+fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
+    if *wanted != CellSet::ALL {
+        let unwanted = tile.status.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
+        unwanted.for_each(|(_, status)| *status = Status::Empty);
     }
 }
 
@@ -111,4 +122,6 @@ pub fn begin_base(frame: &FrameView, number: usize, tile: &mut Tile) {
     for (cell, status) in tile.status.iter_mut().enumerate() {
         *status = if holds(extent, cell) { Status::Base } else { Status::Outside };
     }
+    mark_unwanted(frame.wanted_of(number), tile);
+    mark_outside(extent, tile);
 }

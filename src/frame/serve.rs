@@ -63,8 +63,8 @@ impl Serving {
         self.flags
     }
 
-    /// Chooses a server for each cell of the tile. Candidates are in the tiles that `sources` has.
-    pub fn serve<'t>(&mut self, reuse: Reuse, extent: Extent, sources: &impl Sources<'t>) {
+    /// Chooses a server for each `wanted` cell of the tile. Candidates are in the tiles that `sources` has.
+    pub fn serve<'t>(&mut self, reuse: Reuse, extent: Extent, wanted: &CellSet, sources: &impl Sources<'t>) {
         let Self { candidates, edges, servers, .. } = self;
         servers.clear();
         servers.resize(CELLS, Server::NOBODY);
@@ -82,6 +82,10 @@ impl Serving {
                     servers[cell] = candidates.nearest_to_eye(cell);
                 }
             }
+        }
+        if *wanted != CellSet::ALL {
+            let unwanted = servers.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
+            unwanted.for_each(|(_, server)| *server = Server::NOBODY);
         }
     }
 

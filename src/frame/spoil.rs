@@ -7,10 +7,12 @@ use glam::Vec3;
 use half::f16;
 
 use super::path_bounds::TilePaths;
-use super::{Last, RenderError, Renderer};
+use super::tiles::FrameBuffers;
+use super::{RenderError, Renderer};
 use crate::changes::Until;
 use crate::film::Film;
 use crate::lanes::Vec3x8;
+use crate::pose::Pose;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
 use crate::shade::surface::{Corners, reflectance, uv_at};
@@ -50,23 +52,26 @@ impl Renderer<'_> {
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let Some(last) = &mut self.last else { return Ok(0) };
+        let Some(pose) = &self.last else { return Ok(0) };
+        let buffers = self.levels.iter_mut().map(|level| &mut level.buffers);
         if what == Spoil::Paths {
-            let states = self.buffers.states.iter_mut().filter(|state| state.goes_on);
+            let states = buffers.flat_map(|buffers| &mut buffers.states).filter(|state| state.goes_on);
             return Ok(states.map(|state| state.paths = Some(TilePaths::default())).count() as u64);
         }
-        self.buffers.forget();
+        buffers.for_each(FrameBuffers::forget);
+        let stores = self.levels.iter_mut().filter_map(|level| level.store.as_mut());
+        let tiles = stores.flat_map(|store| &mut store.tiles);
         if what == Spoil::Until {
-            return Ok(last.0.tiles.iter_mut().map(|tile| tile.gathered.delay()).sum());
+            return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
         }
         if what == Spoil::Openness {
-            return Ok(last.0.tiles.iter_mut().map(|tile| tile.gathered.delay_openness()).sum());
+            return Ok(tiles.map(|tile| tile.gathered.delay_openness()).sum());
         }
         if what == Spoil::Sight {
-            return hide(self.scene, &mut *self.backend, last);
+            return hide(self.scene, &mut *self.backend, tiles, pose);
         }
         let mut count = 0;
-        for tile in &mut last.0.tiles {
+        for tile in tiles {
             for cell in spoilt_cells(tile) {
                 count += u64::from(spoil_cell(what, &self.layout.slots, self.scene, tile, cell));
             }
@@ -157,14 +162,19 @@ fn flip(tile: &mut Tile, slot: TagSlot, cell: usize) -> bool {
 
 /// Puts samples of what is behind in the place of samples, seen on the same rays: all that is kept of them is right,
 /// but that they are seen.
-fn hide(scene: &Scene, backend: &mut dyn Backend, (store, pose): &mut Last) -> Result<u64, RenderError> {
+fn hide<'t>(
+    scene: &Scene,
+    backend: &mut dyn Backend,
+    tiles: impl Iterator<Item = &'t mut Box<Tile>>,
+    pose: &Pose,
+) -> Result<u64, RenderError> {
     /// Of the distance from the eye: what is nearer than this is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
     let (camera, is_placed) = (&pose.camera, |model: u32| pose.models[model as usize].is_identity);
     let line_of_sight = |point: Vec3| (camera.origin(point - camera.eye), camera.sight(point - camera.eye));
     let mut count = 0;
-    for tile in &mut store.tiles {
+    for tile in tiles {
         let mut cells = spoilt_cells(tile);
         cells.retain(|cell| is_placed(tile.model[*cell]));
         let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());

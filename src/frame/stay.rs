@@ -110,7 +110,10 @@ pub fn scatter(detached: &Detached, frame: &FrameView, bins: &Bins) {
 /// Makes a tile of which nothing can have changed that of this frame.
 pub fn keep_all(tile: &mut Tile) {
     for status in &mut tile.status {
-        *status = if *status == Status::Outside { Status::Outside } else { Status::Good };
+        *status = match *status {
+            Status::Outside | Status::Empty => *status,
+            _ => Status::Good,
+        };
     }
 }
 
@@ -161,7 +164,7 @@ pub fn merge(
         runs.iter().for_each(|(source, run)| serving.add(*source, run));
         serving.add(ITSELF, &own);
         let tiles = tiles(detached, Some(before));
-        serving.serve(frame.reuse, grid.extent_of(number), &tiles);
+        serving.serve(frame.reuse, grid.extent_of(number), frame.wanted_of(number), &tiles);
         serving.merge(before, tile, &tiles);
         true
     })

@@ -17,6 +17,8 @@ use crate::samples::{EMPTY, SampleStore, Status, Tile};
 pub struct TileState {
     /// Whether the frame before was seen here: without it, nothing can be said of this one.
     pub is_known: bool,
+    /// Whether its pixels were written in the frame at work, and not only counted.
+    pub was_written: bool,
     /// Whether the frame before changed nothing here and cast no rays.
     pub was_quiet: bool,
     /// Whether rays went on from it when it was shown last.
@@ -39,6 +41,7 @@ impl Default for TileState {
     fn default() -> Self {
         Self {
             is_known: false,
+            was_written: false,
             was_quiet: false,
             goes_on: false,
             paths: None,
@@ -138,7 +141,8 @@ impl Content {
 /// Whether some cell has no sample: not whether one was missed in the frame before, and traced.
 fn has_gaps(tile: &Tile) -> bool {
     let cells = tile.status.iter().zip(&tile.model);
-    cells.fold(false, |any, (status, model)| any | ((*model == EMPTY) & (*status != Status::Outside)))
+    let is_gap = |status: Status| (status != Status::Outside) & (status != Status::Empty);
+    cells.fold(false, |any, (status, model)| any | ((*model == EMPTY) & is_gap(*status)))
 }
 
 #[cfg(test)]
@@ -154,6 +158,8 @@ mod tests {
         assert!(!has_gaps(&tile), "it was traced in the frame before");
         (tile.model[7], tile.status[7]) = (EMPTY, Status::Outside);
         assert!(!has_gaps(&tile), "beyond the picture");
+        (tile.model[8], tile.status[8]) = (EMPTY, Status::Empty);
+        assert!(!has_gaps(&tile), "nobody asks for it");
         tile.clear(9, Status::Missed);
         assert!(has_gaps(&tile));
     }

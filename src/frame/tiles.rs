@@ -10,6 +10,7 @@ use super::ahead::Ahead;
 use super::bins::Bins;
 use super::cells::CellSet;
 use super::channels::{Picture, Written};
+use super::contrast::{TileColors, note_colors};
 use super::develop::{Bands, Developer, DirtyTiles, bands};
 use super::estimate::Estimate;
 use super::filter::{self, Shown};
@@ -24,6 +25,7 @@ use super::tile_state::TileState;
 use super::verify::Request;
 use super::window::{Window, cut};
 use super::{enhance, gather, light, occlusion, reproject, trace_missed, verify};
+use crate::changes::Until;
 use crate::film::Film;
 use crate::samples::{Flags, LeavingStore, SampleStore, Status, TagLayout, Tile, TilePool};
 use crate::settings::Reuse;
@@ -74,6 +76,8 @@ pub struct FrameBuffers {
     bands: [Vec<TileFilm>; 2],
     /// One for each tile.
     pub states: Vec<TileState>,
+    /// What each tile shows, if that is noted.
+    pub colors: Vec<TileColors>,
     /// Of the frame at work.
     dirty: DirtyTiles,
 }
@@ -87,6 +91,7 @@ impl FrameBuffers {
             scratch: Mutex::default(),
             bands: Default::default(),
             states: Vec::new(),
+            colors: Vec::new(),
             dirty: DirtyTiles::default(),
         }
     }
@@ -94,12 +99,14 @@ impl FrameBuffers {
     /// Has a state for each tile.
     pub fn begin_frame(&mut self, grid: &Grid) {
         self.states.resize_with(grid.tiles(), TileState::default);
+        self.colors.resize_with(grid.tiles(), TileColors::new);
     }
 
     /// Bytes of what is remembered of the tiles.
     pub fn state_bytes(&self) -> usize {
         let paths = |state: &TileState| state.paths.as_ref().map_or(0, TilePaths::bytes);
-        self.states.iter().map(|state| size_of_val(state) + paths(state)).sum()
+        let states = self.states.iter().map(|state| size_of_val(state) + paths(state)).sum::<usize>();
+        states + self.colors.iter().map(|colors| size_of_val(&colors[..])).sum::<usize>()
     }
 
     /// Forgets what is known of the tiles, but for where in their cells their samples are.
@@ -110,10 +117,31 @@ impl FrameBuffers {
     }
 }
 
+/// What a film shows when a level of a frame begins.
+#[derive(Debug, Clone, Copy)]
+pub enum Shows<'a> {
+    /// Nothing that is of use: all of it is written.
+    Nothing,
+    /// The frame before. What stays the same need not be written.
+    Last,
+    /// In a finer level: this frame as far as coarser levels have made it, and else the frame before, if `is_last`. For each
+    /// tile whether a coarser level has written into it.
+    Coarser { is_last: bool, written: &'a [bool] },
+}
+
+impl Shows<'_> {
+    /// Whether it shows the frame before in tile number `number`.
+    fn is_last(self, number: usize) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Last => true,
+            Self::Coarser { is_last, written } => is_last && !written[number],
+        }
+    }
+}
+
 /// Takes every tile through all phases, and writes the frame into `film`. `store` grows to all tiles of the
 /// picture, unless it has them already.
-///
-/// `film_is_last`: it shows the frame before. What stays the same need not be written then.
 ///
 /// Tiles go in bands of whole rows: between them old tiles that nobody wants any more are given back, and with a
 /// wide filter all rows of pixels that no later band reaches are written. While the camera does not move, neither is
@@ -124,23 +152,24 @@ pub fn run_tiles(
     store: &mut SampleStore,
     buffers: &mut FrameBuffers,
     film: &mut Film,
-    film_is_last: bool,
+    shows: Shows,
 ) -> TileSum {
     let is_wide = frame.kernel.is_some();
     let picture = Picture::over(film, frame.kernel, frame.channels, frame.palette.brightest);
-    film.planes.iter_mut().for_each(|plane| plane.is_zero = true);
     let grid = &*frame.view.grid;
     let mut developer = Developer::default();
     let mut sum = TileSum::default();
     let is_free = !is_wide && matches!(start.reused, Reused::InPlace(..));
     let bands = bands(grid, tiles_in_band(if is_free { TILES_IN_PLACE } else { 0 }));
-    let FrameBuffers { pool, layout, scratch, bands: [now, before], states, dirty } = buffers;
+    let FrameBuffers { pool, layout, scratch, bands: [now, before], states, colors, dirty } = buffers;
     dirty.clear();
     if let Some(kernel) = frame.kernel {
         dirty.set(
             grid,
             kernel.halo(),
-            states.iter().map(|state| state.facts(frame, film_is_last, false).remake() >= Remake::Picture),
+            states.iter().enumerate().map(|(number, state)| {
+                state.facts(frame, shows.is_last(number), false).remake() >= Remake::Picture
+            }),
         );
     }
     let mut above = 0;
@@ -155,8 +184,13 @@ pub fn run_tiles(
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
         }
-        let work = Work { frame, layout, start, picture: &picture, dirty, film_is_last };
-        let parts = (&mut store.tiles[done..end], &mut states[done..end], &mut now[..count]);
+        let work = Work { frame, layout, start, picture: &picture, dirty, shows };
+        let parts = Parts {
+            tiles: &mut store.tiles[done..end],
+            states: &mut states[done..end],
+            colors: &mut colors[done..end],
+            films: &mut now[..count],
+        };
         let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, scratch));
         let developing = Instant::now();
@@ -170,7 +204,10 @@ pub fn run_tiles(
         sum.develop += developing.elapsed().as_secs_f64();
     }
     for (number, (plane, was_zero)) in film.planes.iter_mut().zip(&picture.was_zero).enumerate() {
-        plane.is_zero &= sum.written.is_zero(number, *was_zero);
+        plane.is_zero = match shows {
+            Shows::Coarser { .. } => *was_zero && sum.written.is_none(number),
+            Shows::Nothing | Shows::Last => sum.written.is_zero(number, *was_zero),
+        };
     }
     if let Reused::Projected(old, _) = &mut start.reused {
         old.let_go(grid.tiles(), pool);
@@ -191,22 +228,24 @@ pub fn tiles_in_band(least: u32) -> u32 {
 struct Run<'a> {
     /// Number of the first one.
     first: usize,
+    parts: Parts<'a>,
+    window: Window<'a>,
+}
+
+/// What there is for each of some tiles.
+struct Parts<'a> {
     tiles: &'a mut [Box<Tile>],
     states: &'a mut [TileState],
+    colors: &'a mut [TileColors],
     films: &'a mut [TileFilm],
-    window: Window<'a>,
 }
 
 /// The runs of some rows of tiles. Windows have those planes alone that may be written: of tiles that the film shows
 /// already, a frame younger, the age, and of clean tiles that it shows with another status, what is counted.
-fn runs<'a>(
-    work: &Work,
-    rows: Range<u32>,
-    (tiles, states, films): (&'a mut [Box<Tile>], &'a mut [TileState], &'a mut [TileFilm]),
-    film: &'a mut Film,
-) -> Vec<Run<'a>> {
+fn runs<'a>(work: &Work, rows: Range<u32>, parts: Parts<'a>, film: &'a mut Film) -> Vec<Run<'a>> {
     /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
     const IN_RUN: usize = 4;
+    let Parts { tiles, states, colors, films } = parts;
     let grid = &*work.frame.view.grid;
     let across = grid.tiles_x as usize;
     let columns = grid.axes[0].cuts(0..across, IN_RUN);
@@ -226,11 +265,13 @@ fn runs<'a>(
     let windows = cut(&mut film.planes, &columns, &lines, is_wanted);
     let tiles = tiles.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let states = states.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let colors = colors.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
     let films = films.chunks_mut(across).flat_map(|row| row.chunks_mut(IN_RUN));
+    let parts = tiles.zip(states).zip(colors).zip(films);
     let mut first = first;
-    let runs = tiles.zip(states).zip(films).zip(windows).map(|(((tiles, states), films), window)| {
-        let run = Run { first, tiles, states, films, window };
-        first += run.tiles.len();
+    let runs = parts.zip(windows).map(|((((tiles, states), colors), films), window)| {
+        let run = Run { first, parts: Parts { tiles, states, colors, films }, window };
+        first += run.parts.tiles.len();
         run
     });
     runs.collect()
@@ -245,14 +286,14 @@ struct Work<'a> {
     picture: &'a Picture,
     /// Whose colours must be written.
     dirty: &'a DirtyTiles,
-    /// Whether the film shows the frame before: what stays the same need not be made again.
-    film_is_last: bool,
+    /// What the film shows: what stays the same need not be made again.
+    shows: Shows<'a>,
 }
 
 impl Work<'_> {
     /// What is known of tile number `number` before its samples are brought up to date.
     fn facts(&self, number: usize, state: &TileState) -> TileFacts {
-        state.facts(self.frame, self.film_is_last, self.dirty.is_needed(number))
+        state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
     }
 
     /// What the tile after number `number` begins with; `rest` are those after it in its run.
@@ -276,12 +317,18 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
             |(mut scratch, mut samples, mut written), run| {
-                let Run { first, tiles, states, films, mut window } = run;
+                let Run { first, parts: Parts { tiles, states, colors, films }, mut window } = run;
                 let mut tiles = tiles.iter_mut();
-                for (number, (state, film)) in (first..).zip(states.iter_mut().zip(films)) {
+                let others = states.iter_mut().zip(colors).zip(films);
+                for (number, ((state, colors), film)) in (first..).zip(others) {
                     let Some(tile) = tiles.next() else { break };
                     let ahead = work.ahead(number, tiles.as_slice());
                     let remake = infer_tile(work, number, tile, state, ahead, &mut scratch);
+                    state.was_written = remake >= Remake::Picture;
+                    let shows_any = !work.frame.wanted_of(number).is_empty();
+                    if work.frame.notes_colors && state.was_written && shows_any {
+                        note_colors(&scratch.radiance, colors);
+                    }
                     let begin = Instant::now();
                     let Work { frame, picture, dirty, .. } = *work;
                     let ThreadScratch { filtering, radiance, placed, trace, .. } = &mut scratch;
@@ -301,7 +348,7 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
                     });
                     scratch.seconds.filter += begin.elapsed().as_secs_f64();
                     samples += match remake {
-                        Remake::Age => {
+                        Remake::Age if frame.wanted.is_none() => {
                             let good = frame.view.grid.cells(number);
                             debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
                             SampleCounts { good, ..SampleCounts::default() }
@@ -350,7 +397,7 @@ fn infer_tile(
     let remake = facts.remake();
     state.was_quiet = facts.samples == Change::None;
     state.is_known = true;
-    if remake >= Remake::Picture || facts.is_needed {
+    if (remake >= Remake::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
         let begin = Instant::now();
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         enhance::enhance(frame, tile, radiance, bounces, placed, trace);
@@ -400,6 +447,10 @@ fn update_samples(
         }
     };
     seconds.gather += lap();
+    if frame.wanted_of(number).is_empty() {
+        (state.until, state.bounds) = (Until::FOREVER, None);
+        return Change::Samples;
+    }
     let among = frame.in_sight(number);
     let mut probes = CellSet::default();
     if !matches!(reused, Reused::None) {
@@ -465,7 +516,8 @@ fn count_samples(tile: &Tile) -> SampleCounts {
 }
 
 impl TileSum {
-    fn plus(mut self, other: Self) -> Self {
+    /// With those of more tiles, or of another level.
+    pub fn plus(mut self, other: Self) -> Self {
         self.samples += other.samples;
         self.rays += other.rays;
         self.written = self.written.plus(other.written);

@@ -113,6 +113,37 @@ impl Window<'_> {
         }
     }
 
+    /// The same of those pixels alone that are `wanted`, in the order of `values`.
+    pub fn put_some(
+        &mut self,
+        number: usize,
+        pixels: &[Range<usize>; 2],
+        values: &[f32],
+        wanted: &[bool],
+        stride: usize,
+    ) {
+        let [left, top] = self.corner;
+        let columns = pixels[0].start - left..pixels[0].end - left;
+        let rows_of = pixels[1].start - top..pixels[1].end - top;
+        let from = values.chunks(stride).zip(wanted.chunks(stride));
+        match &mut self.planes[number] {
+            Rows::Float(rows) => {
+                for (to, (from, wanted)) in rows[rows_of].iter_mut().zip(from) {
+                    let to = to[columns.clone()].iter_mut().zip(from).zip(wanted);
+                    to.filter(|(_, wanted)| **wanted).for_each(|((to, from), _)| *to = *from);
+                }
+            }
+            Rows::Half(rows) => {
+                let mut halves = vec![f16::ZERO; columns.len()];
+                for (to, (from, wanted)) in rows[rows_of].iter_mut().zip(from) {
+                    round_to_halves(&from[..columns.len()], &mut halves);
+                    let to = to[columns.clone()].iter_mut().zip(&halves).zip(wanted);
+                    to.filter(|(_, wanted)| **wanted).for_each(|((to, from), _)| *to = *from);
+                }
+            }
+        }
+    }
+
     /// Has the memory fetched into which these pixels of plane number `number` are written soon.
     #[inline]
     pub fn prefetch(&self, number: usize, pixels: &[Range<usize>; 2]) {
@@ -182,6 +213,24 @@ mod tests {
             assert_eq!(rows.len(), if number == 2 { 0 } else { 4 });
         }
         assert!(planes[1].values.to_floats().iter().all(|value| *value == 1.0));
+    }
+
+    #[test]
+    fn pixels_that_are_not_wanted_stay() {
+        let blank = vec![0.0; 6 * 4];
+        let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
+            .map(|(name, kind)| Plane::new(name, kind, &blank));
+        let mut windows = cut(&mut planes, &[0, 2, 6], &[0, 4], |_, _| true);
+        // three columns and two rows in the second window, in rows of four
+        let wanted = [true, false, true, true, false, true, false];
+        for plane in [0, 1] {
+            let values = [1.0, 2.0, 3.0, 99.0, 4.0, 5.0, 6.0];
+            windows[1].put_some(plane, &[3..6, 1..3], &values, &wanted, 4);
+        }
+        for plane in &planes {
+            let some = (0..24).map(|at| plane.values.get(at)).enumerate().filter(|(_, value)| *value != 0.0);
+            assert_eq!(some.collect::<Vec<_>>(), [(9, 1.0), (11, 3.0), (16, 5.0)]);
+        }
     }
 
     #[test]

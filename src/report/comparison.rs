@@ -62,6 +62,7 @@ pub(crate) mod tests {
             overscan: 0,
             crop: None,
             samples: 1,
+            refinement: None,
             filter: Filter::Box,
             filter_radius: None,
             depth: 4,

@@ -34,7 +34,7 @@ pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
 pub enum Status {
     /// Beyond the picture's rim: no sample.
     Outside,
-    /// Nothing yet.
+    /// Nothing yet; or nobody asks for it.
     #[default]
     Empty,
     /// Traced because the whole frame was.

@@ -12,8 +12,8 @@ use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
-    BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
-    OutputTable, Rate, RenderTable, ShotFile, Three,
+    AdaptiveTable, BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable,
+    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
@@ -24,7 +24,7 @@ use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Settings,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Refinement, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -228,11 +228,13 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         }
         None => (default.width, default.height),
     };
+    let (samples, refinement) = samples(text, table)?;
     let settings = Settings {
         width,
         height,
+        samples,
+        refinement,
         overscan: whole("overscan", &table.overscan, default.overscan, 0..i64::from(MOST_OVERSCAN) + 1)?,
-        samples: whole("samples", &table.samples, default.samples, 1..i64::from(MOST_SAMPLES) + 1)?,
         filter: table.filter,
         filter_radius: filter_radius(text, table)?,
         depth: whole("depth", &table.depth, default.depth, 0..65)?,
@@ -285,6 +287,27 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         None => (24, 1),
     };
     Ok((settings, frames, rate))
+}
+
+/// N, for N x N samples a pixel, and what is refined.
+fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refinement>), SceneError> {
+    let Some(samples) = &table.samples else { return Ok((Settings::default().samples, None)) };
+    let bad = |message: String| text.bad("samples", samples, &message);
+    let count = |number: i64| u32::try_from(number).ok().filter(|count| (1..=MOST_SAMPLES).contains(count));
+    match samples.get_ref() {
+        SamplesValue::Fixed(number) => {
+            let wanted = || bad(format!("is {number}: it must be a whole number from 1 to {MOST_SAMPLES}"));
+            Ok((count(*number).ok_or_else(wanted)?, None))
+        }
+        SamplesValue::Adaptive(AdaptiveTable { min, max, threshold }) => {
+            let threshold = threshold.unwrap_or(f64::from(Refinement::THRESHOLD)) as f32;
+            let refinement = count(*min).zip(count(*max)).ok_or_else(|| Refinement::BOUNDS.to_string());
+            let refinement = refinement.and_then(|(min, most)| {
+                Ok((min, Some(Refinement { most, threshold }.checked(min, table.filter)?)))
+            });
+            refinement.map_err(|message| bad(format!("= {{ min = {min}, max = {max} }}: {message}")))
+        }
+    }
 }
 
 fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option<f64>, SceneError> {

@@ -111,9 +111,8 @@ pub(crate) struct RenderTable {
     /// Pixels around the picture, on each side, that are rendered as well (0)
     #[schemars(range(min = 0, max = MOST_OVERSCAN))]
     pub overscan: Option<At<i64>>,
-    /// N, for N x N samples a pixel (2)
-    #[schemars(range(min = 1, max = MOST_SAMPLES))]
-    pub samples: Option<At<i64>>,
+    /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
+    pub samples: Option<At<SamplesValue>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
     pub frames: Option<At<String>>,
     /// Frames per second, such as 24 or "24000/1001" (24)
@@ -174,6 +173,32 @@ pub(crate) struct OcclusionTable {
 pub(crate) enum BudgetValue {
     Rays(u64),
     Text(String),
+}
+
+/// A number, or the bounds of adaptive samples.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "it must be a whole number, or a table like { min = 1, max = 4 }, with a threshold if you like"
+)]
+pub(crate) enum SamplesValue {
+    Fixed(i64),
+    Adaptive(AdaptiveTable),
+}
+
+/// Samples along a pixel's edge where there is little to see, and where there is much.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AdaptiveTable {
+    /// N, for N x N samples in every pixel
+    #[schemars(range(min = 1, max = MOST_SAMPLES))]
+    pub min: i64,
+    /// The same in pixels that differ from their neighbours: `min` doubled once or more
+    #[schemars(range(min = 2, max = MOST_SAMPLES))]
+    pub max: i64,
+    /// Contrast of colours from which on pixels differ, above 0 and below 1 (0.1)
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub threshold: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -545,6 +570,17 @@ impl JsonSchema for Rate {
             {"type": "integer", "minimum": 1},
             {"type": "string", "pattern": "^ *[0-9]+ *(/ *[0-9]+ *)?$"},
         ]})
+    }
+}
+
+impl JsonSchema for SamplesValue {
+    fn schema_name() -> Cow<'static, str> {
+        "Samples".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let adaptive = generator.subschema_for::<AdaptiveTable>();
+        json_schema!({"anyOf": [{"type": "integer", "minimum": 1, "maximum": MOST_SAMPLES}, adaptive]})
     }
 }
 

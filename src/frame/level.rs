@@ -1,0 +1,182 @@
+//! One level of the samples of a picture: its grid, and what is kept from frame to frame. Without adaptive samples there is
+//! one; otherwise each is twice as fine as the one before ([`wanted`](super::wanted)).
+
+use std::sync::Arc;
+
+use super::bins::Bins;
+use super::contrast;
+use super::estimate::Estimate;
+use super::frame_view::FrameView;
+use super::grid::Grid;
+use super::plan::CameraChange;
+use super::reproject;
+use super::stay::{self, Detached};
+use super::tile_state::{self, TileState};
+use super::tiles::{FrameBuffers, Reused, Shows, Start, TileSum, run_tiles};
+use super::wanted::{PixelFlags, Wanted};
+use crate::film::Film;
+use crate::samples::{SampleStore, Status, TagLayout};
+use crate::settings::Settings;
+
+/// See the module's documentation.
+pub struct Level {
+    pub grid: Arc<Grid>,
+    /// Samples of the frame rendered last.
+    pub store: Option<SampleStore>,
+    /// Which of its cells are asked for; all of the coarsest level.
+    pub wanted: Option<Wanted>,
+    pub buffers: FrameBuffers,
+    bins: Bins,
+    detached: Detached,
+    layout: TagLayout,
+}
+
+impl Level {
+    /// All levels of pictures as `settings` ask for them.
+    pub fn all(settings: &Settings, layout: &TagLayout) -> Vec<Self> {
+        let all: Vec<u32> = settings.levels().collect();
+        let finer = (0..all.len() as u32).rev();
+        all.into_iter()
+            .zip(finer)
+            .map(|(samples, finer)| Self::new(settings, samples, finer, layout))
+            .collect()
+    }
+
+    /// Of `samples` along a pixel's edge, with `finer` finer ones: what these are asked for depends on a pixel more around
+    /// each.
+    fn new(settings: &Settings, samples: u32, finer: u32, layout: &TagLayout) -> Self {
+        let reach = settings.filter_reach().max(finer);
+        Self {
+            grid: Arc::new(Grid::reaching(&Settings { samples, ..settings.clone() }, reach)),
+            store: None,
+            wanted: None,
+            buffers: FrameBuffers::new(layout.clone()),
+            layout: layout.clone(),
+            bins: Bins::default(),
+            detached: Detached::default(),
+        }
+    }
+
+    /// Drops the samples of the frame before, and what was known of them.
+    pub fn drop_samples(&mut self) {
+        self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
+        self.buffers.states.clear();
+    }
+
+    /// Forgets what samples have gathered.
+    pub fn forget_gathered(&mut self) {
+        let tiles = self.store.iter_mut().flat_map(|store| &mut store.tiles);
+        tiles.for_each(|tile| tile.forget_gathered());
+        self.buffers.forget();
+    }
+
+    /// Forgets all shadow tags.
+    pub fn forget_tags(&mut self) {
+        for tile in self.store.iter_mut().flat_map(|store| &mut store.tiles) {
+            tile.tags.forget_all();
+            tile.spares.forget_tags();
+        }
+        self.buffers.forget();
+    }
+
+    /// Makes this level of a frame: of the samples of the frame before, if there are any, and writes its pixels into
+    /// `film`.
+    pub fn render(
+        &mut self,
+        frame: &FrameView,
+        estimate: Estimate,
+        film: &mut Film,
+        shows: Shows,
+    ) -> TileSum {
+        let Self { grid, store, buffers, bins, detached, layout, .. } = self;
+        if frame.plan.camera != CameraChange::None {
+            buffers.states.clear();
+        }
+        buffers.begin_frame(grid);
+        let (mut now, reused) = begin(store.take(), frame, layout, &mut buffers.states, (bins, detached));
+        let mut start = Start { reused, estimate };
+        let sum = run_tiles(frame, &mut start, &mut now, buffers, film, shows);
+        *store = Some(now);
+        sum
+    }
+
+    /// Asks for the pixels that are `flagged`. With `stays`, the camera does not move: what was asked for stays.
+    pub fn want(&mut self, flagged: &PixelFlags, stays: bool) {
+        let mut wanted = Wanted::of(flagged, &self.grid);
+        if let (Some(before), Some(store), true) = (&self.wanted, &mut self.store, stays) {
+            wanted.keep(before, |number, new| {
+                let tile = &mut store.tiles[number];
+                for cell in (0..tile.status.len()).filter(|cell| new.has(*cell)) {
+                    if tile.status[cell] == Status::Empty {
+                        tile.clear(cell, Status::Missed);
+                    }
+                }
+                if let Some(state) = self.buffers.states.get_mut(number) {
+                    *state = TileState::default();
+                }
+            });
+        }
+        self.wanted = Some(wanted);
+    }
+
+    /// The pixels that differ from their neighbours, once the level is made.
+    pub fn flag(&self, frame: &FrameView, threshold: f32) -> PixelFlags {
+        match &self.store {
+            Some(store) => contrast::flag(frame, store, &self.buffers.colors, threshold),
+            None => PixelFlags::default(),
+        }
+    }
+
+    /// For each tile of the `finer` level whether this one, or a coarser one, has written into its pixels.
+    pub fn written(&self, finer: &Self) -> Vec<bool> {
+        let written = |number: usize| {
+            let place = finer.grid.place_of_tile(number);
+            let [x, y] = [0, 1].map(|axis| {
+                let pixels = finer.grid.axes[axis].tile(place[axis]);
+                self.grid.axes[axis].tiles_between(pixels, false).start
+            });
+            self.buffers.states[y * self.grid.tiles_x as usize + x].was_written
+        };
+        (0..finer.grid.tiles()).map(written).collect()
+    }
+
+    /// Cells that have a sample.
+    pub fn samples(&self) -> u64 {
+        match &self.wanted {
+            None => self.grid.all_cells(),
+            Some(wanted) => (0..self.grid.tiles()).map(|tile| wanted.tile(tile).count() as u64).sum(),
+        }
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self, layout: &TagLayout) -> usize {
+        let store = self.store.as_ref().map_or(0, |store| store.bytes(layout));
+        store + self.buffers.pool.bytes() + self.buffers.state_bytes() + self.bins.bytes()
+    }
+}
+
+/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, from its
+/// own tiles, or none.
+fn begin<'c>(
+    last: Option<SampleStore>,
+    frame: &FrameView,
+    layout: &TagLayout,
+    states: &mut [TileState],
+    (bins, detached): (&'c mut Bins, &'c mut Detached),
+) -> (SampleStore, Reused<'c>) {
+    match last {
+        Some(mut store) if frame.plan.camera == CameraChange::None => {
+            bins.open(frame.view.grid.tiles());
+            stay::detach(&mut store, states, frame, layout, detached);
+            stay::scatter(detached, frame, bins);
+            tile_state::find_reached(&store, frame, bins, states);
+            (store, Reused::InPlace(detached, bins))
+        }
+        Some(old) => {
+            bins.open(frame.view.grid.tiles());
+            let old = reproject::scatter(old, frame, bins);
+            (SampleStore::default(), Reused::Projected(old, bins))
+        }
+        None => (SampleStore::default(), Reused::None),
+    }
+}

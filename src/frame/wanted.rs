@@ -1,0 +1,144 @@
+//! Which pixels a level of refinement is asked for.
+//!
+//! With adaptive samples a frame is made level by level (the paper's "adaptive supersampling"): the coarsest level has
+//! samples in all pixels, each finer one, twice as fine, in those alone that [`contrast`](super::contrast) flags in the
+//! level before. A level is a chain of frames of its own: samples in it are reprojected, verified, lit and enhanced as
+//! any others, but in wanted cells only. Those that serve none stay as spare samples, and come back when they are wanted.
+
+use rayon::prelude::*;
+
+use super::cells::CellSet;
+use super::grid::Grid;
+
+/// Pixels of the picture and of what is around it, yes or no.
+#[derive(Debug, Clone, Default)]
+pub struct PixelFlags {
+    /// Column and row of the first one; negative in the overscan.
+    corner: [i32; 2],
+    width: usize,
+    flags: Vec<bool>,
+}
+
+impl PixelFlags {
+    /// None of the pixels that the tiles of `grid` have.
+    pub fn none(grid: &Grid) -> Self {
+        let [columns, rows] = grid.axes.each_ref().map(|axis| axis.all());
+        let flags = vec![false; columns.len() * rows.len()];
+        Self { corner: [columns.start, rows.start], width: columns.len(), flags }
+    }
+
+    /// Whether the pixel in this column and row is flagged. None is beyond those that there are.
+    fn has(&self, [x, y]: [i32; 2]) -> bool {
+        let [column, row] = [x - self.corner[0], y - self.corner[1]].map(|at| usize::try_from(at).ok());
+        let (Some(column), Some(row)) = (column.filter(|column| *column < self.width), row) else {
+            return false;
+        };
+        self.flags.get(row * self.width + column).copied().unwrap_or(false)
+    }
+
+    /// The rows of each row of tiles of `grid`, from the first on, each with how wide it is.
+    pub fn rows_of_tiles<'f>(&'f mut self, grid: &Grid) -> Vec<&'f mut [bool]> {
+        let mut left = &mut self.flags[..];
+        let heights = (0..grid.axes[1].count()).map(|row| grid.axes[1].tile(row).len() * self.width);
+        let mut rows = Vec::new();
+        for count in heights {
+            let (own, below) = left.split_at_mut(count);
+            left = below;
+            rows.push(own);
+        }
+        rows
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+}
+
+/// For each tile of a level its wanted cells. They are all cells of whole pixels.
+#[derive(Debug, Clone, Default)]
+pub struct Wanted {
+    tiles: Vec<CellSet>,
+}
+
+impl Wanted {
+    /// The cells of the pixels that are flagged, in the tiles of `grid`.
+    pub fn of(flags: &PixelFlags, grid: &Grid) -> Self {
+        let of_tile = |number: usize| {
+            let place = grid.place_of_tile(number);
+            let [columns, rows] = [0, 1].map(|axis| grid.axes[axis].tile(place[axis]));
+            let mut cells = CellSet::default();
+            for (y, row) in rows.zip(0..) {
+                for (x, column) in columns.clone().zip(0..) {
+                    if flags.has([x, y]) {
+                        let pixel = row * grid.tile_pixels as usize + column;
+                        grid.cells_of_pixel(pixel).iter().for_each(|cell| cells.insert(usize::from(*cell)));
+                    }
+                }
+            }
+            cells
+        };
+        Self { tiles: (0..grid.tiles()).into_par_iter().map(of_tile).collect() }
+    }
+
+    /// Those of tile number `number`.
+    pub fn tile(&self, number: usize) -> &CellSet {
+        &self.tiles[number]
+    }
+
+    /// Adds the cells that were wanted `before`. Calls `each` with the numbers of the tiles that have cells which were not,
+    /// and these cells.
+    pub fn keep(&mut self, before: &Self, mut each: impl FnMut(usize, &CellSet)) {
+        for (number, (now, before)) in self.tiles.iter_mut().zip(&before.tiles).enumerate() {
+            let new = now.without(before);
+            if !new.is_empty() {
+                each(number, &new);
+            }
+            *now = now.or(before);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::grid::tests::settings;
+
+    #[test]
+    fn the_cells_of_flagged_pixels_are_wanted() {
+        let [coarse, fine] = [1, 4].map(|samples| Grid::new(&settings(70, 40, samples)));
+        let mut flags = PixelFlags::none(&coarse);
+        let flagged = [[0, 0], [31, 31], [32, 31], [69, 39]];
+        for [x, y] in flagged {
+            flags.flags[y * flags.width + x] = true;
+        }
+        assert!(!flags.has([70, 39]) && !flags.has([-1, 1]) && !flags.has([0, 40]), "beyond the rim");
+        let wanted = Wanted::of(&flags, &fine);
+        let mut seen = Vec::new();
+        for tile in 0..fine.tiles() {
+            let corner = fine.tile_corner(tile);
+            for cell in (0..crate::samples::CELLS).filter(|cell| wanted.tile(tile).has(*cell)) {
+                let place = super::super::grid::place(cell);
+                seen.push([0, 1].map(|axis| (corner[axis] as usize + place[axis] as usize) / 4));
+            }
+        }
+        seen.sort_unstable();
+        let all: Vec<[usize; 2]> = flagged.into_iter().flat_map(|pixel| [pixel; 16]).collect();
+        assert_eq!(seen, all);
+    }
+
+    #[test]
+    fn what_was_wanted_stays_so() {
+        let grid = Grid::new(&settings(64, 32, 2));
+        let with = |pixel: usize| {
+            let mut flags = PixelFlags::none(&grid);
+            flags.flags[pixel] = true;
+            Wanted::of(&flags, &grid)
+        };
+        let (before, mut now) = (with(3), with(20));
+        let mut new = Vec::new();
+        now.keep(&before, |number, cells| new.push((number, *cells)));
+        assert_eq!(new, [(1, *with(20).tile(1))]);
+        assert_eq!((now.tile(0), now.tile(1)), (before.tile(0), with(20).tile(1)));
+    }
+}
