@@ -71,5 +71,6 @@ pub mod scene;
 pub mod settings;
 pub mod shade;
 pub mod stats;
+pub mod stereo;
 pub mod trace;
 mod visible;

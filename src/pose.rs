@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 use crate::animation::Transform;
 use crate::scene::camera::{Aim, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
+use crate::stereo::EyePlace;
 
 /// Everything that moves, at one frame. Two poses compare exactly: what is equal did not move.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,10 +23,15 @@ pub struct Pose {
 impl Pose {
     /// The pose of `scene` at `frame`: a function of the frame's number alone.
     pub fn of(scene: &Scene, frame: i32) -> Self {
+        Self::seen_from(scene, frame, None)
+    }
+
+    /// The same with the camera in one eye's place, if it is given.
+    pub fn seen_from(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
         let at = f64::from(frame);
         Self {
             frame,
-            camera: CameraPose::of(&scene.camera, at),
+            camera: CameraPose::seen_from(&scene.camera, at, eye),
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
             lights: scene.lights.iter().map(|light| LightPose::of(light, at)).collect(),
         }
@@ -55,19 +61,30 @@ pub struct CameraPose {
 impl CameraPose {
     /// The camera at `frame`.
     pub fn of(track: &CameraTrack, frame: f64) -> Self {
-        let eye = track.eye.at(frame);
+        Self::seen_from(track, frame, None)
+    }
+
+    /// The same in one eye's place beside it, if that is given: it looks along the same axis, through a window of its own.
+    pub fn seen_from(track: &CameraTrack, frame: f64, place: Option<&EyePlace>) -> Self {
+        let mut eye = track.eye.at(frame);
         let axes = match &track.aim {
             Aim::Target { target, roll } => looking_at(target.at(frame) - eye, roll.at(frame)),
             Aim::Rotation(angles) => rotated(angles.at(frame)),
         };
+        let half_height = track.half_height(frame);
+        let mut shift = track.lens.shift.each_ref().map(|shift| shift.at(frame));
+        if let Some(place) = place {
+            eye += axes.x_axis * place.aside;
+            shift[0] += place.shift(f64::from(half_height));
+        }
         Self {
             eye: eye.as_vec3(),
             right: axes.x_axis.as_vec3(),
             up: axes.y_axis.as_vec3(),
             forward: -axes.z_axis.as_vec3(),
             projection: track.projection(),
-            half_height: track.half_height(frame),
-            shift: track.lens.shift.each_ref().map(|shift| shift.at(frame) as f32),
+            half_height,
+            shift: shift.map(|shift| shift as f32),
         }
     }
 

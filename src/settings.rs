@@ -1,6 +1,7 @@
 //! What decides a picture beside the scene: size, samples, filter, depth, mode.
 
 use crate::layers::Layers;
+use crate::stereo::Stereo;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -306,6 +307,9 @@ pub struct Settings {
     pub occlusion_rays: u32,
     /// How far these reach, in the units of the shot's files.
     pub occlusion_radius: f64,
+    /// Two eyes, if there are two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stereo: Option<Stereo>,
     /// Reuse or not.
     pub mode: Mode,
     /// Which kept samples serve the cells of an inferred frame.
@@ -342,6 +346,7 @@ impl Default for Settings {
             bounces: 2,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
+            stereo: None,
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,

@@ -6,6 +6,7 @@ use std::ops::AddAssign;
 use serde::Serialize;
 
 use crate::settings::Settings;
+use crate::stereo::Eye;
 
 /// Seconds of wall-clock time, by phase.
 ///
@@ -95,6 +96,13 @@ pub struct AuditCounts {
 pub struct FrameStats {
     /// The frame's number.
     pub frame: i32,
+    /// Which of two eyes saw it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eye: Option<Eye>,
+    /// Of the right eye: what is reused comes from the left eye's samples of this frame, and not from its own of the frame
+    /// before.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub from_left: bool,
     /// `base` (traced in full because nothing could be reused), `reproject` or `full`.
     pub mode: &'static str,
     /// By phase.
@@ -140,6 +148,47 @@ impl Totals {
             }
         }
         sum
+    }
+}
+
+/// What each of two eyes cost, and what the right one took from the left one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Eyes {
+    /// The sum over its frames.
+    pub left: Totals,
+    /// The same.
+    pub right: Totals,
+    /// Over those frames of the right eye that were made from the left eye's samples.
+    pub from_left: FromLeft,
+}
+
+/// Samples that the right eye took from the left one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct FromLeft {
+    /// How many frames of the right eye were made so. The others were traced in full, or go on with its own samples while the
+    /// camera rests.
+    pub frames: u64,
+    /// Samples of the left eye that the right one shows in them.
+    pub reused: u64,
+    /// Of so many.
+    pub samples: u64,
+    /// The share of them.
+    pub percent: f64,
+}
+
+impl Eyes {
+    /// Of the frames of a run; `None` where there is one eye.
+    pub fn of<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Option<Self> {
+        let frames: Vec<&FrameStats> = frames.into_iter().filter(|frame| frame.eye.is_some()).collect();
+        let of = |eye| Totals::of(frames.iter().copied().filter(|frame| frame.eye == Some(eye)));
+        let made = || frames.iter().copied().filter(|frame| frame.from_left);
+        let SampleCounts { good, overlapped, .. } = Totals::of(made()).samples;
+        let samples = Totals::of(made()).samples.total();
+        let reused = good + overlapped;
+        let percent = if samples > 0 { 100.0 * reused as f64 / samples as f64 } else { 0.0 };
+        let from_left = FromLeft { frames: made().count() as u64, reused, samples, percent };
+        let [left, right] = Eye::BOTH.map(of);
+        (!frames.is_empty()).then_some(Self { left, right, from_left })
     }
 }
 
@@ -296,6 +345,9 @@ pub struct RunStats<'a> {
     /// sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run_up: Option<Totals>,
+    /// Of two eyes, what each of them cost.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eyes: Option<Eyes>,
     /// The sum over `frames`.
     pub totals: Totals,
     /// Of the process.
@@ -339,6 +391,20 @@ mod tests {
         let totals = Totals::of(&[frame(1, 10, 0, 5), audited]);
         assert_eq!((totals.samples.base, totals.samples.good, totals.rays.total()), (10, 10, 28));
         assert_eq!(totals.audit.map(|audit| audit.differing), Some(1));
+    }
+
+    #[test]
+    fn eyes_are_told_apart() {
+        let seen = |eye, from_left, frame: FrameStats| FrameStats { eye: Some(eye), from_left, ..frame };
+        let mut made = seen(Eye::Right, true, frame(1, 0, 75, 1));
+        made.samples.missed = 25;
+        let left = seen(Eye::Left, false, frame(1, 100, 0, 5));
+        let at_rest = seen(Eye::Right, false, frame(2, 0, 100, 0));
+        let eyes = Eyes::of(&[left, made, at_rest]).expect("there are two");
+        let FromLeft { frames, reused, samples, percent } = eyes.from_left;
+        assert_eq!((frames, reused, samples, percent), (1, 75, 100, 75.0));
+        assert_eq!((eyes.left.samples.base, eyes.right.samples.total()), (100, 200));
+        assert_eq!(Eyes::of(&[frame(1, 100, 0, 5)]), None);
     }
 
     #[test]
@@ -386,6 +452,7 @@ mod tests {
             bounces: 2,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
+            stereo: None,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
@@ -400,6 +467,7 @@ mod tests {
             settings: &RunSettings { picture, backend: "embree", threads: 2 },
             frames: &frames,
             run_up: None,
+            eyes: Eyes::of(&frames),
             totals: Totals::of(&frames),
             memory: Memory::default(),
         };

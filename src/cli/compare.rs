@@ -24,7 +24,7 @@ use super::shot_args::{self, Job, ShotArgs};
 use super::shown::Shown;
 use super::target::Target;
 use super::terminal::Terminal;
-use super::writing::{self, Behind, Frame, Waiting};
+use super::writing::{self, Behind, Frame, Seen, Waiting};
 use crate::frame::{self, Finished, Renderer};
 use crate::layers::Layers;
 use crate::memory::{self, Need};
@@ -38,6 +38,7 @@ use crate::report::reference::Reference;
 use crate::report::versions::Versions;
 use crate::settings::{MOST_SAMPLES, Mode, Settings};
 use crate::stats::{RunSettings, held_bytes};
+use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
 /// Below the options in `--help`.
@@ -158,14 +159,14 @@ impl<'s> Pair<'s> {
         Ok(Self { kind, ours, full, build_bytes })
     }
 
-    /// Both ways of one frame.
-    fn render(&mut self, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
+    /// Both ways of what `eye` sees of one frame.
+    fn render(&mut self, eye: Eye, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
         if ours_first {
-            let ours = render(&mut self.ours, step.frame, step.reuse)?;
-            Ok((ours, render(&mut self.full, step.frame, false)?))
+            let ours = render(&mut self.ours, eye, step)?;
+            Ok((ours, render(&mut self.full, eye, Step { reuse: false, ..step })?))
         } else {
-            let full = render(&mut self.full, step.frame, false)?;
-            Ok((render(&mut self.ours, step.frame, step.reuse)?, full))
+            let full = render(&mut self.full, eye, Step { reuse: false, ..step })?;
+            Ok((render(&mut self.ours, eye, step)?, full))
         }
     }
 }
@@ -213,7 +214,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let mut contest = Contest { pairs: &mut pairs, judge: judge? };
     let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps)));
     terminal.begin(steps.len());
-    terminal.result(&header(options.reference.is_some()));
+    terminal.result(&header(job.settings.stereo.is_some(), options.reference.is_some()));
     let (measured, to_tell) = mpsc::channel();
     let (mut frames, target) = (Vec::new(), options.target.as_ref());
     let (told, out) = (&mut frames, &mut *terminal);
@@ -297,8 +298,8 @@ struct Contest<'p, 's> {
 
 /// Where frames go that are done.
 struct Out<'b, 'w> {
-    /// Before each frame what was measured of it; nothing of run-up.
-    measured: Sender<Option<ComparedFrame>>,
+    /// Before each frame what was measured of it, of each eye; nothing of run-up.
+    measured: Sender<Vec<ComparedFrame>>,
     behind: &'b mut Behind<'w>,
     /// Whether there are files.
     writes: bool,
@@ -310,31 +311,52 @@ fn compare_step(
     made: &mut Made,
     out: &mut Out<'_, '_>,
 ) -> Result<(), Failure> {
-    let Contest { pairs, judge } = contest;
+    let eyes = contest.pairs[0].ours.eyes();
     if !step.write {
-        let mut run_up = pairs.iter_mut().map(|pair| render(&mut pair.ours, step.frame, step.reuse));
-        let first = run_up.next().transpose()?;
-        run_up.try_for_each(|run_up| run_up.map(drop))?;
+        let mut seen: Vec<Seen> = Vec::new();
+        for (number, pair) in contest.pairs.iter_mut().enumerate() {
+            for eye in eyes {
+                let run_up = render(&mut pair.ours, *eye, step)?;
+                seen.extend((number == 0).then(|| run_up.into()));
+            }
+        }
         // it is heard as long as frames are taken
-        let _ = out.measured.send(None);
-        return first.map_or(Ok(()), |first| out.behind.take(first, None, false));
+        let _ = out.measured.send(Vec::new());
+        return out.behind.take(seen, false);
     }
     let ours_first = made.count % 2 == 0;
     made.count += 1;
-    let (ours, full) = pairs[0].render(step, ours_first)?;
+    let (mut seen, mut measured) = (Vec::new(), Vec::new());
+    for eye in eyes {
+        let (ours, frame) = compare_eye(*eye, step, ours_first, contest, made)?;
+        seen.push(ours.into());
+        measured.push(frame);
+    }
+    let _ = out.measured.send(measured);
+    out.behind.take_and_pack(seen, out.writes)
+}
+
+/// What `eye` sees of a frame, in both ways by each tracer: the first one's with reuse, and what was measured.
+fn compare_eye(
+    eye: Eye,
+    step: Step,
+    ours_first: bool,
+    Contest { pairs, judge }: &mut Contest<'_, '_>,
+    made: &mut Made,
+) -> Result<(Finished, ComparedFrame), Failure> {
+    let (ours, full) = pairs[0].render(eye, step, ours_first)?;
     for (number, pair) in pairs.iter_mut().enumerate().skip(1) {
-        let theirs = pair.render(step, ours_first)?;
+        let theirs = pair.render(eye, step, ours_first)?;
         made.agreements[number][0] += Agreement::between(&ours.film, &theirs.0.film);
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
     }
-    if let Some(shown) = &mut made.shown {
+    if let Some(shown) = made.shown.as_mut().filter(|_| eye == Eye::Left) {
         shown.offer(&ours, &full);
     }
     let mut frame = compared(&ours, &full);
-    frame.error = judge.as_mut().map(|judge| judge.errors([&ours, &full])).transpose()?;
-    let _ = out.measured.send(Some(frame));
-    out.behind.take_and_pack(ours, out.writes)
+    frame.error = judge.as_mut().map(|judge| judge.errors(eye, [&ours, &full])).transpose()?;
+    Ok((ours, frame))
 }
 
 /// Writes a frame if it is to be written, and tells of it. Its seconds have all that writing takes, waited for or not.
@@ -342,27 +364,26 @@ fn write(
     frame: &mut Frame,
     target: Option<&Target>,
     pool: &ThreadPool,
-    to_tell: &Receiver<Option<ComparedFrame>>,
+    to_tell: &Receiver<Vec<ComparedFrame>>,
     frames: &mut Vec<ComparedFrame>,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
-    let Frame { finished, write, copying, packed, .. } = frame;
+    let Frame { seen, write, copying, packed } = frame;
     let packing = Packing { threads: Some(pool), done: packed.take() };
-    let file = match target.filter(|_| *write) {
-        Some(target) => {
-            let file = target.write(finished, None, None, packing)?;
-            finished.stats.seconds.write += *copying;
-            finished.stats.seconds.total += *copying;
-            Some(file)
-        }
-        None => None,
-    };
-    if let Ok(Some(measured)) = to_tell.recv() {
+    let file = target.filter(|_| *write).map(|target| target.write(seen, None, packing)).transpose()?;
+    if let Some(last) = seen.last_mut().filter(|_| file.is_some()) {
+        last.finished.stats.seconds.write += *copying;
+        last.finished.stats.seconds.total += *copying;
+    }
+    let measured = to_tell.recv().unwrap_or_default();
+    for (measured, Seen { finished, .. }) in measured.into_iter().zip(&*seen) {
         let measured = ComparedFrame { reprojected: finished.stats.clone(), ..measured };
         terminal.result(&row(&measured));
         frames.push(measured);
     }
-    terminal.frame_done(&finished.stats, file.as_deref());
+    if let Some(Seen { finished, .. }) = seen.last() {
+        terminal.frame_done(&finished.stats, file.as_deref());
+    }
     Ok(())
 }
 
@@ -376,8 +397,9 @@ fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
     }
 }
 
-fn render(renderer: &mut Renderer<'_>, frame: i32, reuse: bool) -> Result<Finished, Failure> {
-    renderer.render(frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
+fn render(renderer: &mut Renderer<'_>, eye: Eye, step: Step) -> Result<Finished, Failure> {
+    let Step { frame, reuse, .. } = step;
+    renderer.render_eye(eye, frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
 }
 
 fn comparison(
@@ -401,6 +423,7 @@ fn comparison(
         totals: BothTotals::of(&[]),
         saved: Saving::default(),
         saved_inferred: Saving::default(),
+        eyes: None,
         memory: first.ours.memory().with_peak(),
         build_seconds: first.ours.build_seconds(),
         backends,

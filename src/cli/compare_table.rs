@@ -8,11 +8,12 @@ use crate::report::both_ways::{ComparedFrame, Saving};
 use crate::report::comparison::Comparison;
 use crate::stats::{Percent, Saved, saved_percent};
 
-/// Titles of the columns, with those of errors where there is a reference.
-pub fn header(has_errors: bool) -> String {
+/// Titles of the columns, with those of errors where there is a reference. With two eyes each frame has two rows.
+pub fn header(has_two_eyes: bool, has_errors: bool) -> String {
+    let eye = if has_two_eyes { " eye  " } else { "" };
     let errors = if has_errors { reference::TITLES } else { "" };
     format!(
-        " frame mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02%{errors} audit",
+        " frame{eye} mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02%{errors} audit",
     )
 }
 
@@ -22,8 +23,9 @@ pub fn row(frame: &ComparedFrame) -> String {
     let seconds = (ours.seconds.rendering(), full.seconds.rendering());
     let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7} {:>7.1} {:>10.5} {:>7.2}{} {}",
+        "{:>6}{} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7} {:>7.1} {:>10.5} {:>7.2}{} {}",
         frame.frame,
+        table::eye(ours),
         ours.mode,
         seconds.0,
         seconds.1,
@@ -71,6 +73,10 @@ pub fn summary(comparison: &Comparison) -> String {
         saving("all frames", &comparison.saved),
         saving("inferred", &comparison.saved_inferred),
     ]);
+    if let Some(eyes) = &comparison.eyes {
+        lines.push(saving("right eye", &eyes.saved_right));
+        lines.push(table::eyes_line(&eyes.reprojected));
+    }
     lines.extend(reference::lines(comparison.reference.as_ref()));
     lines.extend(ours.audit.map(table::audit_line));
     lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
@@ -91,10 +97,11 @@ fn in_short(comparison: &Comparison) -> String {
     let (ours, full) = (&comparison.totals.reprojected.seconds, &comparison.totals.full.seconds);
     let beside = ours.write + comparison.build_seconds;
     let [ours, full] = [ours, full].map(|seconds| seconds.rendering() + beside);
+    // both eyes of a frame are one
+    let frames = comparison.saved.frames / if comparison.eyes.is_some() { 2 } else { 1 };
     let writing = if beside > comparison.build_seconds { "writing files and " } else { "" };
     format!(
-        "\nin short {} frames take {} with reuse and {} without, {writing}building the scene included: {:.1} times as fast",
-        comparison.saved.frames,
+        "\nin short {frames} frames take {} with reuse and {} without, {writing}building the scene included: {:.1} times as fast",
         duration(ours),
         duration(full),
         if ours > 0.0 { full / ours } else { 1.0 }
@@ -168,7 +175,7 @@ mod tests {
         };
         for error in [None, Some(BothErrors::default())] {
             let frame = ComparedFrame { error, ..frame.clone() };
-            let (head, row) = (header(error.is_some()), row(&frame));
+            let (head, row) = (header(false, error.is_some()), row(&frame));
             for (title, value) in [(">0.02%", "0.00"), ("    full ratio", "0.00000     -")] {
                 let Some(end) = head.find(title).map(|at| at + title.len()) else {
                     assert!(error.is_none(), "{head}");

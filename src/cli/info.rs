@@ -15,6 +15,7 @@ use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
 use crate::scene::{LightKind, Scene, turntable};
 use crate::settings::{DenoiseQuality, Refinement};
+use crate::stereo::Stereo;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -101,6 +102,11 @@ fn described(shot: &Shot, path: &Path) -> String {
     );
     if scene.camera.projection() == Projection::Orthographic {
         line(&mut text, "camera", String::from("orthographic"));
+    }
+    if let Some(Stereo { separation, convergence }) = settings.stereo {
+        let where_to =
+            convergence.map_or_else(|| String::from("parallel"), |at| format!("converging at {at}"));
+        line(&mut text, "stereo", format!("two eyes {separation} apart, {where_to}"));
     }
     if !scene.camera.cuts.is_empty() {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));

@@ -198,6 +198,7 @@ fn beginning(text: &str) -> Cow<'_, str> {
 fn attribute(value: &Attribute) -> String {
     match value {
         Attribute::Text(text) => beginning(text).escape_debug().to_string(),
+        Attribute::Texts(texts) => texts.join(", "),
         Attribute::Float(number) => number.to_string(),
         Attribute::Int(number) => number.to_string(),
         Attribute::Rational { numerator, denominator } => format!("{numerator}/{denominator}"),

@@ -26,6 +26,7 @@ mod shown;
 pub mod table;
 pub mod target;
 pub mod terminal;
+mod two_eyes;
 mod values;
 mod writing;
 

@@ -7,6 +7,7 @@ use crate::layers::Layers;
 use crate::report::error::{BothErrors, PictureError};
 use crate::report::reference::{ErrorTotals, Reference};
 use crate::settings::{MOST_SAMPLES, Mode, Settings};
+use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
 /// Of the columns that a reference adds to the table.
@@ -42,10 +43,10 @@ impl<'s> Judge<'s> {
         Ok(Self { renderer: Renderer::with(kind, &job.shot.scene, &settings).map_err(Failure::of)? })
     }
 
-    /// Of a frame that was made in both ways, reprojected first.
-    pub fn errors(&mut self, both: [&Finished; 2]) -> Result<BothErrors, Failure> {
+    /// Of what `eye` sees of a frame that was made in both ways, reprojected first.
+    pub fn errors(&mut self, eye: Eye, both: [&Finished; 2]) -> Result<BothErrors, Failure> {
         let frame = both[0].stats.frame;
-        let reference = self.renderer.render(frame, false);
+        let reference = self.renderer.render_eye(eye, frame, false);
         let reference =
             reference.map_err(|error| Failure::Failed(format!("frame {frame}, reference: {error}")))?.film;
         let [reprojected, full] = both.map(|finished| PictureError::between(&finished.film, &reference));

@@ -18,7 +18,7 @@ use super::shot_args::{self, Job, ShotArgs};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
-use super::writing::{self, Behind, Frame, Waiting};
+use super::writing::{self, Behind, Frame, Seen, Waiting};
 use crate::denoise::{self, Denoiser};
 use crate::frame::{self, Renderer};
 use crate::memory::{self, Need};
@@ -26,7 +26,8 @@ use crate::output::exr::Packing;
 use crate::report::file::write_json;
 use crate::scene::limits;
 use crate::settings::{Build, DenoiseQuality, Mode, Settings};
-use crate::stats::{FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
+use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
+use crate::stereo::Eye;
 
 /// Below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -248,7 +249,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     let mut record = Record::default();
     terminal.begin(steps.len());
-    terminal.result(&table::header());
+    terminal.result(&table::header(settings.stereo.is_some()));
     let writer = Writer { target, fingerprints: &fingerprints, pool };
     let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);
     let outcome = writing::behind(job.settings.layers, write, |behind| {
@@ -278,7 +279,7 @@ fn need(job: &Job, settings: &Settings) -> Need {
     if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
 }
 
-/// Renders a frame, and denoises it if there is a denoiser. It is written while the next one is rendered.
+/// Renders a frame by all eyes, and denoises it if there is a denoiser. It is written while the next one is rendered.
 fn render_step(
     step: Step,
     renderer: &mut Renderer<'_>,
@@ -287,17 +288,22 @@ fn render_step(
 ) -> Result<(), Failure> {
     let failed =
         |error: &dyn fmt::Display| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame)));
-    let mut finished = renderer.render(step.frame, step.reuse).map_err(|error| failed(&error))?;
-    let denoiser = denoiser.filter(|_| step.write);
-    let start = Instant::now();
-    let denoised = denoiser.map(|denoiser| denoiser.denoise(&finished.film)).transpose();
-    let denoised = denoised.map_err(|error| failed(&error))?;
-    if denoised.is_some() {
-        let seconds = start.elapsed().as_secs_f64();
-        finished.stats.seconds.denoise += seconds;
-        finished.stats.seconds.total += seconds;
+    let mut denoiser = denoiser.filter(|_| step.write);
+    let mut seen = Vec::new();
+    for eye in renderer.eyes() {
+        let mut finished =
+            renderer.render_eye(*eye, step.frame, step.reuse).map_err(|error| failed(&error))?;
+        let start = Instant::now();
+        let denoised = denoiser.as_mut().map(|denoiser| denoiser.denoise(&finished.film)).transpose();
+        let denoised = denoised.map_err(|error| failed(&error))?;
+        if denoised.is_some() {
+            let seconds = start.elapsed().as_secs_f64();
+            finished.stats.seconds.denoise += seconds;
+            finished.stats.seconds.total += seconds;
+        }
+        seen.push(Seen { finished, denoised });
     }
-    behind.take(finished, denoised, step.write)
+    behind.take(seen, step.write)
 }
 
 /// What frames go through on their way into files.
@@ -318,23 +324,33 @@ impl Writer<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
         let start = Instant::now();
-        let Frame { finished, denoised, write, copying, packed } = frame;
-        let seconds = finished.stats.seconds;
+        let Frame { seen, write, copying, packed } = frame;
+        let seconds = seen.last().map_or(Seconds::default(), |seen| seen.finished.stats.seconds);
+        let number = seen.first().map_or(0, |seen| seen.finished.stats.frame);
         let file = if *write {
-            let made_from = Some(self.fingerprints.at(finished.stats.frame));
+            let made_from = Some(self.fingerprints.at(number));
             let packing = Packing { threads: Some(self.pool), done: packed.take() };
-            Some(self.target.write(finished, denoised.as_ref(), made_from, packing)?)
+            Some(self.target.write(seen, made_from, packing)?)
         } else {
             None
         };
+        // one file has both eyes, and the last one waits for it
         let waited = *copying + waiting.seconds(start);
         let (total, waited) = (seconds.total + waited, seconds.write + waited);
-        finished.stats.seconds = Seconds { total, write: waited, ..seconds };
-        let full = record.add(&finished.stats, *write);
-        if *write {
-            terminal.result(&table::row(&finished.stats, full));
+        if let Some(last) = seen.last_mut() {
+            last.finished.stats.seconds = Seconds { total, write: waited, ..seconds };
         }
-        terminal.frame_done(&finished.stats, file.as_deref());
+        let mut told = FrameStats::default();
+        for Seen { finished, .. } in seen {
+            let full = record.add(&finished.stats, *write);
+            if *write {
+                terminal.result(&table::row(&finished.stats, full));
+            }
+            let total = told.seconds.total + finished.stats.seconds.total;
+            told = finished.stats.clone();
+            told.seconds.total = total;
+        }
+        terminal.frame_done(&told, file.as_deref());
         Ok(())
     }
 }
@@ -352,6 +368,7 @@ fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(),
         settings: &settings,
         frames: &record.frames,
         run_up: (!record.run_up.is_empty()).then(|| Totals::of(&record.run_up)),
+        eyes: Eyes::of(&record.frames),
         totals: record.totals(),
         memory,
     };
@@ -398,7 +415,8 @@ impl Record {
     fn summary(&self, memory: Memory, (build, build_seconds): (Build, f64), wall_seconds: f64) -> String {
         let run_up = Totals::of(&self.run_up);
         table::summary(&table::Summary {
-            frames: self.frames.len(),
+            frames: self.frames.iter().filter(|frame| frame.eye != Some(Eye::Right)).count(),
+            eyes: Eyes::of(&self.frames),
             totals: &self.totals(),
             full_rays: self.full_rays,
             run_up: (!self.run_up.is_empty()).then_some((self.run_up.len(), &run_up)),

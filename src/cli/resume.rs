@@ -76,6 +76,7 @@ fn settings(job: &Job) -> Digest {
         bounces,
         occlusion_rays,
         occlusion_radius,
+        stereo,
         mode,
         reuse,
         base_every: _, // says which ancestry a frame has, which stands apart
@@ -93,7 +94,7 @@ fn settings(job: &Job) -> Digest {
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

@@ -10,6 +10,7 @@ use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
+use super::two_eyes::{self, StereoArgs};
 use super::values::{
     BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop, filter_radius,
     radius, samples, size, threads, threshold,
@@ -105,6 +106,10 @@ pub struct ShotArgs {
     #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_OCCLUSION_RAYS)))]
     pub occlusion_rays: Option<u32>,
 
+    /// Two eyes, or one.
+    #[command(flatten)]
+    pub stereo: StereoArgs,
+
     /// Which kept samples a cell shows [default: the shot's]
     #[arg(long, value_enum, value_name = "RULE")]
     pub reuse: Option<ReuseArg>,
@@ -194,6 +199,7 @@ impl ShotArgs {
     pub fn load(&self) -> Result<Job, Failure> {
         let shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
         let settings = self.settled(&shot.settings)?;
+        two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
         Ok(Job {
@@ -241,6 +247,7 @@ impl ShotArgs {
             bounces: self.bounces.unwrap_or(settings.bounces),
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
+            stereo: self.stereo.settle(settings.stereo)?,
             base_every: self.base_every.unwrap_or(settings.base_every),
             layers: self.layers.unwrap_or(settings.layers),
             background: self.background.map_or(settings.background, Backdrop::from),
@@ -411,6 +418,7 @@ mod tests {
             bounces: 1,
             occlusion_rays: 8,
             occlusion_radius: 3.0,
+            stereo: None,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
@@ -448,6 +456,7 @@ mod tests {
             bounces: 1,
             occlusion_rays: 32,
             occlusion_radius: 0.25,
+            stereo: None,
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,

@@ -3,13 +3,14 @@
 use super::terminal::duration;
 use crate::settings::Build;
 use crate::stats::{
-    AuditCounts, FrameStats, FullEstimate, Memory, Percent, RayCounts, Totals, saved_percent,
+    AuditCounts, Eyes, FrameStats, FromLeft, FullEstimate, Memory, Percent, RayCounts, Totals, saved_percent,
 };
 
-/// Title line of a render's table. Rays in millions.
-pub fn header() -> String {
-    String::from(
-        " frame mode       seconds   write reused%  primary   verify   shadow  reflect  refract   gather   total  saved% audit",
+/// Title line of a render's table. Rays in millions. With two eyes each frame has two rows.
+pub fn header(has_two_eyes: bool) -> String {
+    let eye = if has_two_eyes { " eye  " } else { "" };
+    format!(
+        " frame{eye} mode       seconds   write reused%  primary   verify   shadow  reflect  refract   gather   total  saved% audit",
     )
 }
 
@@ -18,8 +19,9 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     let rays = &frame.rays;
     let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
     format!(
-        "{:>6} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
+        "{:>6}{} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
         frame.frame,
+        eye(frame),
         frame.mode,
         frame.seconds.rendering(),
         frame.seconds.write,
@@ -33,6 +35,22 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
         millions(rays.total()),
         saved.map_or_else(|| String::from("-"), |saved| Percent(saved).to_string()),
         audit(frame.audit),
+    )
+}
+
+/// A column for the eye, if there are two.
+pub fn eye(frame: &FrameStats) -> String {
+    frame.eye.map_or_else(String::new, |eye| format!(" {:<5}", eye.name()))
+}
+
+/// What the right eye took from the left one.
+pub fn eyes_line(eyes: &Eyes) -> String {
+    let FromLeft { frames, percent, .. } = eyes.from_left;
+    format!(
+        "{:<9}right eye: {percent:.1} % of its samples from the left eye's (frames: {frames}); {} M rays, left {} M",
+        "stereo",
+        millions(eyes.right.rays.total()),
+        millions(eyes.left.rays.total()),
     )
 }
 
@@ -64,6 +82,8 @@ pub fn audit(counts: Option<AuditCounts>) -> String {
 pub struct Summary<'a> {
     /// Frames written.
     pub frames: usize,
+    /// Of two eyes, what each of them cost.
+    pub eyes: Option<Eyes>,
     /// Their sum.
     pub totals: &'a Totals,
     /// Rays that tracing every sample would have cast for them, estimated; 0: unknown.
@@ -127,6 +147,7 @@ pub fn summary(sum: &Summary<'_>) -> String {
             millions(totals.rays.total()),
         ));
     }
+    lines.extend(sum.eyes.as_ref().map(eyes_line));
     lines.extend(totals.audit.map(audit_line));
     lines.push(memory_line(&sum.memory));
     lines.join("\n")
@@ -205,7 +226,7 @@ mod tests {
 
     #[test]
     fn rows_stand_under_their_titles() {
-        let (head, row) = (header(), row(&frame(), None));
+        let (head, row) = (header(false), row(&frame(), None));
         let mut end_of_title = 0;
         for (title, value) in [
             ("frame", "12"),
@@ -222,10 +243,26 @@ mod tests {
     }
 
     #[test]
+    fn two_eyes_have_a_column() {
+        let both = [("left ", 0), ("right", 1)];
+        for (name, number) in both {
+            let seen =
+                FrameStats { eye: Some(crate::stereo::Eye::BOTH[number]), from_left: number == 1, ..frame() };
+            let (head, row) = (header(true), row(&seen, None));
+            let at = head.find("eye").expect("a title");
+            assert_eq!(row[at..at + 5], *name, "{head}\n{row}");
+            assert_eq!(head.find("mode"), row.find("reproject"), "{head}\n{row}");
+            let line = Eyes::of(&[seen]).map(|eyes| eyes_line(&eyes)).expect("two eyes");
+            assert_eq!(line.contains("95.0 % of its samples"), number == 1, "{line}");
+        }
+    }
+
+    #[test]
     fn the_summary_hides_no_ray() {
         let totals = Totals::of(&[frame()]);
         let sum = Summary {
             frames: 1,
+            eyes: None,
             totals: &totals,
             full_rays: 2_470_000.0,
             run_up: Some((3, &totals)),

@@ -5,21 +5,23 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::failure::Failure;
+use super::writing::Seen;
 use crate::denoise;
-use crate::film::Plane;
-use crate::frame::Finished;
 use crate::layers::Layers;
 use crate::output::exr::{Packing, Windows};
 use crate::output::fingerprint::Kind;
 use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 use crate::settings::{FileFormat, Settings};
+use crate::stereo::Eye;
 
 /// Names that are fit for the frames of a run.
 #[derive(Debug, Clone)]
 pub struct Target {
     pattern: OutputPattern,
-    previews: Option<OutputPattern>,
+    /// One for each eye.
+    previews: Vec<OutputPattern>,
+    has_two_eyes: bool,
     /// In rising order.
     frames: Vec<i32>,
     text: String,
@@ -68,10 +70,16 @@ impl Target {
                 "`{text}` does not end in .exr: frames are EXR files; --png writes previews beside them"
             )));
         }
-        let previews = png.then(|| pattern.with_extension("png"));
+        let has_two_eyes = settings.stereo.is_some();
+        let preview = pattern.with_extension("png");
+        let previews = match (png, has_two_eyes) {
+            (false, _) => Vec::new(),
+            (true, false) => vec![preview],
+            (true, true) => Eye::NAMES.map(|eye| preview.of_view(eye)).into(),
+        };
         let (text, shot) = (text.to_owned(), shot.to_owned());
         let (layers, windows) = (settings.layers, Windows::of(settings));
-        Ok(Self { pattern, previews, frames, text, shot, rate, layers, windows, format })
+        Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format })
     }
 
     /// As it was named.
@@ -94,13 +102,18 @@ impl Target {
         self.folder().join(format!("{}.contact.png", self.shot))
     }
 
-    /// A frame that is finished, as its preview shows it, whether it has one or not.
+    /// A frame that is finished, as its preview shows it, whether it has one or not: of two eyes the left one's.
     pub fn picture(&self, frame: i32, is_denoised: bool) -> Result<Picture, Failure> {
-        let picture = match &self.previews {
-            Some(previews) => Picture::of_png(&previews.at(frame)),
+        let picture = match self.previews.first() {
+            Some(preview) => Picture::of_png(&preview.at(frame)),
             None => {
                 let channels = if is_denoised { denoise::PLANES } else { ["R", "G", "B"] };
-                Picture::of_exr(&self.exr(frame), channels)
+                let names_views = self.has_two_eyes && !self.format.multipart;
+                let channels = channels.map(|name| match name.split_once('.') {
+                    Some((layer, letter)) if names_views => format!("{layer}.{}.{letter}", Eye::Left.name()),
+                    _ => name.to_owned(),
+                });
+                Picture::of_exr(&self.exr(frame), channels.each_ref().map(String::as_str))
             }
         };
         picture.map_err(Failure::of)
@@ -120,7 +133,7 @@ impl Target {
     /// Whether `name` in the folder is that of a frame asked for, or of its preview.
     pub fn has_name(&self, name: &str) -> bool {
         let frame = |pattern: &OutputPattern| pattern.frame_of(name);
-        let frame = frame(&self.pattern).or_else(|| self.previews.as_ref().and_then(frame));
+        let frame = frame(&self.pattern).or_else(|| self.previews.iter().find_map(frame));
         frame.is_some_and(|frame| self.frames.binary_search(&frame).is_ok())
     }
 
@@ -164,60 +177,77 @@ impl Target {
             Ok(Some(found)) if found != *wanted => return Left::Other(wanted.changes(&found)),
             Ok(Some(_)) => {}
         }
-        if self
-            .previews
-            .as_ref()
-            .is_some_and(|previews| png::fingerprint(&previews.at(frame)) != Some(*wanted))
-        {
+        let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(*wanted);
+        if !self.previews.iter().all(is_wanted) {
             return Left::NoPreview;
         }
         if exr::is_whole(&path) { Left::Finished } else { Left::Damaged }
     }
 
-    /// Writes a frame, with its `denoised` picture if there is one, and adds the time this took to its statistics. Returns
-    /// the EXR's path. The preview shows the denoised picture. Both files say what the frame was `made_from`.
+    /// Writes a frame as one eye or two have `seen` it, with denoised pictures if there are any, and adds the time this took to
+    /// the statistics of the last one. Returns the EXR's path. Previews show denoised pictures. All files say what the frame was
+    /// `made_from`.
     ///
-    /// The preview comes first: a frame counts as finished by its EXR.
+    /// Previews come first: a frame counts as finished by its EXR.
     pub fn write(
         &self,
-        finished: &mut Finished,
-        denoised: Option<&[Plane; 3]>,
+        seen: &mut [Seen],
         made_from: Option<Fingerprint>,
         packing: Packing<'_>,
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
-        let frame = finished.stats.frame;
-        let (size, [width, height]) = ([finished.film.width, finished.film.height], self.windows.picture);
-        if let Some(previews) = &self.previews {
-            let path = previews.at(frame);
-            let planes = match denoised {
-                Some(planes) => planes.each_ref(),
-                None => png::colors(&finished.film).map_err(Failure::of)?,
-            };
-            png::write_colors(&path, size, planes, made_from).map_err(Failure::of)?;
+        for (preview, seen) in self.previews.iter().zip(&*seen) {
+            write_preview(preview, seen, made_from)?;
         }
-        let camera = &finished.camera;
-        let aspect = width as f32 / height as f32;
+        let frame = seen.first().map_or(0, |seen| seen.finished.stats.frame);
+        let path = self.exr(frame);
+        let views: Vec<exr::View> = seen.iter().map(|seen| self.view(seen, made_from)).collect();
+        exr::write_views(&path, self.windows, &views, self.format, packing).map_err(Failure::of)?;
+        drop(views);
+        if let Some(Seen { finished, .. }) = seen.last_mut() {
+            let seconds = start.elapsed().as_secs_f64();
+            finished.stats.seconds.write += seconds;
+            finished.stats.seconds.total += seconds;
+        }
+        Ok(path)
+    }
+
+    /// What goes into the file of what an eye has seen.
+    fn view<'s>(
+        &'s self,
+        Seen { finished, denoised }: &'s Seen,
+        fingerprint: Option<Fingerprint>,
+    ) -> exr::View<'s> {
+        let (frame, camera) = (finished.stats.frame, &finished.camera);
+        let [width, height] = self.windows.picture;
         let meta = FrameMeta {
             frame,
             rate: self.rate,
             world_to_camera: camera.world_to_camera().to_cols_array(),
-            world_to_ndc: camera.world_to_ndc(aspect).to_cols_array(),
+            world_to_ndc: camera.world_to_ndc(width as f32 / height as f32).to_cols_array(),
             comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
             shot: self.shot.clone(),
-            fingerprint: made_from,
+            fingerprint,
             layers: finished.about_layers.clone(),
         };
-        let path = self.exr(frame);
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));
-        let planes = planes.chain(denoised.into_iter().flatten());
-        exr::write_planes(&path, self.windows, planes, &meta, self.format, packing).map_err(Failure::of)?;
-        let seconds = start.elapsed().as_secs_f64();
-        finished.stats.seconds.write += seconds;
-        finished.stats.seconds.total += seconds;
-        Ok(path)
+        let planes = planes.chain(denoised.iter().flatten()).collect();
+        exr::View { name: finished.stats.eye.map(Eye::name), planes, meta }
     }
+}
+
+fn write_preview(
+    preview: &OutputPattern,
+    Seen { finished, denoised }: &Seen,
+    made_from: Option<Fingerprint>,
+) -> Result<(), Failure> {
+    let planes = match denoised {
+        Some(planes) => planes.each_ref(),
+        None => png::colors(&finished.film).map_err(Failure::of)?,
+    };
+    let size = [finished.film.width, finished.film.height];
+    png::write_colors(&preview.at(finished.stats.frame), size, planes, made_from).map_err(Failure::of)
 }
 
 /// Or to nothing, and is then replaced itself.

@@ -16,12 +16,24 @@ use crate::layers::Layers;
 /// How long a thread that finds nothing to do for the others sleeps before it looks again.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// A rendering that is done.
-pub struct Frame {
+/// What an eye sees of a frame.
+pub struct Seen {
     /// With a film that has what is to be written.
     pub finished: Finished,
     /// The denoised picture, if there is one.
     pub denoised: Option<[Plane; 3]>,
+}
+
+impl From<Finished> for Seen {
+    fn from(finished: Finished) -> Self {
+        Self { finished, denoised: None }
+    }
+}
+
+/// A rendering that is done.
+pub struct Frame {
+    /// By one eye, or by the left and the right one.
+    pub seen: Vec<Seen>,
     /// Otherwise it is only to be told of.
     pub write: bool,
     /// Seconds that its copy took.
@@ -50,10 +62,10 @@ impl Waiting {
 pub struct Behind<'w> {
     waiting: &'w Waiting,
     frames: Sender<Frame>,
-    back: Receiver<Result<Film, Failure>>,
+    back: Receiver<Result<Vec<Film>, Failure>>,
     layers: Layers,
-    /// The second film. `None` while it is on its way.
-    film: Option<Film>,
+    /// The second films, one for each eye when there was a frame. `None` while they are on their way.
+    films: Option<Vec<Film>>,
 }
 
 /// Has `work` give frames to a [`Behind`], and `write` write them on a thread of its own; `layers` of them are kept for that.
@@ -70,7 +82,7 @@ pub fn behind(
         thread.spawn_scoped(scope, || write_all(taken, give_back, &waiting, write)).map_err(|error| {
             Failure::Failed(format!("cannot start a thread: {error}; try fewer --threads"))
         })?;
-        let mut behind = Behind { waiting: &waiting, frames, back, layers, film: Some(Film::empty()) };
+        let mut behind = Behind { waiting: &waiting, frames, back, layers, films: Some(Vec::new()) };
         let outcome = work(&mut behind);
         behind.wait().and(outcome)
     })
@@ -78,16 +90,17 @@ pub fn behind(
 
 fn write_all(
     frames: Receiver<Frame>,
-    back: Sender<Result<Film, Failure>>,
+    back: Sender<Result<Vec<Film>, Failure>>,
     waiting: &Waiting,
     mut write: impl FnMut(&mut Frame, &Waiting) -> Result<(), Failure>,
 ) {
     for mut frame in frames {
         let outcome = write(&mut frame, waiting);
-        let film = Arc::into_inner(frame.finished.film).unwrap_or_else(Film::empty);
+        let film = |seen: Seen| Arc::into_inner(seen.finished.film).unwrap_or_else(Film::empty);
+        let films = frame.seen.into_iter().map(film).collect();
         let failed = outcome.is_err();
         // nobody waits for it if the run has ended otherwise
-        if back.send(outcome.map(|()| film)).is_err() || failed {
+        if back.send(outcome.map(|()| films)).is_err() || failed {
             return;
         }
     }
@@ -95,53 +108,45 @@ fn write_all(
 
 impl Behind<'_> {
     /// Waits until the frame before is written, and takes this one.
-    pub fn take(
-        &mut self,
-        finished: Finished,
-        denoised: Option<[Plane; 3]>,
-        write: bool,
-    ) -> Result<(), Failure> {
-        self.send(finished, denoised, write, None)
+    pub fn take(&mut self, seen: Vec<Seen>, write: bool) -> Result<(), Failure> {
+        self.send(seen, write, None)
     }
 
     /// The same, and waits until the frame is packed: for who measures what comes next, which then shares the processors with
     /// nothing while the disk is waited for.
-    pub fn take_and_pack(&mut self, finished: Finished, write: bool) -> Result<(), Failure> {
+    pub fn take_and_pack(&mut self, seen: Vec<Seen>, write: bool) -> Result<(), Failure> {
         let (done, packed) = mpsc::channel();
-        self.send(finished, None, write, Some(done))?;
+        self.send(seen, write, Some(done))?;
         // of a frame that is not packed at all, because it failed or is not to be written, the other end is dropped
         let _ = wait_for(&packed);
         Ok(())
     }
 
-    fn send(
-        &mut self,
-        finished: Finished,
-        denoised: Option<[Plane; 3]>,
-        write: bool,
-        packed: Option<Sender<()>>,
-    ) -> Result<(), Failure> {
+    fn send(&mut self, mut seen: Vec<Seen>, write: bool, packed: Option<Sender<()>>) -> Result<(), Failure> {
         self.wait()?;
         let start = Instant::now();
-        let mut film = self.film.take().unwrap_or_else(Film::empty);
-        if write {
-            film.copy_from(&finished.film, |name| self.layers.has_plane(name));
+        let mut films = self.films.take().unwrap_or_default();
+        for Seen { finished, .. } in &mut seen {
+            let mut film = films.pop().unwrap_or_else(Film::empty);
+            if write {
+                film.copy_from(&finished.film, |name| self.layers.has_plane(name));
+            }
+            // the renderer's own goes back to it
+            finished.film = Arc::new(film);
         }
-        // the renderer's own goes back to it
-        let finished = Finished { film: Arc::new(film), ..finished };
         let copying = start.elapsed().as_secs_f64();
-        self.frames.send(Frame { finished, denoised, write, copying, packed }).map_err(|_| ended())
+        self.frames.send(Frame { seen, write, copying, packed }).map_err(|_| ended())
     }
 
     /// Waits until all frames that were taken are written.
     fn wait(&mut self) -> Result<(), Failure> {
-        if self.film.is_none() {
+        if self.films.is_none() {
             // whatever comes, it is not waited for again
-            let film = self.film.insert(Film::empty());
+            let films = self.films.insert(Vec::new());
             self.waiting.set(Some(Instant::now()));
             let written = wait_for(&self.back);
             self.waiting.set(None);
-            *film = written.ok_or_else(ended)??;
+            *films = written.ok_or_else(ended)??;
         }
         Ok(())
     }
@@ -211,21 +216,21 @@ pub(super) mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut written = Written::new();
         let write = |frame: &mut Frame, _: &Waiting| {
-            let number = frame.finished.stats.frame;
+            let number = frame.seen[0].finished.stats.frame;
             // as packing does, which has one thread alone
             pool.install(|| rayon::join(|| (), || ()));
             if number == bad {
                 return Err(Failure::Failed(format!("frame {number}")));
             }
             if frame.write {
-                let film = &frame.finished.film;
+                let film = &frame.seen[0].finished.film;
                 written.push((number, film.planes.len(), film.planes[0].values.get(5)));
             }
             Ok(())
         };
         let outcome = pool.install(|| {
             behind(Layers::Z, write, |behind| {
-                (1..=5).try_for_each(|frame| behind.take(finished(frame), None, frame != 2))
+                (1..=5).try_for_each(|frame| behind.take(vec![finished(frame).into()], frame != 2))
             })
         });
         (written, outcome)
@@ -238,6 +243,22 @@ pub(super) mod tests {
             assert_eq!(outcome, Ok(()));
             assert_eq!(written, [1, 3, 4, 5].map(|frame| (frame, 4, frame as f32)));
         }
+    }
+
+    #[test]
+    fn both_eyes_of_a_frame_come_together() {
+        let mut written = Vec::new();
+        let write = |frame: &mut Frame, _: &Waiting| {
+            let value = |seen: &Seen| seen.finished.film.planes[0].values.get(0);
+            written.push(frame.seen.iter().map(value).collect::<Vec<f32>>());
+            Ok(())
+        };
+        let outcome = behind(Layers::NONE, write, |behind| {
+            (1..=3).try_for_each(|frame| {
+                behind.take([frame, frame + 10].map(finished).map(Seen::from).into(), true)
+            })
+        });
+        assert_eq!((outcome, written), (Ok(()), vec![vec![1.0, 11.0], vec![2.0, 12.0], vec![3.0, 13.0]]));
     }
 
     #[test]
@@ -258,7 +279,7 @@ pub(super) mod tests {
             Ok(())
         };
         let outcome = behind(Layers::NONE, slow, |behind| {
-            behind.take(finished(1), None, true)?;
+            behind.take(vec![finished(1).into()], true)?;
             Err(Failure::Failed("frame 2".into()))
         });
         assert_eq!((outcome, written), (Err(Failure::Failed("frame 2".into())), 1));
@@ -276,7 +297,7 @@ pub(super) mod tests {
             Ok(())
         };
         behind(Layers::NONE, write, |behind| {
-            behind.take_and_pack(finished(1), true)?;
+            behind.take_and_pack(vec![finished(1).into()], true)?;
             assert!(is_packed.load(Ordering::SeqCst) && !is_written.load(Ordering::SeqCst));
             Ok(())
         })
@@ -290,7 +311,8 @@ pub(super) mod tests {
             let fails = |frame: &mut Frame, _: &Waiting| {
                 if frame.write { Err(Failure::Failed("full".into())) } else { Ok(()) }
             };
-            let ended = behind(Layers::NONE, fails, |behind| behind.take_and_pack(finished(1), write));
+            let ended =
+                behind(Layers::NONE, fails, |behind| behind.take_and_pack(vec![finished(1).into()], write));
             assert_eq!(ended, outcome);
         }
     }
@@ -305,9 +327,9 @@ pub(super) mod tests {
             Ok(())
         };
         behind(Layers::NONE, slow, |behind| {
-            behind.take(finished(1), None, true)?;
+            behind.take(vec![finished(1).into()], true)?;
             thread::sleep(Duration::from_millis(200));
-            behind.take(finished(2), None, true)
+            behind.take(vec![finished(2).into()], true)
         })
         .unwrap();
         // the first one was done long before it was asked for, and nothing else was done beside the last one

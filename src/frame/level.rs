@@ -23,6 +23,10 @@ pub struct Level {
     pub grid: Arc<Grid>,
     /// Samples of the frame rendered last.
     pub store: Option<SampleStore>,
+    /// They are another eye's, and go back to it.
+    is_lent: bool,
+    /// Those that were lent, when the level is made.
+    lent: Option<SampleStore>,
     /// Which of its cells are asked for; all of the coarsest level.
     pub wanted: Option<Wanted>,
     pub buffers: FrameBuffers,
@@ -49,6 +53,8 @@ impl Level {
         Self {
             grid: Arc::new(Grid::reaching(&Settings { samples, ..settings.clone() }, reach)),
             store: None,
+            is_lent: false,
+            lent: None,
             wanted: None,
             buffers: FrameBuffers::new(layout.clone()),
             layout: layout.clone(),
@@ -61,6 +67,20 @@ impl Level {
     pub fn drop_samples(&mut self) {
         self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
         self.buffers.states.clear();
+    }
+
+    /// Takes the samples of the same level as another eye has it, for one frame, and drops its own.
+    pub fn borrow_from(&mut self, other: &mut Self) {
+        self.drop_samples();
+        self.store = other.store.take();
+        self.is_lent = self.store.is_some();
+    }
+
+    /// Gives back what was lent, whether it was of use or not.
+    pub fn give_back_to(&mut self, other: &mut Self) {
+        let unused = if self.is_lent { self.store.take() } else { None };
+        other.store = self.lent.take().or(unused).or(other.store.take());
+        self.is_lent = false;
     }
 
     /// Forgets what samples have gathered.
@@ -88,15 +108,20 @@ impl Level {
         film: &mut Film,
         shows: Shows,
     ) -> TileSum {
-        let Self { grid, store, buffers, bins, detached, layout, .. } = self;
+        let Self { grid, store, is_lent, lent, buffers, bins, detached, layout, .. } = self;
         if frame.plan.camera != CameraChange::None {
             buffers.states.clear();
         }
         buffers.begin_frame(grid);
-        let (mut now, reused) = begin(store.take(), frame, layout, &mut buffers.states, (bins, detached));
+        let is_lent = std::mem::take(is_lent);
+        let lists = (bins, detached);
+        let (mut now, reused) = begin(store.take(), is_lent, frame, layout, &mut buffers.states, lists);
         let mut start = Start { reused, estimate };
         let sum = run_tiles(frame, &mut start, &mut now, buffers, film, shows);
         *store = Some(now);
+        if let (Reused::Projected(old, _), true) = (start.reused, is_lent) {
+            *lent = Some(old.into_store());
+        }
         sum
     }
 
@@ -155,10 +180,11 @@ impl Level {
     }
 }
 
-/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, from its
-/// own tiles, or none.
+/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, which may be
+/// lent, from its own tiles, or none.
 fn begin<'c>(
     last: Option<SampleStore>,
+    is_lent: bool,
     frame: &FrameView,
     layout: &TagLayout,
     states: &mut [TileState],
@@ -174,7 +200,7 @@ fn begin<'c>(
         }
         Some(old) => {
             bins.open(frame.view.grid.tiles());
-            let old = reproject::scatter(old, frame, bins);
+            let old = reproject::scatter(old, is_lent, frame, bins);
             (SampleStore::default(), Reused::Projected(old, bins))
         }
         None => (SampleStore::default(), Reused::None),

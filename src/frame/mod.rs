@@ -25,6 +25,7 @@ mod develop;
 mod edges;
 pub mod enhance;
 mod estimate;
+mod eyes;
 mod film_audit;
 pub mod filter;
 mod frame_view;
@@ -92,12 +93,14 @@ use crate::shade::phong::Palette;
 use crate::shade::sampling::hash_of;
 use crate::shade::sky::SkyLight;
 use crate::stats::{AuditCounts, FrameStats, Memory, Seconds};
+use crate::stereo::Eye;
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
 use audit::audit_tiles;
 use channels::{Channel, channels};
 use estimate::{Estimate, estimate};
+use eyes::{EyeMemory, Source};
 use frame_view::{FrameView, Occlusion};
 use kernel::Kernel;
 use level::Level;
@@ -115,8 +118,6 @@ use wanted::Wanted;
 pub struct Renderer<'s> {
     scene: &'s Scene,
     settings: Settings,
-    /// Of its samples, from the coarsest on.
-    levels: Vec<Level>,
     sky: SkyLight,
     emitters: Emitters,
     palette: Palette,
@@ -133,12 +134,10 @@ pub struct Renderer<'s> {
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
-    /// Where everything was in the frame rendered last, whose samples the levels have.
-    last: Option<Pose>,
+    /// Left and right: what is kept of each. The left one is alone where there is no stereo.
+    eyes: [EyeMemory; 2],
     /// Frames rendered so far.
     rendered: u32,
-    /// The frame rendered last. What stays the same is left in it, unless somebody still reads it then.
-    film: Option<Arc<Film>>,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
     /// All that moves in the shot, if samples gather light or find out how open they are.
@@ -182,10 +181,15 @@ impl<'s> Renderer<'s> {
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let light_groups = LightGroups::of(&scene.lights);
+        let to_world = |length| f64::from(scene.space.length(length));
+        let size = [settings.width, settings.height];
+        let eyes = Eye::BOTH.map(|eye| {
+            let place = settings.stereo.map(|stereo| stereo.place(eye, to_world, size));
+            EyeMemory::new(place, settings, &layout)
+        });
         Ok(Self {
             scene,
             settings: settings.clone(),
-            levels: Level::all(settings, &layout),
             sky: SkyLight::of(scene),
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
@@ -199,32 +203,54 @@ impl<'s> Renderer<'s> {
             kind,
             backend,
             build_seconds: start.elapsed().as_secs_f64(),
-            last: None,
+            eyes,
             rendered: 0,
-            film: None,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
         })
     }
 
-    /// Renders frame number `frame`. With `reuse` it is inferred from the frame rendered before, if there
-    /// is one; otherwise it is a base frame.
+    /// Which eyes see each frame, in order.
+    pub fn eyes(&self) -> &'static [Eye] {
+        if self.settings.stereo.is_some() { &Eye::BOTH } else { &Eye::BOTH[..1] }
+    }
+
+    /// Renders frame number `frame`, as the left eye sees it if there are two. With `reuse` it is inferred from the frame
+    /// rendered before, if there is one; otherwise it is a base frame.
     pub fn render(&mut self, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        self.render_eye(Eye::Left, frame, reuse)
+    }
+
+    /// The same as `eye` sees it. The right eye's samples come from the left eye's of the same frame, whatever `reuse` says, if
+    /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
+    /// allowed, from its own of the frame before.
+    pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         let start = Instant::now();
-        let pose = Pose::of(self.scene, frame);
-        let views: Vec<View> = self.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
-        let last = self.last.take().filter(|_| reuse);
-        // what was gathered holds until a later frame
-        if last.as_ref().is_some_and(|before| pose.frame < before.frame) {
-            self.levels.iter_mut().for_each(Level::forget_gathered);
+        let place = self.eyes[eye as usize].place;
+        let pose = Pose::seen_from(self.scene, frame, place.as_ref());
+        let may_be_lent = self.settings.mode != Mode::Full;
+        let last = self.eyes.each_ref().map(|memory| memory.last.as_ref());
+        let source = Source::of(last, eye, &pose, reuse, may_be_lent);
+        let is_lent = matches!(source, Source::Left(_));
+        if is_lent {
+            eyes::lend(&mut self.eyes);
         }
-        let plan = match &last {
-            Some(before) => Plan::between(before, &pose),
-            None => Plan::of_base_frame(&pose),
-        };
-        let motion_vectors = views
-            .iter()
-            .map(|view| MotionVectors::about(self.scene, &pose, view, self.settings.layers, last.as_ref()));
+        let memory = &mut self.eyes[eye as usize];
+        memory.last = None;
+        let views: Vec<View> =
+            memory.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
+        // what was gathered holds until a later frame
+        if source.pose().is_some_and(|before| pose.frame < before.frame) {
+            memory.levels.iter_mut().for_each(Level::forget_gathered);
+        }
+        let plan = source.plan(&pose);
+        let shown_pose = source.pose().filter(|_| !is_lent);
+        let motion_vectors = views.iter().map(|view| {
+            let layers = self.settings.layers;
+            MotionVectors::about(self.scene, (&pose, view), place.as_ref(), layers, shown_pose)
+        });
         let motion_vectors: Vec<Option<MotionVectors>> = motion_vectors.collect();
+        // both eyes count as one frame
+        self.rendered += u32::from(eye == Eye::Left);
         let tracer = self.backend.commit(&pose, &plan.moved)?;
         let timed = Timed::new(&*tracer);
         let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
@@ -236,7 +262,7 @@ impl<'s> Renderer<'s> {
             lights.map(|light| self.motion.first_light_change(light, frame)).collect();
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
-        let has_finer = self.levels.len() > 1;
+        let has_finer = views.len() > 1;
         let frame_view = |plan, records_paths| FrameView {
             scene: self.scene,
             sky: &self.sky,
@@ -274,26 +300,30 @@ impl<'s> Renderer<'s> {
             channels: &self.channels,
             light_groups: &self.light_groups,
             mattes: self.mattes.as_ref(),
-            rendered: self.rendered + 1,
+            rendered: self.rendered,
         };
 
         // what will not pay is not begun
         let (reuses, estimate) =
-            choose(last.is_some(), self.levels[0].store.as_ref(), &frame_view(&plan, false));
+            choose(source.pose().is_some(), memory.levels[0].store.as_ref(), &frame_view(&plan, false));
         let plan = if reuses { &plan } else { &base_plan };
         if !reuses {
-            self.levels.iter_mut().for_each(Level::drop_samples);
+            if is_lent {
+                eyes::give_back(&mut self.eyes);
+            }
+            self.eyes[eye as usize].levels.iter_mut().for_each(Level::drop_samples);
         }
         // not in frames that are traced in full: few are followed by one with the same camera
         let stays = reuses && plan.camera == CameraChange::None;
         let frame_view = frame_view(plan, stays);
 
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
-        let shown = self.film.take().and_then(Arc::into_inner);
+        let memory = &mut self.eyes[eye as usize];
+        let levels = &mut memory.levels;
+        let shown = memory.film.take().and_then(Arc::into_inner);
         let film_is_last = shown.is_some();
-        let mut film = shown.unwrap_or_else(|| develop::blank(&self.levels[0].grid, &self.channels));
-        self.rendered += 1;
-        let mut sum = self.levels[0].render(
+        let mut film = shown.unwrap_or_else(|| develop::blank(&levels[0].grid, &self.channels));
+        let mut sum = levels[0].render(
             &frame_view,
             estimate,
             &mut film,
@@ -301,9 +331,9 @@ impl<'s> Renderer<'s> {
         );
         sum.share_time(&mut seconds);
         let mut all_wanted: Vec<Wanted> = Vec::new();
-        for finer in 1..self.levels.len() {
+        for finer in 1..levels.len() {
             let begin = Instant::now();
-            let (coarser, finest) = self.levels.split_at_mut(finer);
+            let (coarser, finest) = levels.split_at_mut(finer);
             let (coarser, level) = (&coarser[finer - 1], &mut finest[0]);
             let before = of_level(&frame_view, finer - 1, &views, &motion_vectors, &all_wanted);
             let threshold = self.settings.refinement.map_or(f32::INFINITY, |refinement| refinement.threshold);
@@ -325,9 +355,9 @@ impl<'s> Renderer<'s> {
         seconds.total = start.elapsed().as_secs_f64();
         let tracing = timed.seconds();
         let audit = self.settings.audit.then(|| {
-            let frames = (0..self.levels.len())
+            let frames = (0..levels.len())
                 .map(|level| of_level(&frame_view, level, &views, &motion_vectors, &all_wanted));
-            let stores = self.levels.iter().filter_map(|level| level.store.as_ref());
+            let stores = levels.iter().filter_map(|level| level.store.as_ref());
             let levels: Vec<(FrameView, &SampleStore)> = frames.zip(stores).collect();
             // nothing was left in a film that is new
             let differs = match film_is_last {
@@ -339,14 +369,20 @@ impl<'s> Renderer<'s> {
             counts
         });
         drop(tracer);
-        for (level, wanted) in self.levels[1..].iter_mut().zip(all_wanted) {
+        for (level, wanted) in levels[1..].iter_mut().zip(all_wanted) {
             level.wanted = Some(wanted);
         }
         let camera = self.scene.space.camera_of_files(&pose.camera);
-        self.last = Some(pose);
+        memory.last = Some(pose);
         let film = Arc::new(film);
-        self.film = Some(Arc::clone(&film));
-        let stats = FrameStats { frame, mode, seconds, samples: sum.samples, rays: sum.rays, tracing, audit };
+        memory.film = Some(Arc::clone(&film));
+        let from_left = is_lent && reuses;
+        if from_left {
+            eyes::give_back(&mut self.eyes);
+        }
+        let eye = self.settings.stereo.map(|_| eye);
+        let (samples, rays) = (sum.samples, sum.rays);
+        let stats = FrameStats { frame, eye, from_left, mode, seconds, samples, rays, tracing, audit };
         let about_layers = Arc::clone(&self.about_layers);
         Ok(Finished { film, stats, camera, backend: self.kind, about_layers })
     }
@@ -359,13 +395,14 @@ impl<'s> Renderer<'s> {
     /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
-        self.levels.iter_mut().for_each(Level::forget_tags);
+        self.eyes.iter_mut().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
     }
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let bytes = self.levels.iter().map(|level| level.bytes(&self.layout)).sum::<usize>() as u64;
-        let samples: u64 = self.levels.iter().map(Level::samples).sum();
+        let levels = || self.eyes[..self.eyes().len()].iter().flat_map(|memory| &memory.levels);
+        let bytes = levels().map(|level| level.bytes(&self.layout)).sum::<usize>() as u64;
+        let samples: u64 = levels().map(Level::samples).sum();
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,

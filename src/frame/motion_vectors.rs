@@ -12,6 +12,7 @@ use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::BACKGROUND;
 use crate::scene::Scene;
+use crate::stereo::EyePlace;
 
 /// Motion about one frame. Built once a frame, where a layer shows it.
 #[derive(Debug)]
@@ -32,22 +33,22 @@ struct Beside {
 }
 
 impl MotionVectors {
-    /// About the frame of `pose`, which is seen as `view` says, and of which `last` was rendered before. None where no layer of
-    /// `layers` shows them.
+    /// About the frame of `pose`, which is seen as `view` says, by `eye` if there are two, and of which `last` was rendered
+    /// before. None where no layer of `layers` shows them.
     pub fn about(
         scene: &Scene,
-        pose: &Pose,
-        view: &View,
+        (pose, view): (&Pose, &View),
+        eye: Option<&EyePlace>,
         layers: Layers,
         last: Option<&Pose>,
     ) -> Option<Self> {
         if !layers.has(Layers::ALL_MOTION) {
             return None;
         }
-        let near = Neighbours::of(scene, pose.frame);
+        let near = Neighbours::of(scene, pose.frame, eye);
         let (mut all_differ, mut differing) = (true, ModelSet::default());
         if let Some(last) = last {
-            let near_last = Neighbours::of(scene, last.frame);
+            let near_last = Neighbours::of(scene, last.frame, eye);
             let three =
                 |near: &'_ Neighbours, pose: &'_ Pose| [near.before.camera, pose.camera, near.after.camera];
             all_differ = near.cuts != near_last.cuts || three(&near, pose) != three(&near_last, last);
@@ -114,9 +115,10 @@ struct Neighbours {
 }
 
 impl Neighbours {
-    fn of(scene: &Scene, frame: i32) -> Self {
+    fn of(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
         let (before, after) = (frame.saturating_sub(1), frame.saturating_add(1));
         let cuts = [frame, after].map(|first| scene.camera.cuts.contains(&first));
-        Self { before: Pose::of(scene, before), after: Pose::of(scene, after), cuts }
+        let [before, after] = [before, after].map(|frame| Pose::seen_from(scene, frame, eye));
+        Self { before, after, cuts }
     }
 }

@@ -46,24 +46,28 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let film = settings.data_window();
     let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
+    let eyes = eyes(settings);
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
 
     const SMALLER: &str = "a smaller --size or fewer --samples";
     let parts = vec![
         Part::new(
-            format!("{edge}x{edge} samples a pixel at {width}x{height}"),
-            (tiles + twice) * untagged + lists + spares_of(size_of::<Spare>()),
+            format!(
+                "{edge}x{edge} samples a pixel at {width}x{height}{}",
+                if eyes > 1 { " for two eyes" } else { "" }
+            ),
+            eyes * ((tiles + twice) * untagged + lists + spares_of(size_of::<Spare>())),
             SMALLER,
         ),
         Part::new(
             format!("what they keep of {} lights{occlusion} and {} paths", lights.len(), layout.paths),
-            (tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes()),
+            eyes * ((tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes())),
             "fewer lights or --paths",
         ),
         Part::new(
             "planes of the picture",
-            pixels * bytes_of_pixel(&shot.scene, settings.layers),
+            eyes * pixels * bytes_of_pixel(&shot.scene, settings.layers),
             "a smaller --size or fewer --layers",
         ),
         Part::new(
@@ -71,7 +75,11 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
             (shot.triangles() + held_twice(&shot.scene)) * bytes_of_triangle(kind),
             "a smaller model",
         ),
-        Part::new(format!("{workers} threads"), THREAD_BYTES * workers + PROGRAM_BYTES, "fewer --threads"),
+        Part::new(
+            format!("{workers} threads"),
+            eyes * THREAD_BYTES * workers + PROGRAM_BYTES,
+            "fewer --threads",
+        ),
     ];
     let reserved = match kind {
         // it builds with threads of its own
@@ -87,12 +95,17 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
     let pixels = settings.data_window().pixels();
     let film = Part::new(
         "the frame that is being written",
-        pixels * bytes_of_pixel(scene, settings.layers),
+        eyes(settings) * pixels * bytes_of_pixel(scene, settings.layers),
         "a smaller --size or fewer --layers",
     );
     let mut both = need.and(Need::of(film));
     both.reserved[1] += THREAD_RESERVED;
     both
+}
+
+/// How many there are: each has samples and planes of its own.
+fn eyes(settings: &Settings) -> u64 {
+    if settings.stereo.is_some() { 2 } else { 1 }
 }
 
 fn embree_threads(threads: usize) -> u64 {

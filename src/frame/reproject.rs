@@ -20,8 +20,8 @@ use crate::settings::Reuse;
 /// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
 const LEAST_REUSED: usize = 8;
 
-/// Puts every sample of `old` into the bins of the tiles whose cells it may serve.
-pub fn scatter(old: SampleStore, frame: &FrameView, bins: &Bins) -> LeavingStore {
+/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. A store that `is_lent` keeps its tiles.
+pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) -> LeavingStore {
     /// Tiles that a worker takes at least before others may have the rest.
     const AT_LEAST: usize = 8;
     let grid = &*frame.view.grid;
@@ -39,7 +39,7 @@ pub fn scatter(old: SampleStore, frame: &FrameView, bins: &Bins) -> LeavingStore
     };
     let tiles = old.tiles.par_iter().map(AsRef::as_ref).enumerate().with_min_len(AT_LEAST);
     let until: Vec<u32> = tiles.map_init(BinWriter::default, scatter_tile).collect();
-    LeavingStore::new(old, &until)
+    if is_lent { LeavingStore::from(old) } else { LeavingStore::new(old, &until) }
 }
 
 /// Fills tile number `number` with what serves its cells. A cell that nothing serves is missed.

@@ -16,6 +16,7 @@ use crate::pose::Pose;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
 use crate::shade::surface::{Corners, reflectance, uv_at};
+use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
 /// What is broken. But for [`Paths`](Spoil::Paths) it is broken for every seventh cell that shows a surface, and in
@@ -48,18 +49,19 @@ pub enum Spoil {
 }
 
 impl Renderer<'_> {
-    /// Spoils what the frame rendered last has left. Says how many samples (or, for [`Paths`](Spoil::Paths), tiles) are
+    /// Spoils what the frame that the left eye saw last has left. Says how many samples (or, for [`Paths`](Spoil::Paths), tiles) are
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let Some(pose) = &self.last else { return Ok(0) };
-        let buffers = self.levels.iter_mut().map(|level| &mut level.buffers);
+        let memory = &mut self.eyes[Eye::Left as usize];
+        let Some(pose) = &memory.last else { return Ok(0) };
+        let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
         if what == Spoil::Paths {
             let states = buffers.flat_map(|buffers| &mut buffers.states).filter(|state| state.goes_on);
             return Ok(states.map(|state| state.paths = Some(TilePaths::default())).count() as u64);
         }
         buffers.for_each(FrameBuffers::forget);
-        let stores = self.levels.iter_mut().filter_map(|level| level.store.as_mut());
+        let stores = memory.levels.iter_mut().filter_map(|level| level.store.as_mut());
         let tiles = stores.flat_map(|store| &mut store.tiles);
         if what == Spoil::Until {
             return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
@@ -84,7 +86,7 @@ impl Renderer<'_> {
     /// Spoils the frame rendered last as it is kept for the next one.
     #[doc(hidden)]
     pub fn spoil_film(&mut self, spoil: impl FnOnce(&mut Film)) {
-        if let Some(film) = &mut self.film {
+        if let Some(film) = &mut self.eyes[Eye::Left as usize].film {
             spoil(Arc::make_mut(film));
         }
     }

@@ -1,6 +1,7 @@
 //! One frame as one EXR file: a single scanline part that holds all layers, or a part for each.
 
 use std::fmt;
+use std::fs::File;
 use std::path::Path;
 use std::sync::mpsc::Sender;
 use std::time::SystemTime;
@@ -91,6 +92,17 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrEr
     write_planes(path, windows, film.planes.iter(), meta, FileFormat::default(), Packing::default())
 }
 
+/// What one of several eyes sees, or the only one.
+#[derive(Debug)]
+pub struct View<'p> {
+    /// `left` or `right`; nothing where there is one.
+    pub name: Option<&'static str>,
+    /// In any order.
+    pub planes: Vec<&'p Plane>,
+    /// What the header says.
+    pub meta: FrameMeta,
+}
+
 /// The same with these planes, whose pixels lie as `windows` says, in a file made as `format` says.
 ///
 /// # Errors
@@ -103,7 +115,56 @@ pub fn write_planes<'p>(
     format: FileFormat,
     packing: Packing<'_>,
 ) -> Result<(), ExrError> {
-    let channels = planes.map(|plane| {
+    let view = View { name: None, planes: planes.collect(), meta: meta.clone() };
+    write_views(path, windows, &[view], format, packing)
+}
+
+/// The same of all that eyes see of a frame: one file for all of them, of several views if they have names.
+///
+/// # Errors
+/// The same, and where there is no view.
+pub fn write_views(
+    path: &Path,
+    windows: Windows,
+    views: &[View<'_>],
+    format: FileFormat,
+    packing: Packing<'_>,
+) -> Result<(), ExrError> {
+    let now = SystemTime::now();
+    let views: Vec<openexr::View> = views
+        .iter()
+        .map(|view| {
+            let attributes = attributes(&view.meta, now);
+            let image = image(windows, &view.planes, attributes, compression(format));
+            openexr::View { name: view.name.unwrap_or_default(), image }
+        })
+        .collect();
+    let write = |file: &File| match &views[..] {
+        [openexr::View { name: "", image }] if format.multipart => openexr::write_parts(file, path, image),
+        [openexr::View { name: "", image }] => openexr::write(file, path, image),
+        views => openexr::write_views(file, path, views, format.multipart),
+    };
+    write_whole(path, |file| {
+        // only what takes the processors' time: what waits for the disk must not keep one of them
+        let written = match packing.threads {
+            Some(threads) => threads.install(|| write(file)),
+            None => write(file),
+        };
+        if let Some(done) = &packing.done {
+            // nobody may wait for it
+            let _ = done.send(());
+        }
+        written.map_err(ExrError::from)
+    })
+}
+
+fn image<'p>(
+    Windows { data, picture }: Windows,
+    planes: &[&'p Plane],
+    attributes: Vec<(String, Attribute)>,
+    compression: Compression,
+) -> Image<'p> {
+    let channels = planes.iter().map(|plane| {
         let stored = match plane.kind {
             PlaneKind::Half => SampleType::Half,
             PlaneKind::Float => SampleType::Float,
@@ -114,28 +175,14 @@ pub fn write_planes<'p>(
         };
         Channel { name: &plane.name, stored, data }
     });
-    let Windows { data, picture } = windows;
-    let image = Image {
+    Image {
         width: data.width,
         height: data.height,
         placed: Some(Placed { first: [data.x, data.y], picture }),
         channels: channels.collect(),
-        attributes: attributes(meta, SystemTime::now()),
-        compression: compression(format),
-    };
-    let write = if format.multipart { openexr::write_parts } else { openexr::write };
-    write_whole(path, |file| {
-        // only what takes the processors' time: what waits for the disk must not keep one of them
-        let written = match packing.threads {
-            Some(threads) => threads.install(|| write(file, path, &image)),
-            None => write(file, path, &image),
-        };
-        if let Some(done) = &packing.done {
-            // nobody may wait for it
-            let _ = done.send(());
-        }
-        written.map_err(ExrError::from)
-    })
+        attributes,
+        compression,
+    }
 }
 
 fn compression(format: FileFormat) -> Compression {

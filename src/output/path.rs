@@ -107,11 +107,28 @@ impl OutputPattern {
         Self { after: format!("{stem}.{extension}"), ..self.clone() }
     }
 
+    /// The names of one of several views: `walk.left.####.png`, and `walk_left_####.png` where the pattern has no dot.
+    #[must_use]
+    pub fn of_view(&self, view: &str) -> Self {
+        let before = match split_separator(&self.before) {
+            Some((name, separator)) => format!("{name}{separator}{view}{separator}"),
+            None if self.before.is_empty() => format!("{view}."),
+            None => format!("{}.{view}.", self.before),
+        };
+        Self { before, ..self.clone() }
+    }
+
     /// The folder that all files lie in; empty for the current one.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
+}
+
+/// A name, and the character that parts it from what follows, if there is one.
+fn split_separator(name: &str) -> Option<(&str, char)> {
+    let separator = name.chars().next_back().filter(|last| "._-".contains(*last))?;
+    Some((&name[..name.len() - separator.len_utf8()], separator))
 }
 
 fn is_folder(text: &str) -> bool {

@@ -124,6 +124,8 @@ pub(crate) mod tests {
     pub fn frame(number: i32, reused: u64) -> ComparedFrame {
         let full = FrameStats {
             frame: number,
+            eye: None,
+            from_left: false,
             mode: "full",
             seconds: Seconds { total: 0.4, trace: 0.3, ..Seconds::default() },
             samples: SampleCounts { base: 100, ..SampleCounts::default() },

@@ -6,7 +6,8 @@ use super::backends::BackendRun;
 use super::both_ways::{BothTotals, ComparedFrame, Saving};
 use super::reference::Reference;
 use super::versions::Versions;
-use crate::stats::{Memory, RunSettings};
+use crate::stats::{Eyes, Memory, RunSettings};
+use crate::stereo::Eye;
 
 /// A whole comparison, as `--json` writes it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,6 +26,9 @@ pub struct Comparison {
     pub saved: Saving,
     /// Over frames in which something was reused.
     pub saved_inferred: Saving,
+    /// Of two eyes, what each of them cost with reuse, and what that saved the right one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eyes: Option<ComparedEyes>,
     /// What the pictures' errors are, if that was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
@@ -40,11 +44,30 @@ pub struct Comparison {
     pub versions: Versions,
 }
 
+/// What is to be told of two eyes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ComparedEyes {
+    /// With reuse.
+    pub reprojected: Eyes,
+    /// By the right eye, against tracing what it sees in full.
+    pub saved_right: Saving,
+}
+
+impl ComparedEyes {
+    /// Of `frames`; `None` where there is one eye.
+    fn of(frames: &[ComparedFrame]) -> Option<Self> {
+        let reprojected = Eyes::of(frames.iter().map(|frame| &frame.reprojected))?;
+        let of_right = |frame: &&ComparedFrame| frame.reprojected.eye == Some(Eye::Right);
+        Some(Self { reprojected, saved_right: Saving::of(frames.iter().filter(of_right)) })
+    }
+}
+
 impl Comparison {
     /// Adds up what follows from `frames`.
     pub fn sum_up(&mut self) {
         self.totals = BothTotals::of(&self.frames);
         self.saved = Saving::of(&self.frames);
+        self.eyes = ComparedEyes::of(&self.frames);
         self.saved_inferred = Saving::of(self.frames.iter().filter(|frame| frame.is_inferred()));
     }
 }
@@ -73,6 +96,7 @@ pub(crate) mod tests {
             bounces: 2,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
+            stereo: None,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
@@ -89,6 +113,7 @@ pub(crate) mod tests {
             totals: BothTotals::of(&[]),
             saved: Saving::default(),
             saved_inferred: Saving::default(),
+            eyes: None,
             reference: None,
             memory: Memory::default(),
             build_seconds: 0.1,
@@ -113,6 +138,19 @@ pub(crate) mod tests {
         assert!((comparison.saved.speed_up - 2.0).abs() < 1e-9);
         assert!((comparison.saved.rays_percent - 50.0).abs() < 1e-9);
         assert!((comparison.saved.time_percent - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_right_eye_is_told_of_by_itself() {
+        let seen = |eye, mut frame: ComparedFrame| {
+            (frame.reprojected.eye, frame.full.eye) = (Some(eye), Some(eye));
+            frame.reprojected.from_left = eye == Eye::Right;
+            frame
+        };
+        let comparison = comparison(vec![seen(Eye::Left, frame(1, 0)), seen(Eye::Right, frame(1, 90))]);
+        let eyes = comparison.eyes.expect("two eyes");
+        assert_eq!((eyes.saved_right.frames, eyes.reprojected.from_left.percent), (1, 90.0));
+        assert!((eyes.saved_right.rays_percent - 50.0).abs() < 1e-9);
     }
 
     #[test]

@@ -50,6 +50,13 @@ pub struct LeavingStore {
     gone: usize,
 }
 
+/// A store that is only lent keeps all of its tiles.
+impl From<SampleStore> for LeavingStore {
+    fn from(store: SampleStore) -> Self {
+        Self { tiles: store.tiles.into_iter().map(Some).collect(), order: Vec::new(), gone: 0 }
+    }
+}
+
 impl LeavingStore {
     /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
     pub fn new(store: SampleStore, until: &[u32]) -> Self {
@@ -62,6 +69,11 @@ impl LeavingStore {
     #[inline]
     pub fn tile(&self, number: u32) -> Option<&Tile> {
         self.tiles.get(number as usize)?.as_deref()
+    }
+
+    /// What is left of it: all of a store that was only lent.
+    pub fn into_store(self) -> SampleStore {
+        SampleStore { tiles: self.tiles.into_iter().flatten().collect() }
     }
 
     /// Gives back what nobody wants any more now that `done` tiles of the new store are done.
@@ -100,9 +112,25 @@ mod tests {
         old.let_go(3, &mut pool);
         assert_eq!(there(&old), [false; 4]);
         assert_eq!(pool.bytes(), 4 * Tile::bytes_of_cells(&pool.layout));
+        assert!(old.into_store().tiles.is_empty());
         let mut new = SampleStore::default();
         pool.grow(&mut new, 3);
         pool.grow(&mut new, 5);
         assert_eq!((new.tiles.len(), pool.bytes()), (5, 0), "four are used again, one is new");
+    }
+
+    #[test]
+    fn a_store_that_is_lent_comes_back_whole() {
+        let mut pool = TilePool::new(TagLayout::of(std::iter::empty()));
+        let mut store = SampleStore::default();
+        pool.grow(&mut store, 3);
+        for (tile, mark) in store.tiles.iter_mut().zip(100..) {
+            tile.record[7].triangle = mark;
+        }
+        let mut lent = LeavingStore::from(store);
+        lent.let_go(3, &mut pool);
+        assert_eq!(pool.bytes(), 0);
+        let marks: Vec<u32> = lent.into_store().tiles.iter().map(|tile| tile.record[7].triangle).collect();
+        assert_eq!(marks, [100, 101, 102]);
     }
 }

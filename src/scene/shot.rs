@@ -7,18 +7,20 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override, ReadModel};
+use super::camera::Projection;
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     AdaptiveTable, BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable,
-    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, Three,
+    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, StereoTable, Three,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, TomlText};
 use super::{
-    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_tracks,
+    Background, CameraTrack, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
+    shot_tracks,
 };
 use crate::digest::Digest;
 use crate::layers::Layers;
@@ -26,6 +28,7 @@ use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
     MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Refinement, Settings,
 };
+use crate::stereo::Stereo;
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -118,6 +121,7 @@ pub(super) fn from_text_with(
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
     let camera = shot_tracks::camera(text, camera)?;
+    settings.stereo = file.stereo.as_ref().map(|table| stereo(text, table, &camera)).transpose()?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     shot_tracks::check_groups(text, &file.light, &lights)?;
@@ -208,7 +212,7 @@ pub(super) fn from_text_with(
 /// A digest of what the file says, but for its title and settings.
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
-    for settings in ["title", "render", "indirect", "occlusion", "output"] {
+    for settings in ["title", "render", "stereo", "indirect", "occlusion", "output"] {
         tables.remove(settings);
     }
     // keys are in order
@@ -307,6 +311,24 @@ fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refin
             });
             refinement.map_err(|message| bad(format!("= {{ min = {min}, max = {max} }}: {message}")))
         }
+    }
+}
+
+fn stereo(text: TomlText<'_>, table: &At<StereoTable>, camera: &CameraTrack) -> Result<Stereo, SceneError> {
+    if camera.projection() == Projection::Orthographic {
+        return Err(text.fault(table.span(), Stereo::ORTHOGRAPHIC));
+    }
+    let StereoTable { separation, convergence } = table.get_ref();
+    let separation = separation.as_ref().ok_or_else(|| {
+        let message = "[stereo] needs `separation`: the distance between the eyes, in the units of the models, such as 0.065 \
+                       for metres; leave the table out for one eye";
+        text.fault(table.span(), message)
+    })?;
+    let number = |value: &At<f64>| *value.get_ref();
+    let stereo = Stereo { separation: number(separation), convergence: convergence.as_ref().map(number) };
+    match stereo.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
+        None => Ok(stereo),
     }
 }
 

@@ -79,6 +79,8 @@ pub(crate) struct ShotFile {
     pub environment: Option<At<EnvironmentTable>>,
     /// The camera and its keys
     pub camera: Option<At<CameraTable>>,
+    /// Two eyes instead of one
+    pub stereo: Option<At<StereoTable>>,
     /// Each moves as a rigid whole
     #[serde(default)]
     #[schemars(length(min = 1))]
@@ -165,6 +167,18 @@ pub(crate) struct OcclusionTable {
     /// Rays of each sample (16)
     #[schemars(range(min = 1, max = MOST_OCCLUSION_RAYS))]
     pub rays: Option<At<i64>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["separation"]))]
+pub(crate) struct StereoTable {
+    /// From the left eye to the right one, in the units of the models
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub separation: Option<At<f64>>,
+    /// Distance from the camera at which both pictures agree, in the units of the models (infinity)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub convergence: Option<At<f64>>,
 }
 
 /// `"full"`, or a number of rays.

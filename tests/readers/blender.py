@@ -1,7 +1,7 @@
 """Shows a file to Blender's compositor and writes what each output of its Image node brings, as 32-bit EXR.
 
-blender -b --factory-startup -P blender.py -- FILE.exr FOLDER, or python blender.py FILE.exr FOLDER where `bpy` is installed.
-The one file that FOLDER holds then has a layer for each output.
+blender -b --factory-startup -P blender.py -- [VIEW] FILE.exr FOLDER, or python blender.py [VIEW] FILE.exr FOLDER where `bpy` is
+installed. VIEW: which of a file of several. The one file that FOLDER holds then has a layer for each output.
 """
 
 import sys
@@ -39,12 +39,14 @@ def connect(tree, outputs, folder):
         tree.links.new(output, file.inputs[number])
 
 
-def main(path, folder):
+def main(path, folder, view=None):
     image = bpy.data.images.load(path)
     scene = bpy.context.scene
     tree = compositor(scene)
     node = tree.nodes.new("CompositorNodeImage")
     node.image = image
+    if view:
+        node.view = view
     connect(tree, node.outputs, folder)
     if not hasattr(scene, "compositing_node_group"):
         # without it Blender 3 does not run the compositor
@@ -55,4 +57,5 @@ def main(path, folder):
     bpy.ops.render.render()
 
 
-main(*sys.argv[-2:])
+arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+main(*arguments[-2:], *arguments[:-2])

@@ -1,4 +1,5 @@
-"""Reads a file with OpenImageIO, all of its subimages, and writes their channels into one EXR under the names that it tells.
+"""Reads a file with OpenImageIO, all of its subimages, and writes their channels into one EXR under the names that it tells; those of
+subimages of several views after the name of the view.
 
 python openimageio.py FILE.exr FOLDER
 """
@@ -16,7 +17,8 @@ def main(path, folder):
     names, planes, number = [], [], 0
     while file.seek_subimage(number, 0):
         spec = file.spec()
-        names += spec.channelnames
+        view = spec.get_string_attribute("view")
+        names += [view + "." + name if view else name for name in spec.channelnames]
         planes.append(file.read_image(number, 0, 0, spec.nchannels, oiio.FLOAT))
         number += 1
     pixels = numpy.ascontiguousarray(numpy.concatenate(planes, axis=2))

@@ -65,6 +65,7 @@ unsafe fn value(attribute: &sys::exr_attribute_t) -> Attribute {
     unsafe {
         match attribute.type_ {
             sys::EXR_ATTR_STRING => Attribute::Text(text((*union.string).str_)),
+            sys::EXR_ATTR_STRING_VECTOR => Attribute::Texts(texts(&*union.stringvector)),
             sys::EXR_ATTR_FLOAT => Attribute::Float(union.f),
             sys::EXR_ATTR_INT => Attribute::Int(union.i),
             sys::EXR_ATTR_RATIONAL => {
@@ -86,4 +87,17 @@ unsafe fn value(attribute: &sys::exr_attribute_t) -> Attribute {
             _ => Attribute::Other(text(attribute.type_name)),
         }
     }
+}
+
+/// # Safety
+/// The list belongs to an open context: it has as many strings as it says.
+unsafe fn texts(list: &sys::exr_attr_string_vector_t) -> Vec<String> {
+    let count = usize::try_from(list.n_strings).unwrap_or(0);
+    if list.strings.is_null() {
+        return Vec::new();
+    }
+    // SAFETY: the caller's promise.
+    let strings = unsafe { std::slice::from_raw_parts(list.strings, count) };
+    // SAFETY: the library's strings end with a zero.
+    strings.iter().map(|string| unsafe { text(string.str_) }).collect()
 }

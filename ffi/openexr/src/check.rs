@@ -9,6 +9,17 @@ const LONGEST_NAME: usize = 31;
 
 /// The channels in the file's order, by name, all of them sound.
 pub(crate) fn sorted_channels<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<Channel<'a>>, Error> {
+    match image.channels.iter().find(|channel| channel.name.matches('.').count() > 1) {
+        Some(Channel { name, .. }) => {
+            let what = format!("channel {name:?}: a name may have one dot, between layer and channel");
+            Err(Error::image(path, what))
+        }
+        None => sorted_with_views(path, image),
+    }
+}
+
+/// The same of names that may have the name of a view between layer and channel.
+pub(crate) fn sorted_with_views<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<Channel<'a>>, Error> {
     check_size(path, image)?;
     let mut channels = image.channels.clone();
     channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
@@ -52,9 +63,6 @@ fn check_channel(path: &Path, image: &Image<'_>, channel: &Channel<'_>) -> Resul
     let refuse = |what: String| Err(Error::image(path, format!("channel {name:?}: {what}")));
     if let Some(what) = fault_of_name(name) {
         return refuse(what.to_owned());
-    }
-    if name.bytes().filter(|&byte| byte == b'.').count() > 1 {
-        return refuse("a name may have one dot, between layer and channel".to_owned());
     }
     let pixels = image.width as usize * image.height as usize;
     if channel.data.len() != pixels {

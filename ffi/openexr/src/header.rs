@@ -35,7 +35,7 @@ unsafe fn add_part(
     image: &Image<'_>,
     part: &Part<'_>,
 ) -> Result<(), Error> {
-    let name = part.name.map(|name| c_string(path, name)).transpose()?;
+    let name = part.name.as_ref().map(|name| c_string(path, name)).transpose()?;
     let name = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
     let mut number = 0;
     let scanlines = sys::EXR_STORAGE_SCANLINE;
@@ -48,7 +48,7 @@ unsafe fn add_part(
         // SAFETY: the caller's promise.
         unsafe { add_channel(path, context, number, channel)? };
     }
-    for (name, value) in &image.attributes {
+    for (name, value) in part.attributes.iter() {
         // SAFETY: the caller's promise.
         unsafe { set_attribute(path, context, number, (name, value))? };
     }
@@ -128,6 +128,14 @@ unsafe fn set_attribute(
             Attribute::Text(text) => {
                 let text = c_string(path, text)?;
                 sys::exr_attr_set_string(context, part, key, text.as_ptr())
+            }
+            Attribute::Texts(texts) => {
+                let texts: Vec<CString> =
+                    texts.iter().map(|text| c_string(path, text)).collect::<Result<_, _>>()?;
+                let mut places: Vec<*const std::ffi::c_char> =
+                    texts.iter().map(|text| text.as_ptr()).collect();
+                let count = texts.len() as i32;
+                sys::exr_attr_set_string_vector(context, part, key, count, places.as_mut_ptr())
             }
             Attribute::Float(number) => sys::exr_attr_set_float(context, part, key, *number),
             Attribute::Int(number) => sys::exr_attr_set_int(context, part, key, *number),

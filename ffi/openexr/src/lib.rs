@@ -19,11 +19,13 @@ mod parts;
 mod piz;
 mod read;
 mod sink;
+mod views;
 mod write;
 
 pub use error::Error;
 pub use library::version;
 pub use read::{ReadChannel, ReadImage, part_count, read, read_header, read_header_of, scan, scan_part};
+pub use views::write_views;
 pub use write::{write, write_at_level, write_parts};
 
 /// How a channel's samples are stored in the file.
@@ -79,6 +81,8 @@ pub enum Attribute {
     /// A fraction, such as 24000/1001 frames per second.
     #[allow(missing_docs, reason = "the names say it")]
     Rational { numerator: i32, denominator: u32 },
+    /// Several texts without a zero byte.
+    Texts(Vec<String>),
     /// A matrix, rows one after the other, for row vectors (`p' = p * M`): the translation stands in
     /// elements 12, 13 and 14, as in Imath.
     M44f([f32; 16]),
@@ -118,6 +122,15 @@ pub struct Placed {
     pub first: [i32; 2],
     /// Pixels across and down the picture: the display window begins with its first.
     pub picture: [u32; 2],
+}
+
+/// One of several views of the same scene, which go into one file: what a left and a right eye see.
+#[derive(Clone, Debug)]
+pub struct View<'a> {
+    /// `left` and `right` of two eyes. No dots, no spaces.
+    pub name: &'a str,
+    /// With channels as in a file of its own. All views have one size, place and compression.
+    pub image: Image<'a>,
 }
 
 /// Everything that goes into one file.

@@ -1,6 +1,8 @@
 //! Which channels make a part.
 
-use crate::Channel;
+use std::borrow::Cow;
+
+use crate::{Attribute, Channel};
 
 /// The name of the part of channels that have no layer: what Nuke and others call it.
 const PICTURE: &str = "rgba";
@@ -9,22 +11,32 @@ const PICTURE: &str = "rgba";
 #[derive(Debug)]
 pub(crate) struct Part<'a> {
     /// A file of one part needs none.
-    pub name: Option<&'a str>,
+    pub name: Option<Cow<'a, str>>,
     /// Sorted by name.
     pub channels: Vec<Channel<'a>>,
+    /// Of its header.
+    pub attributes: Cow<'a, [(String, Attribute)]>,
 }
 
-/// A part for each layer, the picture's first: most readers show the first. `channels` are sorted.
-pub(crate) fn by_layer(channels: Vec<Channel<'_>>) -> Vec<Part<'_>> {
+/// A part for each layer, the picture's first: most readers show the first. `channels` are sorted; each part has all
+/// `attributes`.
+pub(crate) fn by_layer<'a>(
+    channels: Vec<Channel<'a>>,
+    attributes: &Cow<'a, [(String, Attribute)]>,
+) -> Vec<Part<'a>> {
     let mut parts: Vec<Part<'_>> = Vec::new();
     for channel in channels {
         let name = layer_of(channel.name);
-        match parts.iter_mut().find(|part| part.name == Some(name)) {
+        match parts.iter_mut().find(|part| part.name.as_deref() == Some(name)) {
             Some(part) => part.channels.push(channel),
-            None => parts.push(Part { name: Some(name), channels: vec![channel] }),
+            None => parts.push(Part {
+                name: Some(Cow::Borrowed(name)),
+                channels: vec![channel],
+                attributes: attributes.clone(),
+            }),
         }
     }
-    parts.sort_by_key(|part| part.name != Some(PICTURE));
+    parts.sort_by_key(|part| part.name.as_deref() != Some(PICTURE));
     parts
 }
 

@@ -1,5 +1,6 @@
 //! From an image to the bytes of a file.
 
+use std::borrow::Cow;
 use std::ffi::{CString, c_void};
 use std::fs::File;
 use std::ops::Range;
@@ -22,7 +23,7 @@ use crate::{Channel, Compression, Error, Image};
 
 /// zlib's fastest level; `examples/write_speed.rs` prints what the others cost and save. Level 2 makes
 /// frames about a tenth smaller for a third more processor time, level 4 hardly less for twice the time.
-const DEFLATE_LEVEL: u32 = 1;
+pub(crate) const DEFLATE_LEVEL: u32 = 1;
 
 /// Chunks that are compressed before they are written: enough work for many threads, and a bound on
 /// the memory that a large frame needs besides its planes.
@@ -45,7 +46,7 @@ pub fn write(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Error> {
 /// # Errors
 /// Those of [`write()`].
 pub fn write_parts(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Error> {
-    let parts = by_layer(sorted_channels(path, image)?);
+    let parts = by_layer(sorted_channels(path, image)?, &Cow::Borrowed(&image.attributes));
     write_to(file, path, image, &parts, DEFLATE_LEVEL)
 }
 
@@ -54,11 +55,13 @@ pub fn write_parts(file: &File, path: &Path, image: &Image<'_>) -> Result<(), Er
 /// # Errors
 /// Those of [`write()`].
 pub fn write_at_level(file: &File, path: &Path, image: &Image<'_>, level: u32) -> Result<(), Error> {
-    let part = Part { name: None, channels: sorted_channels(path, image)? };
+    let attributes = Cow::Borrowed(&image.attributes[..]);
+    let part = Part { name: None, channels: sorted_channels(path, image)?, attributes };
     write_to(file, path, image, &[part], level.clamp(1, 9))
 }
 
-fn write_to(
+/// Writes `parts`, whose size, place and compression are those of `image`.
+pub(crate) fn write_to(
     file: &File,
     path: &Path,
     image: &Image<'_>,

@@ -93,6 +93,8 @@ impl Worker {
             paths_per_frame: of_shot.paths_per_frame.min(*paths).max(1),
             reflections: of_shot.reflections.min(MOST_RAYS),
             occlusion_rays: of_shot.occlusion_rays.min(MOST_RAYS),
+            // the shot's camera, between its eyes
+            stereo: None,
             layers: Layers::NONE,
             audit: false,
             build: Build::Quick,

@@ -1,0 +1,140 @@
+//! Two eyes: where they are beside the shot's camera, and through which window each looks.
+//!
+//! Both cameras look along the shot's view axis. They stand `separation` apart, each half of it from the shot's camera, and
+//! their pictures are shifted within the lens (off axis) so that both show the same rectangle at the distance `convergence`:
+//! what is there has the same place in both pictures, and the shot's camera has it there, too. Cameras that are turned towards
+//! each other instead (toed in) would see that rectangle as two different trapezoids, whose rows do not match.
+
+use serde::Serialize;
+
+/// Two eyes, in the units of the shot's files.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Stereo {
+    /// From the left eye to the right one, above 0.
+    pub separation: f64,
+    /// Distance along the view axis at which both pictures agree, above 0. None: infinity, where windows are not shifted.
+    pub convergence: Option<f64>,
+}
+
+/// Which eye sees a picture. The one eye of a shot that is not in stereo is the left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Eye {
+    /// Seen first.
+    Left,
+    /// Made from the left eye's samples.
+    Right,
+}
+
+impl Eye {
+    /// Both, in the order in which they see a frame.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+    /// Their names, in that order: what files call their views.
+    pub const NAMES: [&'static str; 2] = ["left", "right"];
+
+    /// What files call its view.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// Where an eye is beside a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EyePlace {
+    /// To the right of the camera, world units.
+    pub aside: f64,
+    /// By how much the middle of its picture lies right of the view axis at distance 1.
+    shift: f64,
+    /// Width of the picture over its height, or 1 if that is less: over the longer side, shifts are counted.
+    longer: f64,
+}
+
+impl Stereo {
+    /// What to say where a camera has no place for two eyes.
+    pub const ORTHOGRAPHIC: &'static str = "an orthographic camera shows no depth: both eyes would see one picture, shifted; \
+                                            take a perspective camera for stereo";
+    /// Of separations and convergences, in any unit: beyond these, single floats lose them.
+    const LENGTHS: std::ops::RangeInclusive<f64> = 1e-18..=1e18;
+    /// Separations over convergences: beyond it, no window is left before the eyes.
+    const WIDEST: f64 = 10.0;
+
+    /// What is wrong with it, and what to do.
+    pub fn fault(&self) -> Option<String> {
+        let Self { separation, convergence } = *self;
+        let (least, most) = Self::LENGTHS.into_inner();
+        let lengths = [("separation", Some(separation)), ("convergence", convergence)];
+        for (name, length) in lengths.into_iter().filter_map(|(name, length)| Some((name, length?))) {
+            if !Self::LENGTHS.contains(&length) {
+                return Some(format!(
+                    "a {name} of {length} is no distance: give a length from {least:e} to {most:e}, in the units of the models, \
+                     or leave stereo out for one eye"
+                ));
+            }
+        }
+        let convergence = convergence.filter(|convergence| separation > convergence * Self::WIDEST)?;
+        Some(format!(
+            "the eyes are {separation} apart and converge at a distance of {convergence}: take a separation of {} at most, or a \
+             larger convergence",
+            convergence * Self::WIDEST
+        ))
+    }
+
+    /// Where `eye` is. `to_world` converts a length; `size`: columns and rows of the picture.
+    pub fn place(&self, eye: Eye, to_world: impl Fn(f64) -> f64, size: [u32; 2]) -> EyePlace {
+        let half = match eye {
+            Eye::Left => -0.5 * self.separation,
+            Eye::Right => 0.5 * self.separation,
+        };
+        let [width, height] = size.map(f64::from);
+        EyePlace {
+            aside: to_world(half),
+            shift: self.convergence.map_or(0.0, |distance| -half / distance),
+            longer: (width / height).max(1.0),
+        }
+    }
+}
+
+impl EyePlace {
+    /// What the eye adds to the lens shift to the right of a camera that sees as far as `half_height` above its axis at
+    /// distance 1: a share of the picture's longer side.
+    pub fn shift(&self, half_height: f64) -> f64 {
+        self.shift / (2.0 * half_height * self.longer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_eyes_show_one_rectangle_where_they_converge() {
+        let stereo = Stereo { separation: 0.5, convergence: Some(4.0) };
+        for size in [[200, 100], [100, 200]] {
+            let [left, right] = Eye::BOTH.map(|eye| stereo.place(eye, |length| length * 2.0, size));
+            assert_eq!((left.aside, right.aside), (-0.5, 0.5), "world units");
+            // 53 degrees from top to bottom: at distance 4 the picture is 4 high
+            let half_height = 0.5;
+            let longer = 4.0 * f64::max(f64::from(size[0]) / f64::from(size[1]), 1.0);
+            for (eye, aside) in [(left, -0.25), (right, 0.25)] {
+                let middle = aside + eye.shift(half_height) * longer;
+                assert!(middle.abs() < 1e-12, "{size:?}: {middle}");
+            }
+        }
+        let faulty = |separation, convergence| Stereo { separation, convergence }.fault();
+        assert_eq!(stereo.fault(), None);
+        for (separation, convergence, word) in [
+            (0.0, None, "separation of 0"),
+            (-1.0, None, "separation of -1"),
+            (f64::NAN, Some(1.0), "NaN"),
+            (f64::INFINITY, None, "inf"),
+            (1.0, Some(0.0), "convergence of 0"),
+            (1.0, Some(-2.0), "convergence of -2"),
+            (1.0, Some(0.01), "0.1 at most"),
+        ] {
+            let fault = faulty(separation, convergence).expect(word);
+            assert!(fault.contains(word), "{fault}");
+        }
+        let parallel = Stereo { convergence: None, ..stereo };
+        assert_eq!(parallel.place(Eye::Left, |length| length, [4, 3]).shift(1.0), 0.0);
+    }
+}
