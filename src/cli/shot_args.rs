@@ -470,6 +470,12 @@ mod tests {
             ("--overscan -1", "unexpected"),
             ("--overscan 99999", "0..=16384"),
             ("--samples 0", "1..=16"),
+            ("--samples 1-17", "1..=16"),
+            ("--samples -4", "unexpected"),
+            ("--samples 1-", "1..=16"),
+            ("--threshold 0", "above 0"),
+            ("--threshold 1", "above 0"),
+            ("--threshold nan", "above 0"),
             ("--depth 65", "0..=64"),
             ("--threads 0", "1 to 4096"),
             ("--frames 9-1", "backwards"),
@@ -486,6 +492,28 @@ mod tests {
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");
+        }
+    }
+
+    #[test]
+    fn adaptive_samples_are_settled_with_the_shot() {
+        let of_shot = Refinement { most: 8, threshold: 0.3 };
+        let adaptive = Settings { samples: 2, refinement: Some(of_shot), filter: Filter::Box, ..of_file() };
+        let adaptive = Settings { filter_radius: None, ..adaptive };
+        let settled = |line: &str| typed(&format!("a.toml {line}")).expect("fine").settled(&adaptive);
+        let samples = |line: &str| settled(line).map(|settings| (settings.samples, settings.refinement));
+        assert_eq!(samples(""), Ok((2, Some(of_shot))));
+        assert_eq!(samples("--samples 1-4"), Ok((1, Some(Refinement { most: 4, ..of_shot }))));
+        assert_eq!(samples("--threshold 0.5"), Ok((2, Some(Refinement { threshold: 0.5, ..of_shot }))));
+        assert_eq!(samples("--samples 4"), Ok((4, None)));
+        let wrong = [
+            ("--samples 1-3", "doubled"),
+            ("--filter tent", "filter `box`"),
+            ("--samples 4 --threshold 0.1", "MIN-MAX"),
+        ];
+        for (line, word) in wrong {
+            let error = settled(line).expect_err(line);
+            assert!(matches!(&error, Failure::Usage(text) if text.contains(word)), "{line}: {error:?}");
         }
     }
 
