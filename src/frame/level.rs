@@ -119,12 +119,22 @@ impl Level {
         self.wanted = Some(wanted);
     }
 
-    /// The pixels that differ from their neighbours, once the level is made.
+    /// The pixels that differ from their neighbours, once the level is made: those of tiles which this frame, or a tile
+    /// beside them, has written. Others differ as they did.
     pub fn flag(&self, frame: &FrameView, threshold: f32) -> PixelFlags {
-        match &self.store {
-            Some(store) => contrast::flag(frame, store, &self.buffers.colors, threshold),
-            None => PixelFlags::default(),
-        }
+        let Some(store) = &self.store else { return PixelFlags::default() };
+        let states = &self.buffers.states;
+        let [across, down] = self.grid.tile_counts().map(|count| count as usize);
+        let is_asked = |number: usize| {
+            let [x, y] = self.grid.place_of_tile(number);
+            let is_written = |x: usize, y: usize| states[y * across + x].was_written;
+            is_written(x, y)
+                || x > 0 && is_written(x - 1, y)
+                || y > 0 && is_written(x, y - 1)
+                || x + 1 < across && is_written(x + 1, y)
+                || y + 1 < down && is_written(x, y + 1)
+        };
+        contrast::flag(frame, store, &self.buffers.colors, threshold, is_asked)
     }
 
     /// For each tile of the `finer` level whether this one, or a coarser one, has written into its pixels.
