@@ -9,6 +9,7 @@
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
+//! - [`quadrics`]: those, each ray by itself;
 //! - [`search`]: the two questions, for beams and for single rays;
 //! - [`lanes`]: eight floats at once, with AVX2 where the processor has it.
 //!
@@ -25,6 +26,7 @@
 
 mod beam;
 mod lanes;
+mod quadrics;
 mod rays;
 mod search;
 mod tree;
@@ -41,9 +43,10 @@ use super::{
 };
 use crate::animation::Transform;
 use crate::pose::Pose;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
 use lanes::{F32x8, Work, dispatch};
+use quadrics::{Quadrics, Standing};
 use rays::{Pace, Rays};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
 use tree::{Box3, Tree};
@@ -70,14 +73,16 @@ struct Trees {
     meshes: Vec<Triangles>,
     /// The models that move, and which of `meshes` each has.
     movable: Vec<(u32, usize)>,
+    quadrics: Quadrics,
 }
 
 impl RustBackend {
     /// Builds all trees, on rayon's threads.
     pub fn new(scene: &Scene) -> Self {
+        let casters = || Trees::new(scene, |mesh| mesh.shadow_casting, Quadrics::new(scene, true));
         Self {
-            all: Trees::new(scene, |mesh| mesh.triangles.len()),
-            casters: has_many_clear(scene).then(|| Trees::new(scene, |mesh| mesh.shadow_casting)),
+            all: Trees::new(scene, |mesh| mesh.triangles.len(), Quadrics::new(scene, false)),
+            casters: has_many_clear(scene).then(casters),
         }
     }
 
@@ -89,11 +94,12 @@ impl RustBackend {
 }
 
 impl Trees {
-    /// Of the first triangles of each mesh, as many as `count` says.
-    fn new(scene: &Scene, count: fn(&Mesh) -> usize) -> Self {
+    /// Of the first triangles of each mesh, as many as `count` says, and of `quadrics`.
+    fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = HashMap::new();
-        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| count(&model.mesh) > 0) {
+        let has_triangles = |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0;
+        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() {
                 still.push((number as u32, &*model.mesh));
             } else {
@@ -105,7 +111,7 @@ impl Trees {
                 movable.push((number as u32, at));
             }
         }
-        Self { still: Triangles::new(&still, count), meshes, movable }
+        Self { still: Triangles::new(&still, count), meshes, movable, quadrics }
     }
 
     /// As they stand in one frame.
@@ -122,7 +128,8 @@ impl Trees {
             .map(|instance| box_of(&instance.triangles.tree.bounds, &pose.models[instance.model as usize]))
             .collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
-        OpenTrees { still: &self.still, instances, above }
+        let (still_quadrics, quadrics) = (self.quadrics.still(), self.quadrics.open(pose, moved));
+        OpenTrees { still: &self.still, instances, above, still_quadrics, quadrics }
     }
 }
 
@@ -164,6 +171,9 @@ struct OpenTrees<'a> {
     instances: Vec<Instance<'a>>,
     /// Above the instances; its leaves are their numbers.
     above: Tree,
+    still_quadrics: &'a Standing,
+    /// Those that move.
+    quadrics: Standing,
 }
 
 impl Tracer for RustTracer<'_> {
@@ -184,7 +194,7 @@ impl Tracer for RustTracer<'_> {
             (Some(casters), Purpose::Shadow) => casters,
             _ => &self.all,
         };
-        if by == Occluders::Still || !trees.instances.is_empty() {
+        if by == Occluders::Still || !trees.instances.is_empty() || !trees.quadrics.is_empty() {
             dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
         }
     }
@@ -224,6 +234,12 @@ impl Work for FindClosest<'_> {
             closest_of(lanes, self.trees.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
             if self.among == SceneSubset::All && !self.trees.instances.is_empty() {
                 self.trees.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
+            }
+            if !self.trees.still_quadrics.is_empty() {
+                self.trees.still_quadrics.closest(lanes, &rays, used, best, &mut stack);
+            }
+            if self.among == SceneSubset::All && !self.trees.quadrics.is_empty() {
+                self.trees.quadrics.closest(lanes, &rays, used, best, &mut stack);
             }
         }
     }
@@ -277,20 +293,31 @@ impl Work for FindBlocked<'_> {
             let exempt = Exempt { clear: self.purpose == Purpose::Shadow, own };
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
-            if self.by == Occluders::Still {
-                block(lanes, self.trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
-            } else {
-                let moved_alone = self.by == Occluders::Moved;
-                self.trees.block_by_instances(
-                    lanes,
-                    moved_alone,
-                    &rays,
-                    open,
-                    coherence,
-                    exempt,
-                    &mut far,
-                    stack,
-                );
+            let moved_alone = self.by == Occluders::Moved;
+            let quadrics = match self.by {
+                Occluders::Still => {
+                    let still = self.trees.still;
+                    block(lanes, still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
+                    self.trees.still_quadrics
+                }
+                Occluders::Movable | Occluders::Moved => {
+                    if !self.trees.instances.is_empty() {
+                        self.trees.block_by_instances(
+                            lanes,
+                            moved_alone,
+                            &rays,
+                            open,
+                            coherence,
+                            exempt,
+                            &mut far,
+                            stack,
+                        );
+                    }
+                    &self.trees.quadrics
+                }
+            };
+            if !quadrics.is_empty() {
+                quadrics.block(lanes, moved_alone, &rays, open, exempt, &mut far, stack);
             }
             *blocked |= open & !open_lanes(&far);
         }
