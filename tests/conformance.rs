@@ -503,7 +503,8 @@ fn assert_two_agree(scene: &Scene, kinds: [Kind; 2]) {
 fn quadrics_in_rows() -> Scene {
     let mut models = vec![still("mesh", octahedron(0, true), Vec3::new(-2.0, 0.5, 1.0))];
     for (quadric, number) in toy::quadrics().iter().zip(0..) {
-        let (at, casts) = (DVec3::new(2.5 * f64::from(number % 3), 0.0, 2.5 * f64::from(number / 3)), number % 3 > 0);
+        let (at, casts) =
+            (DVec3::new(2.5 * f64::from(number % 3), 0.0, 2.5 * f64::from(number / 3)), number % 3 > 0);
         let place = DAffine3::from_translation(at) * DAffine3::from_axis_angle(DVec3::X, f64::from(number));
         models.push(toy::still_quadric("still", quadric, 0, casts, place));
         let track = TransformTrack {

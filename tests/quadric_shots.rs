@@ -45,7 +45,8 @@ fn materials_are_those_of_the_shot_file() {
         with("type = \"sphere\", material = \"glass\"")
     ));
     let [_, ball, cone] = &shot.scene.models[..] else { panic!("three models") };
-    let material = |model: &afterimage::scene::Model| &shot.scene.materials[usize::from(model.mesh.material_of[0])];
+    let material =
+        |model: &afterimage::scene::Model| &shot.scene.materials[usize::from(model.mesh.material_of[0])];
     assert_eq!((ball.name.as_str(), material(ball).name.as_str()), ("ball", "glass"));
     assert!(matches!(material(ball).optics, Optics::Glass { index: 1.5, .. }));
     assert_eq!(ball.mesh.shadow_casting, 0, "it is clear");
@@ -65,7 +66,9 @@ fn transforms_are_those_of_other_models() {
         with("type = \"cylinder\"")
     ));
     let model = &moving.scene.models[1];
-    assert!(!model.track.is_constant() && (model.mesh.bounds().1 - DVec3::new(1.0, 2.0, 1.0)).length() < 1e-5);
+    assert!(
+        !model.track.is_constant() && (model.mesh.bounds().1 - DVec3::new(1.0, 2.0, 1.0)).length() < 1e-5
+    );
 }
 
 /// Planes are drawn far beyond all else, and make no shot larger, wherever they are and whatever its units.
@@ -75,8 +78,18 @@ fn planes_reach_far_and_have_no_size() {
     for (scale, shot) in [
         (1.0, with("type = \"plane\"")),
         (1.0, format!("{}scale = 100\nrotate = [20, 0, 0]\n", with("type = \"plane\""))),
-        (1e-9, with("type = \"plane\"").replace("[0, 0, 5]", "[0, 0, 5e-9]").replace("\"m.obj\"", "\"m.obj\"\nscale = 1e-9")),
-        (1e9, with("type = \"plane\"").replace("[0, 0, 5]", "[0, 0, 5e9]").replace("\"m.obj\"", "\"m.obj\"\nscale = 1e9")),
+        (
+            1e-9,
+            with("type = \"plane\"")
+                .replace("[0, 0, 5]", "[0, 0, 5e-9]")
+                .replace("\"m.obj\"", "\"m.obj\"\nscale = 1e-9"),
+        ),
+        (
+            1e9,
+            with("type = \"plane\"")
+                .replace("[0, 0, 5]", "[0, 0, 5e9]")
+                .replace("\"m.obj\"", "\"m.obj\"\nscale = 1e9"),
+        ),
     ] {
         let shot = load(&shot);
         let (low, high) = shot.scene.models[1].mesh.bounds();
@@ -85,7 +98,8 @@ fn planes_reach_far_and_have_no_size() {
         let radius = shot.settings.occlusion_radius / usual.settings.occlusion_radius / scale;
         assert!((radius - 1.0).abs() < 1e-6, "{radius}");
     }
-    let alone = format!("{}[[model]]\nquadric = {{ type = \"plane\" }}\n", REST.split("[[model]]").next().unwrap());
+    let alone =
+        format!("{}[[model]]\nquadric = {{ type = \"plane\" }}\n", REST.split("[[model]]").next().unwrap());
     assert!(load(&alone).scene.models[0].mesh.bounds().1.is_finite());
 }
 
@@ -98,7 +112,10 @@ fn mistakes_name_their_place() {
         ("type = \"sphere\", radius = -2", "s.toml:8:39: `radius` is -2: it must be a length"),
         ("type = \"sphere\", radius = nan", "s.toml:8:39: `radius` is NaN: it must be a length"),
         ("type = \"sphere\", radius = inf", "s.toml:8:39: `radius` is inf: it must be a length"),
-        ("type = \"sphere\", height = 2", "s.toml:8:39: a sphere has no `height`: it takes radius and material"),
+        (
+            "type = \"sphere\", height = 2",
+            "s.toml:8:39: a sphere has no `height`: it takes radius and material",
+        ),
         ("type = \"plane\", radius = 2", "s.toml:8:38: a plane has no `radius`: it takes `material` alone"),
         ("type = \"ellipsoid\"", "s.toml:8:11: an ellipsoid needs `radii = [x, y, z]`"),
         ("type = \"ellipsoid\", radii = [1, 0, 1]", "s.toml:8:41: `radii` must be three lengths"),
@@ -114,7 +131,10 @@ fn mistakes_name_their_place() {
     }
     for (more, wanted) in [
         ("quadric = { type = \"sphere\" }\n", "s.toml:7:11: `obj` and `quadric` exclude each other"),
-        ("[[model]]\nname = \"none\"\n", "s.toml:7:1: the key `obj` is missing: a model is an OBJ file, or a `quadric`"),
+        (
+            "[[model]]\nname = \"none\"\n",
+            "s.toml:7:1: the key `obj` is missing: a model is an OBJ file, or a `quadric`",
+        ),
         ("[[model]]\nscale = 0\nquadric = { type = \"cone\" }\n", "s.toml:8:9: `scale` must not be zero"),
     ] {
         let error = error(&format!("{REST}{more}"));

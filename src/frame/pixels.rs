@@ -256,10 +256,14 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
         }
         let mut weights = corners.weights_at(points);
         let of = |lane| surface(lane).map(|(mesh, triangle, _)| (mesh, triangle));
-        of_quadrics(corners.quadrics(), |lane| of(lane).expect("it was set above"), |lane, quadric, piece| {
-            let at = quadric.weights(piece, points.lane(lane));
-            weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
-        });
+        of_quadrics(
+            corners.quadrics(),
+            |lane| of(lane).expect("it was set above"),
+            |lane, quadric, piece| {
+                let at = quadric.weights(piece, points.lane(lane));
+                weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
+            },
+        );
         for (lane, (mesh, triangle, _)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
             let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
             for (plane, value) in planes.into_iter().zip(uv.to_array()) {

@@ -98,7 +98,9 @@ impl<'a> Hits8<'a> {
     pub fn put_quadric_points(&self, frame: &FrameView, quadrics: u8, points: &mut Vec3x8) {
         let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
         let at = |lane: usize| self.weights.map(|weight| weight.lane(lane));
-        of_quadrics(quadrics, of, |lane, quadric, piece| points.set_lane(lane, quadric.point(piece, at(lane))));
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            points.set_lane(lane, quadric.point(piece, at(lane)))
+        });
     }
 
     /// Puts the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::toml_text::{At, List};
+use super::toml_text::{At, Three};
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -16,7 +16,7 @@ pub(crate) struct QuadricTable {
     pub radius: Option<At<f64>>,
     /// Ellipsoid: radii along X, Y and Z
     #[schemars(inner(range(min = 1e-9, max = 1e9)))]
-    pub radii: Option<At<List<f64, 3>>>,
+    pub radii: Option<Three>,
     /// Cylinder, cone, paraboloid, hyperboloid: from y = 0 up (2)
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub height: Option<At<f64>>,

@@ -14,13 +14,13 @@ use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     AdaptiveTable, BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable,
-    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, Three,
+    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile,
 };
 use super::shot_values::{file_of, optional_color};
-use super::toml_text::{At, List, TomlText};
+use super::toml_text::{At, List, Three, TomlText};
 use super::{
-    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_quadric,
-    shot_tracks,
+    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
+    shot_quadric, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::layers::Layers;
@@ -154,7 +154,8 @@ pub(super) fn from_text_with(
     }
     let with_eye = extent.with_camera(&camera);
     let space = RenderSpace::fit_for(with_eye);
-    let models = models.into_iter().map(|model| shot_quadric::spread(model, &with_eye, &space, frames.first()));
+    let models =
+        models.into_iter().map(|model| shot_quadric::spread(model, &with_eye, &space, frames.first()));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
     if let Some(table) = &file.floor {

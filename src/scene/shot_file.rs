@@ -13,16 +13,13 @@ use serde_json::{Value, json};
 
 use super::camera::Projection;
 use super::quadric_table::QuadricTable;
-use super::toml_text::{At, List};
+use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN,
     MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
 };
-
-/// Linear RGB, or coordinates.
-pub(crate) type Three = At<List<f64, 3>>;
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
 pub fn schema() -> Value {

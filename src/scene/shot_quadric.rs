@@ -83,12 +83,14 @@ fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<Shape, SceneErr
                 return Err(text.bad("gap", gap, message));
             }
             (_, Some(gap)) => {
-                let wanted = format!("more than a millionth of the height, and less than the height, {height}");
+                let wanted =
+                    format!("more than a millionth of the height, and less than the height, {height}");
                 let fits = |gap| gap > height * 1e-6 && gap < height * (1.0 - 1e-6);
                 Shape::Parted { radius, gap: text.number("gap", gap, &wanted, fits)?, height }
             }
             (waist, None) => {
-                let wanted = format!("more than a millionth of the radius, and less than the radius, {radius}");
+                let wanted =
+                    format!("more than a millionth of the radius, and less than the radius, {radius}");
                 let fits = |waist| waist > radius * 1e-6 && waist < radius * (1.0 - 1e-6);
                 let waist = length("waist", waist, radius * 0.5, &wanted, &fits)?;
                 Shape::Waisted { radius, waist, height }

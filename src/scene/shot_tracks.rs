@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
-use super::toml_text::{At, List, TomlText};
+use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale};
+use super::toml_text::{At, List, Three, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track, TransformTrack};

@@ -81,7 +81,8 @@ impl Emitters {
             model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
         };
         let quadrics = scene.models.iter().any(|model| !has_corners(model) && emits(model));
-        let chance_of = |model: &Model| if has_corners(model) && total > 0.0 { growth(model) / total } else { 0.0 };
+        let chance_of =
+            |model: &Model| if has_corners(model) && total > 0.0 { growth(model) / total } else { 0.0 };
         let chance = scene.models.iter().map(|model| chance_of(model) as f32).collect();
         Self { triangles, cumulative, brightness, chance, quadrics }
     }

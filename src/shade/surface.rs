@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::animation::Transform;
-use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::geometry::Quadric;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::scene::{Material, Mesh, Scene};
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side

@@ -35,26 +35,21 @@ mod triangles;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 
 use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
-use crate::animation::Transform;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
 use lanes::{F32x8, Work, dispatch};
 use quadrics::{Quadrics, Standing};
-use rays::{Pace, Rays};
+use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
 use tree::{Box3, Tree};
 use triangles::{OF_INSTANCE, Triangles};
-
-/// Of the largest coordinate of an instance's box: how much the box is widened for the rounding of the
-/// model's matrix.
-const BOX_SLACK: f32 = 4e-6;
 
 /// Fewer rays than this that go one way go one by one.
 const LEAST_BEAM: u32 = 3;
@@ -125,7 +120,7 @@ impl Trees {
             })
             .collect();
         let boxes: Vec<Box3> = (instances.iter())
-            .map(|instance| box_of(&instance.triangles.tree.bounds, &pose.models[instance.model as usize]))
+            .map(|instance| instance.triangles.tree.bounds.placed(&pose.models[instance.model as usize]))
             .collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
         let (still_quadrics, quadrics) = (self.quadrics.still(), self.quadrics.open(pose, moved));
@@ -147,16 +142,6 @@ struct Instance<'a> {
     /// Since the frame before.
     moved: bool,
     to_object: Affine3A,
-}
-
-/// The box around `bounds` in world space.
-fn box_of(bounds: &Box3, transform: &Transform) -> Box3 {
-    let corners = bounds.corners().map(|corner| transform.point(Vec3::from(corner)).to_array());
-    let mut around = Box3::around(corners);
-    let largest = corners.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
-    around.low = around.low.map(|low| low - largest * BOX_SLACK);
-    around.high = around.high.map(|high| high + largest * BOX_SLACK);
-    around
 }
 
 /// All trees, as they stand in one frame.
@@ -353,22 +338,6 @@ fn block<L: F32x8>(
             beam &= beam - 1;
         }
     }
-}
-
-/// The first of `lanes`, which are not none.
-#[inline(always)]
-fn first_of(lanes: u16) -> usize {
-    lanes.trailing_zeros() as usize % LANES
-}
-
-/// The rays that are not blocked.
-#[inline(always)]
-fn open_lanes(far: &[f32; LANES]) -> u16 {
-    let mut open = 0;
-    for (lane, far) in far.iter().enumerate() {
-        open |= u16::from(*far != f32::NEG_INFINITY) << lane;
-    }
-    open
 }
 
 impl OpenTrees<'_> {

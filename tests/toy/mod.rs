@@ -64,7 +64,13 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
 }
 
 /// A quadric that never moves, in world space: as the loader leaves it.
-pub fn still_quadric(name: &str, quadric: &Quadric, material: u16, casts_shadow: bool, at: DAffine3) -> Model {
+pub fn still_quadric(
+    name: &str,
+    quadric: &Quadric,
+    material: u16,
+    casts_shadow: bool,
+    at: DAffine3,
+) -> Model {
     let mesh = Mesh::of_quadric(quadric.placed(at), material, casts_shadow);
     Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track: TransformTrack::identity() }
 }

@@ -74,7 +74,8 @@ unsafe extern "C" fn say_bounds(arguments: *const sys::RTCBoundsFunctionArgument
     // SAFETY: Embree passes live arguments.
     let arguments = unsafe { &*arguments };
     // SAFETY: by contract.
-    let Bounds { lower, upper } = unsafe { primitives_at(arguments.geometryUserPtr) }.bounds(arguments.primID);
+    let Bounds { lower, upper } =
+        unsafe { primitives_at(arguments.geometryUserPtr) }.bounds(arguments.primID);
     // SAFETY: Embree passes room for one box.
     let bounds = unsafe { &mut *arguments.bounds_o };
     [bounds.lower_x, bounds.lower_y, bounds.lower_z] = lower;

@@ -4,8 +4,8 @@
 mod scenes;
 
 use embree::{
-    Bounds, BuildQuality, Coherence, Device, Geometry, INVALID, PrimId, PrimitiveHit, Primitives, Ray, RayHit,
-    Scene, Segment, Valid,
+    Bounds, BuildQuality, Coherence, Device, Geometry, INVALID, PrimId, PrimitiveHit, Primitives, Ray,
+    RayHit, Scene, Segment, Valid,
 };
 use scenes::moved;
 use std::sync::Arc;
@@ -69,7 +69,9 @@ fn check<const N: usize>(device: &Device, quality: BuildQuality) {
     let instance = scene.attach_instance(&child.freeze().unwrap(), moved(0.0, -20.0, 0.0), 8).unwrap();
     let tracer = scene.commit().unwrap();
     for coherence in BOTH {
-        for (mask, met, t) in [(4, (1, id.0, INVALID), 4.0), (12, (1, id.0, INVALID), 4.0), (8, (0, 0, 0), f32::INFINITY)] {
+        for (mask, met, t) in
+            [(4, (1, id.0, INVALID), 4.0), (12, (1, id.0, INVALID), 4.0), (8, (0, 0, 0), f32::INFINITY)]
+        {
             let mut packet = RayHit::new(Ray { mask: [mask; N], ..falling::<N>(f32::INFINITY) });
             tracer.intersect(&Valid::ALL, &mut packet, coherence);
             for lane in 0..N {

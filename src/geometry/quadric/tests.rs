@@ -26,7 +26,11 @@ fn awry() -> DAffine3 {
 
 fn quadrics() -> impl Iterator<Item = Quadric> {
     SHAPES.into_iter().flat_map(|shape| {
-        [Quadric::new(shape, false), Quadric::new(shape, true).placed(awry()), Quadric::new(shape, false).placed(awry())]
+        [
+            Quadric::new(shape, false),
+            Quadric::new(shape, true).placed(awry()),
+            Quadric::new(shape, false).placed(awry()),
+        ]
     })
 }
 
@@ -53,7 +57,9 @@ fn meetings(quadric: &Quadric, ray: &Ray) -> Vec<(f32, u32, Vec3)> {
     let (mut met, mut near) = (Vec::new(), 0.0);
     loop {
         let next = (0..quadric.count()).filter_map(|piece| {
-            quadric.meet(piece, &Ray { near, ..*ray }).map(|hit| (hit.t, piece, quadric.normal(piece, hit.weights)))
+            quadric
+                .meet(piece, &Ray { near, ..*ray })
+                .map(|hit| (hit.t, piece, quadric.normal(piece, hit.weights)))
         });
         let Some(next) = next.min_by(|a, b| a.0.total_cmp(&b.0)) else { return met };
         near = next.0;
@@ -71,13 +77,19 @@ fn rays_meet_points_of_the_surface() {
                 let Some(met) = quadric.meet(piece, &ray) else { continue };
                 let (there, point) = (ray.origin + ray.direction * met.t, quadric.point(piece, met.weights));
                 assert!(there.distance(point) < 1e-4, "{quadric:?}: {there} {point}");
-                assert!(point.cmpge(bounds.low).all() && point.cmple(bounds.high).all(), "{point} {bounds:?}");
+                assert!(
+                    point.cmpge(bounds.low).all() && point.cmple(bounds.high).all(),
+                    "{point} {bounds:?}"
+                );
                 assert!(quadric.distance(piece, point) < 1e-5, "{point}");
                 // what is kept of a point is found again
                 let again = quadric.point(piece, quadric.weights(piece, point));
                 assert!(again.distance(point) < 4e-6 * point.length().max(1.0), "{again} {point}");
                 let exact = quadric.meet_line(piece, ray.origin.as_dvec3(), ray.direction.as_dvec3(), point);
-                assert!(exact.distance(point) < 1e-4 && quadric.distance(piece, exact) < 1e-5, "{exact} {point}");
+                assert!(
+                    exact.distance(point) < 1e-4 && quadric.distance(piece, exact) < 1e-5,
+                    "{exact} {point}"
+                );
                 count += 1;
             }
         }
@@ -95,7 +107,10 @@ fn closed_quadrics_are_left_as_often_as_they_are_entered() {
                 let met = meetings(&quadric, &ray);
                 for (number, (_, _, normal)) in met.iter().enumerate() {
                     let way = normal.dot(ray.direction);
-                    assert!((way < 1e-3) == (number % 2 == 0) || way.abs() < 1e-3, "{quadric:?} {ray:?} {met:?}");
+                    assert!(
+                        (way < 1e-3) == (number % 2 == 0) || way.abs() < 1e-3,
+                        "{quadric:?} {ray:?} {met:?}"
+                    );
                     assert!(normal.is_normalized());
                 }
                 assert!(met.len() % 2 == 0, "{quadric:?} {ray:?} {met:?}");

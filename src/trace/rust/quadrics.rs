@@ -7,10 +7,9 @@ use glam::{Affine3A, Vec3};
 
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
 use super::lanes::F32x8;
-use super::rays::Rays;
+use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
 use super::tree::{Box3, Tree};
-use super::{box_of, first_of, open_lanes};
 use crate::geometry::Quadric;
 use crate::geometry::quadric::Ray;
 use crate::pose::Pose;
@@ -85,7 +84,7 @@ impl Quadrics {
             moved: moved[piece.model as usize],
         };
         let boxes: Vec<Box3> =
-            self.movable.iter().map(|piece| box_of(&piece.bounds, transform(piece))).collect();
+            self.movable.iter().map(|piece| piece.bounds.placed(transform(piece))).collect();
         let tree = Tree::new(&boxes, 1, |ids| ids[0]);
         Standing { pieces: self.movable.clone(), places: self.movable.iter().map(place).collect(), tree }
     }
@@ -118,7 +117,10 @@ impl Standing {
 
     /// Ends those of the rays `used` that are blocked.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a thing by itself, and what they make is only called"
+    )]
     pub fn block<L: F32x8>(
         &self,
         lanes: L,
@@ -134,7 +136,8 @@ impl Standing {
             let lane = first_of(open);
             open &= open - 1;
             let (mut probe, ..) = rays.one(lanes, lane, far[lane], &self.tree.bounds);
-            let mut visitor = Blocking { standing: self, moved_alone, rays, lane, exempt, far: &mut far[lane] };
+            let mut visitor =
+                Blocking { standing: self, moved_alone, rays, lane, exempt, far: &mut far[lane] };
             walk::<false, L, _>(&mut probe, &self.tree, stack, &mut visitor);
         }
     }
