@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
-use super::toml_text::{At, List, TomlText};
+use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale};
+use super::toml_text::{At, List, Three, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track, TransformTrack};
@@ -198,7 +198,8 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
 }
 
 /// The motion of a model.
-pub(crate) fn model(text: TomlText<'_>, table: &ModelTable) -> Result<TransformTrack, SceneError> {
+pub(crate) fn model(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrack, SceneError> {
+    let (table, span) = (table.get_ref(), table.span());
     let keys = in_order(text, &table.key, |key| &key.frame)?;
     let vector = |key: &str, value: &Three| text.vector(key, value);
     let factor = |key: &str, value: &At<Scale>| scale(text, key, value);
@@ -217,7 +218,7 @@ pub(crate) fn model(text: TomlText<'_>, table: &ModelTable) -> Result<TransformT
     if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
         let message =
             format!("the scale of this model passes through zero before frame {frame}: keep it off zero");
-        return Err(text.fault(table.obj.span(), message));
+        return Err(text.fault(table.obj.as_ref().map_or(span, At::span), message));
     }
     Ok(track)
 }
