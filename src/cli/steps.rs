@@ -14,8 +14,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// Renders the frame of `step`, which comes after those of the steps before. `load` gives the renderer the samples that an earlier
-    /// run has saved.
+    /// Renders the frame of `step`, which comes after those of the steps before. `load` gives the renderer the samples that an
+    /// earlier run has saved.
     pub fn render(
         &mut self,
         renderer: &mut Renderer<'_>,

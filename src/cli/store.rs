@@ -219,8 +219,8 @@ fn settings(job: &Job) -> Digest {
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let window = job.settings.data_window();
     let text = format!(
-        "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {occlusion:?} \
-         {mode:?} {reuse:?} {base_place:?} {build:?} {backend}"
+        "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
+         {bounces} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend}"
     );
     Digest::of(text.as_bytes())
 }

@@ -1,9 +1,9 @@
 //! Sample stores in files: with one a later run goes on where this one ends, as if it were the same.
 //!
 //! A file is [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a block for each tile of each
-//! level, with its length before it. After the header and after each block there is a checksum of all that is before it. Numbers are little-endian.
-//! Nothing of a file is believed: no list is longer than what the shot itself needs, and what names something that is not there is
-//! refused.
+//! level, with its length before it. After the header and after each block there is a checksum of all that is before it.
+//! Numbers are little-endian. Nothing of a file is believed: no list is longer than what the shot itself needs, and what names
+//! something that is not there is refused.
 
 use std::cell::Cell;
 use std::fmt;
