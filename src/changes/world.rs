@@ -94,6 +94,14 @@ pub fn pane() -> Mesh {
     mesh(vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])
 }
 
+/// Two triangles side by side.
+pub fn mesh_of_two() -> Mesh {
+    mesh(
+        vec![[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
+        vec![[0, 1, 3], [1, 2, 3]],
+    )
+}
+
 /// A sphere about the origin, of `rings` rings of quadrilaterals.
 pub fn ball(radius: f32, rings: u32) -> Mesh {
     use std::f32::consts::PI;

@@ -22,6 +22,7 @@ use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
 use super::shot_args::{self, Job, ShotArgs};
 use super::shown::Shown;
+use super::steps::Walk;
 use super::target::Target;
 use super::terminal::Terminal;
 use super::writing::{self, Behind, Frame, Waiting};
@@ -142,6 +143,8 @@ fn reports<'a>(json: &'a Option<PathBuf>, report: &'a Option<PathBuf>) -> Vec<Re
 struct Pair<'s> {
     kind: BackendKind,
     ours: Renderer<'s>,
+    /// Where that is in its schedule.
+    walk: Walk,
     full: Renderer<'s>,
     /// By how much building the first of them let the process grow.
     build_bytes: u64,
@@ -155,18 +158,23 @@ impl<'s> Pair<'s> {
         let ours = Renderer::with(kind, &job.shot.scene, &job.settings).map_err(Failure::of)?;
         let build_bytes = held().saturating_sub(before);
         let full = Renderer::with(kind, &job.shot.scene, &full_settings).map_err(Failure::of)?;
-        Ok(Self { kind, ours, full, build_bytes })
+        Ok(Self { kind, ours, walk: Walk::default(), full, build_bytes })
     }
 
     /// Both ways of one frame.
     fn render(&mut self, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
         if ours_first {
-            let ours = render(&mut self.ours, step.frame, step.reuse)?;
-            Ok((ours, render(&mut self.full, step.frame, false)?))
+            let ours = self.infer(step)?;
+            Ok((ours, render(&mut self.full, step.frame)?))
         } else {
-            let full = render(&mut self.full, step.frame, false)?;
-            Ok((render(&mut self.ours, step.frame, step.reuse)?, full))
+            let full = render(&mut self.full, step.frame)?;
+            Ok((self.infer(step)?, full))
         }
+    }
+
+    /// A frame with reuse.
+    fn infer(&mut self, step: Step) -> Result<Finished, Failure> {
+        self.walk.render(&mut self.ours, step, |_| Ok(()))
     }
 }
 
@@ -175,12 +183,16 @@ fn in_full(job: &Job) -> Settings {
 }
 
 /// What all renderers together will need, and a frame that is being written.
-fn need(options: &Options) -> Need {
+fn need(options: &Options, keeps: bool) -> Need {
     let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
         frame::need(&job.shot, settings, kind, rayon::current_num_threads())
     };
-    let both = |kind| [&job.settings, &in_full(job)].map(|settings| need(settings, kind));
+    let ours = |kind| match need(&job.settings, kind) {
+        need if keeps => frame::with_kept(need, &job.shot.scene, &job.settings),
+        need => need,
+    };
+    let both = |kind| [ours(kind), need(&in_full(job), kind)];
     let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
     let renderers = kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and);
     match options.target {
@@ -199,11 +211,12 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let job = &options.job;
     warn_about(job, terminal);
     options.target.as_ref().map_or(Ok(()), Target::check)?;
-    let steps = plan(job, false, |_| false)?;
+    let steps = plan(job, false, None, |_| false)?;
     if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
-    need(options).check(&memory::left()).map_err(Failure::of)?;
+    let keeps = steps.iter().any(|step| step.keep);
+    need(options, keeps).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 
@@ -312,7 +325,7 @@ fn compare_step(
 ) -> Result<(), Failure> {
     let Contest { pairs, judge } = contest;
     if !step.write {
-        let mut run_up = pairs.iter_mut().map(|pair| render(&mut pair.ours, step.frame, step.reuse));
+        let mut run_up = pairs.iter_mut().map(|pair| pair.infer(step));
         let first = run_up.next().transpose()?;
         run_up.try_for_each(|run_up| run_up.map(drop))?;
         // it is heard as long as frames are taken
@@ -376,8 +389,8 @@ fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
     }
 }
 
-fn render(renderer: &mut Renderer<'_>, frame: i32, reuse: bool) -> Result<Finished, Failure> {
-    renderer.render(frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
+fn render(renderer: &mut Renderer<'_>, frame: i32) -> Result<Finished, Failure> {
+    renderer.render(frame, false).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
 }
 
 fn comparison(

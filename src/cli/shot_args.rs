@@ -11,8 +11,8 @@ use super::failure::Failure;
 use super::target::Target;
 use super::terminal::ProgressKind;
 use super::values::{
-    BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop, filter_radius,
-    radius, samples, size, threads, threshold,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop,
+    filter_radius, radius, samples, size, threads, threshold,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -20,8 +20,8 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
+    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -113,6 +113,11 @@ pub struct ShotArgs {
     /// [default: the shot's]
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
+
+    /// Which of each K frames is traced in full: the first, or the one in the middle. Those before it are made backwards in time
+    /// [default: the shot's]
+    #[arg(long, value_enum, value_name = "WHERE")]
+    pub base_place: Option<BasePlaceArg>,
 
     /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
     /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
@@ -242,6 +247,7 @@ impl ShotArgs {
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             base_every: self.base_every.unwrap_or(settings.base_every),
+            base_place: self.base_place.map_or(settings.base_place, BasePlace::from),
             layers: self.layers.unwrap_or(settings.layers),
             background: self.background.map_or(settings.background, Backdrop::from),
             audit: self.audit || settings.audit,
@@ -414,6 +420,7 @@ mod tests {
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
+            base_place: BasePlace::First,
             layers: Layers::ALL,
             background: Backdrop::Visible,
             audit: false,
@@ -429,7 +436,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -451,6 +458,7 @@ mod tests {
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,
+            base_place: BasePlace::Middle,
             layers: Layers::Z,
             background: Backdrop::Transparent,
             audit: true,

@@ -20,7 +20,7 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     format!(
         "{:>6} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
         frame.frame,
-        frame.mode,
+        frame.kind(),
         frame.seconds.rendering(),
         frame.seconds.write,
         reused_percent(frame),

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::bins::Bins;
 use super::contrast;
 use super::estimate::Estimate;
@@ -14,7 +16,9 @@ use super::stay::{self, Detached};
 use super::tile_state::{self, TileState};
 use super::tiles::{FrameBuffers, Reused, Shows, Start, TileSum, run_tiles};
 use super::wanted::{PixelFlags, Wanted};
+use crate::changes::Until;
 use crate::film::Film;
+use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, Status, TagLayout};
 use crate::settings::Settings;
 
@@ -68,6 +72,25 @@ impl Level {
         let tiles = self.store.iter_mut().flat_map(|store| &mut store.tiles);
         tiles.for_each(|tile| tile.forget_gathered());
         self.buffers.forget();
+    }
+
+    /// Has what samples have gathered hold until `changed` of what it did.
+    pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until + Sync) {
+        let tiles = self.store.par_iter_mut().flat_map(|store| &mut store.tiles);
+        tiles.for_each(|tile| tile.change_validity(&changed));
+        self.buffers.forget();
+    }
+
+    /// What later frames need of this one.
+    pub fn kept(&self) -> Option<LevelSamples<&SampleStore>> {
+        let wanted = self.wanted.as_ref().map(Wanted::to_masks);
+        self.store.as_ref().map(|store| LevelSamples { store, wanted })
+    }
+
+    /// Goes on from what [`kept`](Self::kept) gave.
+    pub fn restore(&mut self, kept: LevelSamples<SampleStore>) {
+        self.store = Some(kept.store);
+        self.wanted = kept.wanted.map(Wanted::from_masks);
     }
 
     /// Forgets all shadow tags.

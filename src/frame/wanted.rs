@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::cells::CellSet;
 use super::grid::Grid;
+use crate::samples::saved::CellMask;
 
 /// Pixels of the picture and of what is around it, yes or no.
 #[derive(Debug, Clone, Default)]
@@ -83,6 +84,16 @@ impl Wanted {
             cells
         };
         Self { tiles: (0..grid.tiles()).into_par_iter().map(of_tile).collect() }
+    }
+
+    /// As bits, for each tile those of its cells.
+    pub fn to_masks(&self) -> Vec<CellMask> {
+        self.tiles.iter().copied().map(CellSet::to_mask).collect()
+    }
+
+    /// What [`to_masks`](Self::to_masks) gave.
+    pub fn from_masks(masks: Vec<CellMask>) -> Self {
+        Self { tiles: masks.iter().map(CellSet::from_mask).collect() }
     }
 
     /// Those of tile number `number`.

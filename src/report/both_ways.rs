@@ -125,6 +125,7 @@ pub(crate) mod tests {
         let full = FrameStats {
             frame: number,
             mode: "full",
+            cut: false,
             seconds: Seconds { total: 0.4, trace: 0.3, ..Seconds::default() },
             samples: SampleCounts { base: 100, ..SampleCounts::default() },
             rays: RayCounts { primary: 100, shadow: 100, ..RayCounts::default() },

@@ -34,17 +34,17 @@ pub struct GatheredLight {
     /// Whether samples have seeds.
     is_seeded: bool,
     /// Paths of each sample.
-    paths: usize,
+    pub(super) paths: usize,
     /// Rays by which each sample finds out how open it is.
-    rays: usize,
+    pub(super) rays: usize,
     /// Sample by sample.
     of_paths: Vec<PathLight>,
     /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
-    means: Vec<PathLight>,
+    pub(super) means: Vec<PathLight>,
     /// How open each sample is.
-    openness: Vec<Openness>,
+    pub(super) openness: Vec<Openness>,
     /// Of each sample's random numbers.
-    seeds: Vec<SampleSeed>,
+    pub(super) seeds: Vec<SampleSeed>,
 }
 
 impl GatheredLight {
@@ -197,6 +197,13 @@ impl GatheredLight {
     /// The same of how open samples are.
     pub fn delay_openness(&mut self) -> u64 {
         self.openness.iter_mut().map(|openness| u64::from(delay(&mut openness.until))).sum()
+    }
+
+    /// Has everything hold until `changed` of what it did.
+    pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
+        let lights = self.of_paths.iter_mut().chain(&mut self.means).map(|light| &mut light.until);
+        let openness = self.openness.iter_mut().map(|openness| &mut openness.until);
+        lights.chain(openness).for_each(|until| *until = changed(*until));
     }
 
     /// Forgets what is known of all of them.

@@ -119,7 +119,7 @@ pub(super) fn from_text_with(
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
-    let camera = shot_tracks::camera(text, camera)?;
+    let camera = shot_tracks::camera(text, camera, &marked_cuts(text, &file.render)?)?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     shot_tracks::check_groups(text, &file.light, &lights)?;
@@ -213,9 +213,12 @@ pub(super) fn from_text_with(
 /// A digest of what the file says, but for its title and settings.
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
+    let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
     for settings in ["title", "render", "indirect", "occlusion", "output"] {
         tables.remove(settings);
     }
+    // of the settings, these alone are a part of what happens
+    tables.extend(cuts.map(|cuts| (String::from("cuts"), cuts)));
     // keys are in order
     Ok(Digest::of(tables.to_string().as_bytes()))
 }
@@ -268,6 +271,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         mode: table.mode,
         reuse: table.reuse,
         base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
+        base_place: table.base_place,
         layers: layers(text, output)?,
         ..default
     };
@@ -313,6 +317,15 @@ fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refin
             refinement.map_err(|message| bad(format!("= {{ min = {min}, max = {max} }}: {message}")))
         }
     }
+}
+
+/// The frames that `cuts` lists.
+fn marked_cuts(text: TomlText<'_>, table: &RenderTable) -> Result<Vec<i32>, SceneError> {
+    let frame = |cut: &At<i64>| {
+        let frame = i32::try_from(*cut.get_ref());
+        frame.map_err(|_| text.bad("cuts", cut, "is not a frame's number: it must fit into 32 bits"))
+    };
+    table.cuts.iter().flatten().map(frame).collect()
 }
 
 fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option<f64>, SceneError> {

@@ -17,8 +17,8 @@ use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN,
-    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+    Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
 };
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
@@ -130,6 +130,11 @@ pub(crate) struct RenderTable {
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,
+    /// Which of so many frames is the base frame: those before it are inferred backwards in time
+    #[serde(default)]
+    pub base_place: BasePlace,
+    /// Frames at which a new take begins: the first frame of each
+    pub cuts: Option<Vec<At<i64>>>,
     /// When samples are reused
     #[serde(default)]
     pub mode: Mode,
