@@ -152,10 +152,21 @@ impl GatheredLight {
         F32x8::of(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
     }
 
-    /// Forgets how open those samples are whose number `is_doubtful`.
-    pub fn forget_openness(&mut self, is_doubtful: impl Fn(usize) -> bool) {
-        for (_, openness) in self.openness.iter_mut().enumerate().filter(|(number, _)| is_doubtful(*number)) {
-            *openness = Openness::UNKNOWN;
+    /// Forgets what those samples have found out whose number `is_doubtful`: what they have gathered, and how open they are.
+    pub fn forget(&mut self, is_doubtful: impl Fn(usize) -> bool) {
+        let samples = self.means.len().max(self.openness.len());
+        for sample in (0..samples).filter(|sample| is_doubtful(*sample)) {
+            self.forget_one(sample);
+        }
+    }
+
+    fn forget_one(&mut self, sample: usize) {
+        if self.is_some() {
+            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
+            self.means[sample] = PathLight::UNKNOWN;
+        }
+        if self.rays != 0 {
+            self.openness[sample] = Openness::UNKNOWN;
         }
     }
 
@@ -167,13 +178,7 @@ impl GatheredLight {
     /// Begins with a new sample, of which nothing is known.
     pub fn begin(&mut self, sample: usize, seed: SampleSeed) {
         self.seeds[sample] = seed;
-        if self.is_some() {
-            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
-            self.means[sample] = PathLight::UNKNOWN;
-        }
-        if self.rays != 0 {
-            self.openness[sample] = Openness::UNKNOWN;
-        }
+        self.forget_one(sample);
     }
 
     /// The seeds of eight samples, from `first` on, as words; 0 where they have none.
@@ -330,7 +335,7 @@ mod tests {
         assert_eq!(gathered, GatheredLight::unknown(&layout, 16));
         gathered.copy(2, &spares, 1);
         assert_eq!(gathered.openness(2), half);
-        spares.forget_openness(|number| number == 1);
+        spares.forget(|number| number == 1);
         assert_eq!(spares.openness(1), Openness::UNKNOWN);
         assert!(!gathered.is_some() && gathered.is_seeded());
         assert_eq!(GatheredLight::bytes_of_sample(&layout), 8);
