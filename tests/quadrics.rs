@@ -4,7 +4,7 @@
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
-use afterimage::frame::{Finished, Renderer};
+use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::Shape;
 use afterimage::scene::material::Optics;
@@ -188,6 +188,22 @@ fn both_tracers_show_the_same() {
             let apart = toy::mean_difference(&embree, &rust, plane);
             assert!(apart < 2e-3, "{}: {plane} {apart}", quadric.name());
         }
+    }
+}
+
+#[test]
+fn an_audit_finds_what_is_spoilt_on_quadrics() {
+    for spoil in
+        [Spoil::Place, Spoil::Sight, Spoil::Normal, Spoil::Triangle, Spoil::Reflectance, Spoil::Light]
+    {
+        let mut scene = world(&quadrics()[1]);
+        scene.models.truncate(3);
+        let mut renderer = Renderer::new(&scene, &toy::settings(2)).unwrap();
+        renderer.render(1, true).unwrap();
+        let spoilt = renderer.spoil(spoil).unwrap();
+        let found = renderer.render(2, true).unwrap().stats.audit.unwrap();
+        assert!(spoilt > 50 && found.differing * 10 > spoilt * 9, "{spoil:?}: {spoilt}, {found:?}");
+        assert!(found.differing * 10 <= spoilt * 11, "and no others, {spoil:?}: {spoilt}, {found:?}");
     }
 }
 
