@@ -10,7 +10,7 @@ DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x3
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
-.PHONY: help setup build demo test bench compare-peers quality package wheel crates clean
+.PHONY: help setup build demo test bench compare-peers quality paper package wheel crates clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -54,6 +54,10 @@ compare-peers: build ## measure Mitsuba and Cycles on the same work, where they 
 # `make quality QUALITY=--quick` is small; `cargo bench --bench quality -- --help` lists all options.
 quality: setup ## measure how good pictures of reused samples are
 	$(CARGO) bench --locked --bench quality -- $(QUALITY)
+
+# `make paper PAPER="--frames 1-24"` is small; `scripts/paper --help` lists all options.
+paper: build ## rerun the paper's three animations, beside its figures: docs/paper.md
+	scripts/paper $(PAPER)
 
 package: setup ## make an archive that runs where it is unpacked, and test it: target/package/
 	scripts/package

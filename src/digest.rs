@@ -24,6 +24,16 @@ impl Digest {
         Self::of(&bytes)
     }
 
+    /// As eight bytes.
+    pub fn to_bytes(self) -> [u8; 8] {
+        self.0.to_le_bytes()
+    }
+
+    /// What [`to_bytes`](Self::to_bytes) gave.
+    pub fn from_bytes(bytes: [u8; 8]) -> Self {
+        Self(u64::from_le_bytes(bytes))
+    }
+
     /// Of a table of `width` columns, whose values are `bytes`.
     pub fn of_table(width: u32, bytes: &[u8]) -> Self {
         Self::of_all([Self::of(&width.to_le_bytes()), Self::of(bytes)])

@@ -51,6 +51,17 @@ pub enum Reuse {
     Paper,
 }
 
+/// Which frame of a segment is its base frame: segments lie between cuts, and are as long as [`Settings::base_every`] says at most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BasePlace {
+    /// The first one: all others are inferred forwards in time.
+    #[default]
+    First,
+    /// The one in the middle: those before it are inferred backwards in time.
+    Middle,
+}
+
 /// How samples become pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -316,6 +327,8 @@ pub struct Settings {
     pub reuse: Reuse,
     /// A base frame every so many frames, counted from the shot's first; 0: the first alone.
     pub base_every: u32,
+    /// Which of so many frames is the base frame.
+    pub base_place: BasePlace,
     /// What is made and written beside `R G B A`.
     pub layers: Layers,
     /// What becomes of the background.
@@ -350,6 +363,7 @@ impl Default for Settings {
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,
+            base_place: BasePlace::default(),
             layers: Layers::USUAL,
             background: Backdrop::default(),
             audit: false,

@@ -105,6 +105,10 @@ pub struct FrameStats {
     pub from_left: bool,
     /// `base` (traced in full because nothing could be reused), `reproject` or `full`.
     pub mode: &'static str,
+    /// Of a base frame, and only where it holds: the shot says that it cuts here, or next to nothing of the frame before is in
+    /// sight.
+    #[serde(skip_serializing_if = "is_false")]
+    pub cut: bool,
     /// By phase.
     pub seconds: Seconds,
     /// By status.
@@ -116,6 +120,10 @@ pub struct FrameStats {
     /// Only where an audit was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
+}
+
+fn is_false(holds: &bool) -> bool {
+    !holds
 }
 
 /// Sums over frames.
@@ -224,6 +232,13 @@ pub fn held_bytes() -> Option<u64> {
 pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+impl FrameStats {
+    /// How the frame came about, in a word for people: its mode, or `cut`.
+    pub fn kind(&self) -> &'static str {
+        if self.cut { "cut" } else { self.mode }
+    }
 }
 
 impl Seconds {
@@ -456,6 +471,7 @@ mod tests {
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
+            base_place: Default::default(),
             layers: crate::layers::Layers::ALL,
             background: crate::settings::Backdrop::default(),
             audit: true,

@@ -1,5 +1,7 @@
 //! Adaptive samples: do pixels get what they need, and is reuse exact in all levels?
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
+mod small_shot;
 mod toy;
 
 use std::sync::Arc;
@@ -185,4 +187,41 @@ fn what_moves_is_refined_where_it_is() {
         // more samples than needed stay before a camera at rest; fewer must not be there
         assert!(samples(inferred) >= samples(full), "frame {}", full.stats.frame);
     }
+}
+
+#[test]
+fn a_shot_file_says_the_fewest_the_most_and_the_threshold() {
+    let settings = |samples: &str| {
+        small_shot::load(&format!("[render]\nsamples = {samples}\n{}", small_shot::REST)).settings
+    };
+    assert_eq!((settings("3").samples, settings("3").refinement), (3, None));
+    let adaptive = settings("{ min = 2, max = 8, threshold = 0.25 }");
+    assert_eq!((adaptive.samples, adaptive.refinement), (2, Some(Refinement { most: 8, threshold: 0.25 })));
+    let usual = settings("{ min = 1, max = 4 }").refinement.map(|refinement| refinement.threshold);
+    assert_eq!(usual, Some(Refinement::THRESHOLD));
+}
+
+#[test]
+fn bounds_that_make_no_levels_are_refused_with_their_place() {
+    for (samples, words) in [
+        ("{ min = 1, max = 3 }", "doubled once or more"),
+        ("{ min = 4, max = 4 }", "doubled once or more"),
+        ("{ min = 4, max = 1 }", "doubled once or more"),
+        ("{ min = 0, max = 4 }", "doubled once or more"),
+        ("{ min = -1, max = 4 }", "doubled once or more"),
+        ("{ min = 1, max = 32 }", "16 at most"),
+        ("{ min = 1, max = 4, threshold = 0 }", "above 0 and below 1"),
+        ("{ min = 1, max = 4, threshold = 1.0 }", "above 0 and below 1"),
+        ("{ min = 1, max = 4, threshold = nan }", "above 0 and below 1"),
+        ("{ min = 1 }", "{ min = 1, max = 4 }"),
+        ("{ min = 1, max = 4, most = 2 }", "{ min = 1, max = 4 }"),
+        ("\"many\"", "{ min = 1, max = 4 }"),
+        ("17", "from 1 to 16"),
+    ] {
+        let error = small_shot::error(&format!("[render]\nsamples = {samples}\n{}", small_shot::REST));
+        assert!(error.starts_with("s.toml:2:") && error.contains(words), "{samples}: {error}");
+    }
+    let text = format!("[render]\nsamples = {{ min = 1, max = 4 }}\nfilter = \"tent\"\n{}", small_shot::REST);
+    let error = small_shot::error(&text);
+    assert!(error.starts_with("s.toml:2:") && error.contains("filter `box`"), "{error}");
 }

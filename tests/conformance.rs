@@ -7,6 +7,8 @@ mod toy;
 use std::f32::consts::TAU;
 
 use afterimage::animation::{Track, TransformTrack};
+use afterimage::geometry::Quadric;
+use afterimage::geometry::quadric::Shape;
 use afterimage::pose::Pose;
 use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
@@ -14,7 +16,7 @@ use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{
     Backend, BackendKind, Coherence, Hit, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer,
 };
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use toy::{floor, keys, matt, mesh, moving, octahedron, still};
 
 /// What answers, and how it was built.
@@ -494,6 +496,84 @@ fn assert_two_agree(scene: &Scene, kinds: [Kind; 2]) {
         // its beams and single rays give the same floats
         let other = if way == Coherence::Coherent { Coherence::Incoherent } else { Coherence::Coherent };
         assert!(closest(&*second, other, &rays) == ours, "an answer depends on the rays beside");
+    }
+}
+
+/// One of each quadric beside a mesh, still and moving; every third is clear.
+fn quadrics_in_rows() -> Scene {
+    let mut models = vec![still("mesh", octahedron(0, true), Vec3::new(-2.0, 0.5, 1.0))];
+    for (quadric, number) in toy::quadrics().iter().zip(0..) {
+        let (at, casts) =
+            (DVec3::new(2.5 * f64::from(number % 3), 0.0, 2.5 * f64::from(number / 3)), number % 3 > 0);
+        let place = DAffine3::from_translation(at) * DAffine3::from_axis_angle(DVec3::X, f64::from(number));
+        models.push(toy::still_quadric("still", quadric, 0, casts, place));
+        let track = TransformTrack {
+            translate: keys(&[(0.0, at + DVec3::Y * 2.5), (2.0, at + DVec3::Y * 3.0)]),
+            rotate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::splat(40.0))]),
+            scale: Track::constant(DVec3::new(0.7, -1.1, 0.9)),
+        };
+        models.push(toy::moving_quadric("moving", quadric, 0, track));
+    }
+    scene_of(models)
+}
+
+#[test]
+fn tracers_agree_on_quadrics() {
+    assert_agreement(&quadrics_in_rows());
+}
+
+#[test]
+fn planes_have_no_end() {
+    let plane = Quadric::new(Shape::Plane { center: [0.0; 2], reach: 1e9 }, false);
+    let track = TransformTrack {
+        translate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::Y)]),
+        ..TransformTrack::identity()
+    };
+    let models = vec![
+        toy::still_quadric("plane", &plane, 0, true, DAffine3::IDENTITY),
+        toy::moving_quadric("above", &plane, 0, track),
+    ];
+    on_each(&scene_of(models), |tracer, way| {
+        for (eye, direction, model, t) in [
+            (Vec3::new(3.0, 0.25, 1.0), Vec3::new(1.0, -1e-6, 0.0), 0, 0.25e6),
+            (Vec3::new(3.0, 0.25, 1.0), Vec3::new(-1.0, 1e-6, 0.0), 1, 0.25e6),
+            (Vec3::new(-7.0, -2.0, 1.0), Vec3::Y, 0, 2.0),
+        ] {
+            let hit = first(tracer, way, eye, direction).unwrap();
+            assert!(hit.model == model && (hit.t / t - 1.0).abs() < 1e-5, "{hit:?}");
+        }
+    });
+}
+
+/// A piece hides itself, as no triangle can; the place that a segment ends in does not.
+#[test]
+fn a_tube_hides_its_own_far_wall_alone() {
+    let tube = Quadric::new(Shape::Cylinder { radius: 1.0, height: 2.0 }, true);
+    let moved = TransformTrack {
+        translate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::ZERO), (3.0, DVec3::X)]),
+        ..TransformTrack::identity()
+    };
+    for (model, by) in [
+        (toy::still_quadric("still", &tube, 0, true, DAffine3::IDENTITY), Occluders::Still),
+        (toy::moving_quadric("moving", &tube, 0, moved), Occluders::Movable),
+    ] {
+        on_each(&scene_of(vec![model]), |tracer, way| {
+            let mut rays = RayBatch::default();
+            let eye = Vec3::new(0.0, 1.0, 5.0);
+            for (eye, at) in [
+                (eye, Vec3::new(0.0, 1.0, 1.0)),
+                (eye, Vec3::new(0.0, 1.0, -1.0)),
+                (Vec3::new(0.0, 9.0, 2.0), Vec3::new(0.0, 1.5, -1.0)),
+            ] {
+                rays.push_to_sample(eye, at - eye, 0.0, 1.0 - 1e-5, 0, 0);
+            }
+            assert_eq!(blocks(tracer, way, by, Purpose::Sight, &rays), [false, true, false]);
+            // no sample of it: it blocks wherever it is met
+            rays.clear();
+            rays.push_to_sample(eye, Vec3::new(0.0, 0.0, -4.5), 0.0, 1.0, 0, 7);
+            rays.push(eye, Vec3::new(0.0, 0.0, -3.5), 0.0, 1.0);
+            assert_eq!(blocks(tracer, way, by, Purpose::Sight, &rays), [true, false]);
+        });
     }
 }
 

@@ -272,6 +272,27 @@ fn what_is_kept_is_what_would_be_gathered_anew() {
     }
 }
 
+/// A flat thing that moves in its own plane never meets paths that begin on it.
+#[test]
+fn light_on_what_slides_in_its_own_plane_is_gathered_anew() {
+    let slides = || {
+        let path = goes(DVec3::new(-1.0, 0.5, 0.0), DVec3::new(1.0, 0.5, 0.0));
+        let track = TransformTrack { translate: path, ..TransformTrack::identity() };
+        let models = vec![
+            toy::still("floor", toy::floor(6.0, 0), Vec3::ZERO),
+            toy::still("thing", toy::octahedron(0, true), Vec3::new(0.0, 2.5, 0.0)),
+            toy::moving("plate", toy::floor(1.0, 0), track),
+        ];
+        let camera = toy::camera(rests(DVec3::new(0.0, 4.0, 6.0)), rests(DVec3::ZERO));
+        toy::scene(camera, models, vec![toy::matt(0.5)], vec![toy::sun_overhead(1.0)])
+    };
+    for scene in [slides(), camera_goes(slides())] {
+        for frame in toy::render(&scene, &settings(4, 1), FRAMES) {
+            assert_eq!(differing(&frame), 0, "frame {}: {:?}", frame.stats.frame, frame.stats.audit);
+        }
+    }
+}
+
 #[test]
 fn frames_may_be_rendered_backwards() {
     let scene = with_flyer(world());

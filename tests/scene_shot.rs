@@ -11,7 +11,7 @@ use afterimage::pose::Pose;
 use afterimage::scene::camera::{Lens, Projection};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
-use afterimage::settings::{Backdrop, Compression, DenoiseQuality, FileFormat, Filter, Mode};
+use afterimage::settings::{Backdrop, BasePlace, Compression, DenoiseQuality, FileFormat, Filter, Mode};
 use glam::{DVec3, Vec3};
 use small_shot::*;
 
@@ -68,7 +68,8 @@ fn cameras_are_orthographic_and_lenses_are_shifted() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\noverscan = 5\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nmode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
+         mode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\noccluded = true\n\
@@ -79,6 +80,7 @@ fn every_key_is_read() {
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("T", (24000, 1001), vec![1, 3]));
     assert_eq!((shot.settings.width, shot.settings.filter), (64, Filter::Mitchell));
     assert_eq!(shot.settings.overscan, 5);
+    assert_eq!((shot.settings.base_place, &shot.scene.camera.cuts[..]), (BasePlace::Middle, &[3][..]));
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));

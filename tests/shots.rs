@@ -123,6 +123,12 @@ fn lights_that_move_and_change() {
 }
 
 #[test]
+fn a_still_life_of_quadrics() {
+    let share = audited(&own("quadrics/quadrics.toml"), (96, 54), &[10, 11, 12, 30, 31, 32]);
+    assert!(share > 0.5, "{share}");
+}
+
+#[test]
 fn soft_shadows_of_panels_that_rest_and_move() {
     let share = audited(&own("analytic/panel.toml"), (96, 54), &[1, 2, 3, 4, 5, 6, 7, 8]);
     assert!(share > 0.7, "{share}");

@@ -246,6 +246,7 @@ fn ball() -> Mesh {
         shadow_casting: triangles.len(),
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
+        quadric: None,
         normals: Vec::new(),
         triangles: Arc::new(triangles),
     }

@@ -133,6 +133,22 @@ impl<T: Keyed> Track<T> {
         if rests { *next } else { frame }
     }
 
+    /// The frame from which on, itself included, the value is certainly the same to the bit as at `frame`; `frame`
+    /// itself where it changes. Infinitely early up to the first key.
+    pub fn rests_since(&self, frame: f64) -> f64 {
+        let mut since = frame;
+        while let Some(before) = self.keys.partition_point(|(key, _)| *key < since).checked_sub(1) {
+            let (key, value) = self.keys[before];
+            let end = self.rests_until(key);
+            // up to a key that is cut, the value is another there
+            if end < since || end == since && self.at(since) != value {
+                return since;
+            }
+            since = key;
+        }
+        f64::NEG_INFINITY
+    }
+
     /// Whether any frame differs from any other.
     pub fn is_constant(&self) -> bool {
         self.keys.iter().all(|(_, value)| *value == self.keys[0].1)
@@ -227,6 +243,8 @@ mod tests {
         let keys = [(2.5, 1.0), (5.0, 1.0), (6.0, 3.0), (8.0, 3.0), (9.0, 3.0), (11.0, 7.0), (12.0, 9.0)];
         let linear = Track::through(keys.to_vec(), Interpolation::Linear).expect("good");
         assert_eq!((linear.rests_until(6.0), linear.rests_until(8.0)), (8.0, 9.0));
+        assert_eq!((linear.rests_since(8.5), linear.clone().cut_at(&[8.0]).rests_since(8.5)), (6.0, 6.0));
+        assert_eq!((linear.rests_since(5.5), linear.clone().cut_at(&[6.0]).rests_since(6.0)), (5.5, 6.0));
         for track in
             [linear.clone(), smooth(&keys), linear.cut_at(&[6.0, 12.0]), smooth(&keys).cut_at(&[6.0])]
         {
@@ -238,7 +256,14 @@ mod tests {
                     let between = frame + (end.min(99.0) - frame) * f64::from(part) / 8.0;
                     assert_eq!(track.at(between), track.at(frame), "{frame} {end}");
                 }
+                let since = track.rests_since(frame);
+                assert!(since <= frame);
+                for part in 0..=8 {
+                    let between = frame - (frame - since.max(-9.0)) * f64::from(part) / 8.0;
+                    assert_eq!(track.at(between), track.at(frame), "{frame} {since}");
+                }
             }
+            assert_eq!((track.rests_since(2.5), track.rests_since(99.0)), (f64::NEG_INFINITY, 12.0));
             assert_eq!((track.rests_until(0.0), track.rests_until(12.0)), (2.5, f64::INFINITY));
             assert_eq!(track.rests_until(10.0), 10.0);
         }

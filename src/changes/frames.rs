@@ -8,12 +8,34 @@ use crate::scene::{Light, LightKind};
 /// frame the search would take too long.
 const MOST_EQUAL: usize = 1_000_000;
 
+/// Which way time runs for whoever infers one frame from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// To higher numbers.
+    #[default]
+    Forward,
+    /// To lower numbers.
+    Backward,
+}
+
+impl Direction {
+    /// From a frame's number to what counts up as time goes on, or back.
+    pub fn count(self, frame: i64) -> i64 {
+        match self {
+            Self::Forward => frame,
+            Self::Backward => -frame,
+        }
+    }
+}
+
 /// What of a track does not depend on its values.
 trait Keys {
     /// The first and the last key's frame.
     fn span(&self) -> (f64, f64);
     /// As [`Track::rests_until`].
     fn rests_until(&self, frame: f64) -> f64;
+    /// As [`Track::rests_since`].
+    fn rests_since(&self, frame: f64) -> f64;
 }
 
 impl<T: Keyed> Keys for Track<T> {
@@ -25,15 +47,20 @@ impl<T: Keyed> Keys for Track<T> {
     fn rests_until(&self, frame: f64) -> f64 {
         Track::rests_until(self, frame)
     }
+
+    fn rests_since(&self, frame: f64) -> f64 {
+        Track::rests_since(self, frame)
+    }
 }
 
-/// The frames g, rising, in which a model's transform at g differs from that at g - 1.
-pub fn of_model(track: &TransformTrack) -> impl Iterator<Item = i64> + '_ {
-    changes(vec![&track.translate, &track.rotate, &track.scale], |frame| track.at(frame))
+/// The frames g in which a model's transform differs from that of the frame that comes before it in `direction`: rising, as
+/// [counts](Direction::count).
+pub fn of_model(track: &TransformTrack, direction: Direction) -> impl Iterator<Item = i64> + '_ {
+    changes(vec![&track.translate, &track.rotate, &track.scale], direction, |frame| track.at(frame))
 }
 
-/// The frames g, rising, in which a light's pose at g differs in anything from that at g - 1.
-pub fn of_light(light: &Light) -> impl Iterator<Item = i64> + '_ {
+/// The same of a light's pose, in anything.
+pub fn of_light(light: &Light, direction: Direction) -> impl Iterator<Item = i64> + '_ {
     let mut tracks: Vec<&dyn Keys> = vec![&light.color, &light.power];
     match &light.kind {
         LightKind::Point { position } | LightKind::Sphere { position, .. } => tracks.push(position),
@@ -45,30 +72,44 @@ pub fn of_light(light: &Light) -> impl Iterator<Item = i64> + '_ {
             tracks.push(target);
         }
     }
-    changes(tracks, |frame| LightPose::of(light, frame))
+    changes(tracks, direction, |frame| LightPose::of(light, frame))
 }
 
-/// The frames in which `at(frame)`, a function of the values of `tracks`, differs from `at(frame - 1)`.
+/// The counts of frames in which `at(frame)`, a function of the values of `tracks`, differs from that of the count before.
 fn changes<'a, T: PartialEq + 'a>(
     tracks: Vec<&'a dyn Keys>,
+    direction: Direction,
     at: impl Fn(f64) -> T + 'a,
 ) -> impl Iterator<Item = i64> + 'a {
     let first = tracks.iter().fold(f64::INFINITY, |least, track| least.min(track.span().0));
     let last = tracks.iter().fold(f64::NEG_INFINITY, |most, track| most.max(track.span().1));
     // outside of these all tracks rest; frames have 32 bits
     let whole = |frame: f64| (frame as i64).clamp(i32::MIN.into(), i32::MAX.into());
-    let (mut frame, last) = (whole(first.floor()), whole(last.ceil()));
-    let mut value = at(frame as f64);
+    let ends = [whole(first.floor()), whole(last.ceil())].map(|frame| direction.count(frame));
+    let (mut frame, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    // a count's frame is found as a frame's count is
+    let at = move |count: i64| at(direction.count(count) as f64);
+    let mut value = at(frame);
     std::iter::from_fn(move || {
         for equal in 1.. {
             // the value is the same in all frames before this
-            let rest =
-                tracks.iter().fold(f64::INFINITY, |end, track| end.min(track.rests_until(frame as f64)));
-            let next = (frame + 1).max(rest.ceil() as i64);
+            let rest = match direction {
+                Direction::Forward => {
+                    let ends = tracks.iter().map(|track| track.rests_until(frame as f64));
+                    ends.fold(f64::INFINITY, f64::min).ceil() as i64
+                }
+                Direction::Backward => {
+                    let begins = tracks.iter().map(|track| track.rests_since(-frame as f64));
+                    (begins.fold(f64::NEG_INFINITY, f64::max).ceil() as i64)
+                        .saturating_neg()
+                        .saturating_add(1)
+                }
+            };
+            let next = (frame + 1).max(rest);
             if next > last {
                 break;
             }
-            let new = at(next as f64);
+            let new = at(next);
             let differs = new != value;
             (frame, value) = (next, new);
             if differs || equal == MOST_EQUAL {
@@ -95,19 +136,45 @@ mod tests {
     #[test]
     fn rests_are_skipped_and_fractions_round_outwards() {
         let track = sliding(&[(-3.5, 0.0), (-1.5, 1.0), (6.0, 1.0), (8.25, 2.0)]);
-        assert_eq!(of_model(&track).collect::<Vec<_>>(), [-3, -2, -1, 7, 8, 9]);
-        assert_eq!(of_model(&TransformTrack::identity()).count(), 0);
+        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 7, 8, 9]);
+        assert_eq!(of_model(&TransformTrack::identity(), Direction::Forward).count(), 0);
         let jump = TransformTrack { translate: track.translate.cut_at(&[8.25]), ..track };
-        assert_eq!(of_model(&jump).collect::<Vec<_>>(), [-3, -2, -1, 9]);
+        assert_eq!(of_model(&jump, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 9]);
+    }
+
+    #[test]
+    fn backwards_a_change_is_that_from_the_frame_after() {
+        let tracks = [
+            sliding(&[(-3.5, 0.0), (-1.5, 1.0), (6.0, 1.0), (8.25, 2.0)]),
+            sliding(&[(2.0, 1.0), (5.0, 1.0), (6.0, 3.0), (7.0, 3.0), (9.0, 3.0), (10.0, 3.0), (12.5, 1.0)]),
+            sliding(&[(1.0, 4.0), (9.0, 2.0), (10.5, 2.0), (13.0, 2.0)]),
+        ];
+        let cut = |track: &TransformTrack| {
+            let cuts = [-1.5, 8.25, 6.0, 9.0, 13.0];
+            TransformTrack { translate: track.translate.clone().cut_at(&cuts), ..track.clone() }
+        };
+        for track in tracks.iter().cloned().chain(tracks.iter().map(cut)) {
+            let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
+            let expected: Vec<i64> = (-40..40).filter(differs).collect();
+            assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), expected);
+        }
     }
 
     #[test]
     fn a_shot_of_two_thousand_million_frames_is_searched_at_once() {
         let (early, late) = (f64::from(i32::MIN), f64::from(i32::MAX));
         let track = sliding(&[(early, 0.0), (late - 2.0, 0.0), (late, 1.0)]);
-        assert_eq!(of_model(&track).collect::<Vec<_>>(), [i64::from(i32::MAX) - 1, i64::from(i32::MAX)]);
+        assert_eq!(
+            of_model(&track, Direction::Forward).collect::<Vec<_>>(),
+            [i64::from(i32::MAX) - 1, i64::from(i32::MAX)]
+        );
         let track = sliding(&[(early, 0.0), (late, 1.0)]);
-        assert_eq!(of_model(&track).next(), Some(i64::from(i32::MIN) + 1));
+        assert_eq!(of_model(&track, Direction::Forward).next(), Some(i64::from(i32::MIN) + 1));
+        let back = sliding(&[(early, 1.0), (late, 0.0)]);
+        assert_eq!(of_model(&back, Direction::Backward).next(), Some(1 - i64::from(i32::MAX)));
+        let track = sliding(&[(early, 1.0), (early + 2.0, 0.0), (late, 0.0)]);
+        let ends = [-1 - i64::from(i32::MIN), -i64::from(i32::MIN)];
+        assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), ends);
     }
 
     #[test]
@@ -122,6 +189,6 @@ mod tests {
             samples: 1,
             group: None,
         };
-        assert_eq!(of_light(&light).collect::<Vec<_>>(), [4, 9, 10]);
+        assert_eq!(of_light(&light, Direction::Forward).collect::<Vec<_>>(), [4, 9, 10]);
     }
 }

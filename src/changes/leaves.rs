@@ -7,13 +7,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::split::{Around, Leaf, Split, parts};
-use crate::animation::{Transform, TransformTrack};
+use crate::animation::Transform;
 use crate::geometry::Bounds;
 use crate::scene::{Mesh, Model};
 
 /// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 64 a ball that flies
 /// through a room has a seventh of the rays of paths less than with 8, which are its cube.
-const MOST_BOXES: usize = 64;
+pub const MOST_BOXES: usize = 64;
 
 /// A model that moves.
 #[derive(Debug)]
@@ -33,15 +33,19 @@ struct Grain {
     places: usize,
 }
 
-/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `start` is the shot's first frame of
-/// motion.
+/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `at`: where a mover is so many frames
+/// after the shot's first frame of motion.
 ///
 /// Beyond the limit meshes have fewer boxes, and places in a row share leaves. What such a leaf says is never later
 /// than the truth.
-pub fn leaves(movers: &[Mover<'_>], start: i32, limit: usize) -> Vec<Leaf> {
+pub fn leaves(
+    movers: &[Mover<'_>],
+    at: impl Fn(&Mover<'_>, i64) -> Transform + Sync,
+    limit: usize,
+) -> Vec<Leaf> {
     let grain = Grain::for_limit(movers, limit);
     let boxes = boxes_of_meshes(movers, grain.boxes);
-    let of_mover = |mover: &Mover<'_>| mover.leaves(&boxes[&address(&mover.model.mesh)], start, grain.places);
+    let of_mover = |mover: &Mover<'_>| mover.leaves(&boxes[&address(&mover.model.mesh)], &at, grain.places);
     movers.par_iter().flat_map_iter(of_mover).collect()
 }
 
@@ -77,12 +81,10 @@ impl Mover<'_> {
         self.changes.len() + 1
     }
 
-    /// Object to world at a place.
-    fn at(&self, place: usize, start: i32) -> Transform {
+    /// A frame in which it stands at a place, from the shot's first frame of motion.
+    fn frame_at(&self, place: usize) -> i64 {
         // the first place is that of the frame before the first change
-        let frame = if place == 0 { i64::from(self.changes[0]) - 1 } else { self.changes[place - 1].into() };
-        let track: &TransformTrack = &self.model.track;
-        track.at((i64::from(start) + frame) as f64)
+        if place == 0 { i64::from(self.changes[0]) - 1 } else { self.changes[place - 1].into() }
     }
 
     /// The frame of arriving at a place; nobody arrives at the first.
@@ -96,7 +98,7 @@ impl Mover<'_> {
     }
 
     /// A leaf for each of `boxes` (object space) at each `together` places in a row.
-    fn leaves(&self, boxes: &[Bounds], start: i32, together: usize) -> Vec<Leaf> {
+    fn leaves(&self, boxes: &[Bounds], at: impl Fn(&Self, i64) -> Transform, together: usize) -> Vec<Leaf> {
         let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.len());
         for from in (0..self.places()).step_by(together) {
             let to = self.places().min(from + together);
@@ -109,7 +111,7 @@ impl Mover<'_> {
             let group = leaves.len();
             leaves.resize(group + boxes.len(), frames);
             for place in from..to {
-                let transform = self.at(place, start);
+                let transform = at(self, self.frame_at(place));
                 for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes) {
                     leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
                 }

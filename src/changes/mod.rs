@@ -13,6 +13,8 @@
 //! What counts in frame g are the boxes of each model whose transform differs, exactly, from that of frame g - 1:
 //! at its old place (leaving unblocks a ray) and at its new one (arriving blocks it). What rests changes nothing. The
 //! camera does not count. All of it is a function of the scene and of absolute frame numbers.
+//!
+//! For frames that are inferred backwards there is a second `Motion`, in which time runs the other way: frame g comes after g + 1.
 
 mod frames;
 mod leaves;
@@ -24,7 +26,8 @@ mod until;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
-mod world;
+pub(crate) mod world;
 
+pub use frames::Direction;
 pub use motion::Motion;
 pub use until::Until;

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::frames;
+use super::frames::{self, Direction};
 use super::leaves::{Mover, leaves};
 use super::tree::Tree;
 use super::until::Until;
@@ -12,15 +12,18 @@ use crate::scene::{Light, Model, Scene};
 /// Leaves at most: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
 
-/// When what moves in a shot touches a segment, and when its lights change.
+/// When what moves in a shot touches a segment, and when its lights change. Time runs forwards in it, or backwards: "later" is what
+/// comes later in its direction, and "before" what came before.
 ///
 /// Never later than the truth. Earlier where a box around a part of a model is touched and the model is not, and in
 /// shots with so much motion that boxes are shared by parts, or by places of several frames.
 #[derive(Debug, Clone, Default)]
 pub struct Motion {
-    /// The frame before the first one in which anything differs from the frame before; 0 if nothing ever moves. Other
-    /// frames are counted from here.
-    start: i32,
+    /// The [count](Direction::count) of the frame before the first one in which anything differs from the frame before; 0 if
+    /// nothing ever moves. Other frames are counted from here.
+    start: i64,
+    /// In which frames are counted.
+    direction: Direction,
     /// Of the models.
     tree: Tree,
     /// Whether a model moves after the last frame that [`Until`] can name: there everything counts as touched.
@@ -39,36 +42,43 @@ struct LightChanges {
 }
 
 impl Motion {
-    /// Of all models and lights of `scene`.
+    /// Of all models and lights of `scene`; time runs forwards.
     pub fn of(scene: &Scene) -> Self {
-        Self::with_limit(scene, MOST_LEAVES)
+        Self::in_direction(scene, Direction::Forward)
+    }
+
+    /// Of all models and lights of `scene`.
+    pub fn in_direction(scene: &Scene, direction: Direction) -> Self {
+        Self::with_limit(scene, direction, MOST_LEAVES)
     }
 
     /// With not many more than `limit` leaves.
-    pub(super) fn with_limit(scene: &Scene, limit: usize) -> Self {
+    pub(super) fn with_limit(scene: &Scene, direction: Direction, limit: usize) -> Self {
         let models: Vec<&Model> = scene.models.iter().filter(|model| !model.track.is_constant()).collect();
-        let first_of_model = |model: &&Model| frames::of_model(&model.track).next();
-        let first_of_light = |light: &Light| frames::of_light(light).next();
+        let first_of_model = |model: &&Model| frames::of_model(&model.track, direction).next();
+        let first_of_light = |light: &Light| frames::of_light(light, direction).next();
         let first_changes = (
             models.par_iter().filter_map(first_of_model).min(),
             scene.lights.par_iter().filter_map(first_of_light).min(),
         );
         let Some(start) = first_changes.0.into_iter().chain(first_changes.1).min() else {
-            return Self { start: 0, tree: Tree::default(), moves_later: false, lights: Vec::new() };
+            return Self { direction, ..Self::default() };
         };
         // counted from the frame before it, so that 0 is no frame of motion
         let start = start - 1;
-        let of_model = |model: &&'_ Model| relative(frames::of_model(&model.track), start);
+        let of_model = |model: &&'_ Model| relative(frames::of_model(&model.track, direction), start);
         let changes: Vec<(Vec<u16>, bool)> = models.par_iter().map(of_model).collect();
         let moves_later = changes.iter().any(|(_, later)| *later);
         let movers = models.into_iter().zip(changes).map(|(model, (changes, _))| Mover { model, changes });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
-        let start_frame = start as i32;
+        let place =
+            |mover: &Mover<'_>, count: i64| mover.model.track.at(direction.count(start + count) as f64);
         Self {
-            start: start_frame,
-            tree: Tree::of(leaves(&movers, start_frame, limit)),
+            start,
+            direction,
+            tree: Tree::of(leaves(&movers, place, limit)),
             moves_later,
-            lights: scene.lights.iter().map(|light| LightChanges::of(light, start)).collect(),
+            lights: scene.lights.iter().map(|light| LightChanges::of(light, direction, start)).collect(),
         }
     }
 
@@ -106,8 +116,19 @@ impl Motion {
     /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
     /// before this is true.
     pub fn has_expired(&self, until: Until, frame: i32) -> bool {
-        let frame = i64::from(frame) - i64::from(self.start);
+        let frame = self.since_start(frame);
         until != Until::FOREVER && (until == Until::UNKNOWN || frame >= i64::from(until.to_bits()))
+    }
+
+    /// An answer that was found in `frame` as `other` says it, in which time runs the other way: it holds for as many frames.
+    pub fn translated(&self, until: Until, frame: i32, other: &Self) -> Until {
+        if until == Until::FOREVER || until == Until::UNKNOWN {
+            return until;
+        }
+        let frames = i64::from(until.to_bits()) - self.since_start(frame);
+        // what is 0 or below has no number, and has expired
+        let count = (other.since_start(frame) + frames).clamp(0, Until::LAST.into());
+        Until::frame(count as u16)
     }
 
     /// Whether nothing ever moves or changes.
@@ -123,8 +144,11 @@ impl Motion {
     /// A frame counted from the first frame of motion: -1 for all that are before it, and [`Until::LAST`] for those
     /// that cannot be named.
     fn count(&self, frame: i32) -> i32 {
-        let frame = i64::from(frame) - i64::from(self.start);
-        frame.clamp(-1, Until::LAST.into()) as i32
+        self.since_start(frame).clamp(-1, Until::LAST.into()) as i32
+    }
+
+    fn since_start(&self, frame: i32) -> i64 {
+        self.direction.count(frame.into()) - self.start
     }
 }
 
@@ -146,8 +170,8 @@ fn relative(frames: impl Iterator<Item = i64>, start: i64) -> (Vec<u16>, bool) {
 }
 
 impl LightChanges {
-    fn of(light: &Light, start: i64) -> Self {
-        let (frames, changes_later) = relative(frames::of_light(light), start);
+    fn of(light: &Light, direction: Direction, start: i64) -> Self {
+        let (frames, changes_later) = relative(frames::of_light(light, direction), start);
         Self { frames, changes_later }
     }
 }

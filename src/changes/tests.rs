@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 
-use super::leaves::boxes_of;
+use super::leaves::{MOST_BOXES, boxes_of};
 use super::world::*;
-use super::{Motion, Until};
+use super::{Direction, Motion, Until};
 use crate::animation::{Interpolation, Track, Transform, TransformTrack};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
@@ -14,6 +14,18 @@ use crate::scene::Scene;
 
 /// Frames that hold all motion of random scenes.
 const FRAMES: std::ops::RangeInclusive<i32> = -15..=50;
+
+/// A frame's count, and a count's frame.
+fn count(direction: Direction, frame: i32) -> i32 {
+    direction.count(frame.into()) as i32
+}
+
+/// The counts of these frames, rising.
+fn counts(direction: Direction) -> Vec<i32> {
+    let mut counts: Vec<i32> = FRAMES.map(|frame| count(direction, frame)).collect();
+    counts.sort_unstable();
+    counts
+}
 
 /// What touches a segment, by brute force: a function of a model and its place.
 type Touches<'a> = dyn Fn(usize, &Transform, &Segment) -> bool + 'a;
@@ -30,13 +42,15 @@ fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Opti
     touched.next().map(|pair| pair[1].frame)
 }
 
-fn poses(scene: &Scene) -> Vec<Pose> {
-    FRAMES.map(|frame| Pose::of(scene, frame)).collect()
+/// In the order of time that runs in `direction`; their frames are counts.
+fn poses(scene: &Scene, direction: Direction) -> Vec<Pose> {
+    let pose = |frame| Pose { frame, ..Pose::of(scene, count(direction, frame)) };
+    counts(direction).into_iter().map(pose).collect()
 }
 
 /// Boxes of all models, object space.
 fn boxes(scene: &Scene) -> Vec<Vec<Bounds>> {
-    scene.models.iter().map(|model| boxes_of(&model.mesh, 8)).collect()
+    scene.models.iter().map(|model| boxes_of(&model.mesh, MOST_BOXES)).collect()
 }
 
 /// Whether a segment meets a box that is larger by a share of its distance: in double precision.
@@ -78,8 +92,12 @@ fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment)
 
 /// The frame of an answer; none if it holds forever.
 fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
-    let mut frames = FRAMES;
-    frames.find(|frame| motion.has_expired(until, *frame))
+    count_of(motion, Direction::Forward, until)
+}
+
+/// Its count.
+fn count_of(motion: &Motion, direction: Direction, until: Until) -> Option<i32> {
+    counts(direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
 /// Frames in their order, never last.
@@ -104,9 +122,14 @@ struct Tally {
 }
 
 impl Tally {
-    /// Asks random questions about `scene`. `answer` has the first frame of a touch.
-    fn of(scene: &Scene, dice: &mut Dice, answer: impl Fn(&Segment) -> Option<i32>) -> Self {
-        let (poses, boxes) = (poses(scene), boxes(scene));
+    /// Asks random questions about `scene`. `answer` has the count of the first frame of a touch.
+    fn of(
+        scene: &Scene,
+        direction: Direction,
+        dice: &mut Dice,
+        answer: impl Fn(&Segment) -> Option<i32>,
+    ) -> Self {
+        let (poses, boxes) = (poses(scene, direction), boxes(scene));
         let by_box = |room: f64| {
             let boxes = &boxes;
             move |model: usize, place: &Transform, segment: &Segment| {
@@ -119,6 +142,7 @@ impl Tally {
         let mut tally = Self::default();
         for _ in 0..60 {
             let segment = random_segment(dice);
+            let segment = Segment { after: count(direction, segment.after), ..segment };
             let got = rank(answer(&segment));
             let truth = |touches: &Touches<'_>| rank(first_frame(&poses, &segment, touches));
             let (exact, roomy, mesh) = (truth(&exactly), truth(&roomy), truth(&by_mesh));
@@ -144,14 +168,15 @@ impl Tally {
     }
 
     /// Of many random scenes; `change` is done to each answer.
-    fn of_random_scenes(limit: usize, change: impl Fn(i32) -> i32) -> Self {
+    fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
         let tallies = (0..200).map(|_| {
             let scene = random_scene(&mut dice);
-            let motion = Motion::with_limit(&scene, limit);
-            Self::of(&scene, &mut dice, |segment| {
-                let until = motion.first_touch(segment.origin, segment.direction, segment.far, segment.after);
-                frame_of(&motion, until).map(&change)
+            let motion = Motion::with_limit(&scene, direction, limit);
+            Self::of(&scene, direction, &mut dice, |segment| {
+                let after = count(direction, segment.after);
+                let until = motion.first_touch(segment.origin, segment.direction, segment.far, after);
+                count_of(&motion, direction, until).map(&change)
             })
         });
         tallies.fold(Self::default(), Self::and)
@@ -160,26 +185,30 @@ impl Tally {
 
 #[test]
 fn answers_are_those_of_looking_at_each_frame_and_box() {
-    let tally = Tally::of_random_scenes(1 << 20, |frame| frame);
-    println!("{tally:?}");
-    assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0));
-    assert!(tally.touched > tally.asked / 20, "{tally:?}");
-    assert!(tally.false_alarms < tally.asked * 3 / 10, "{tally:?}");
+    for direction in [Direction::Forward, Direction::Backward] {
+        let tally = Tally::of_random_scenes(1 << 20, direction, |frame| frame);
+        println!("{tally:?}");
+        assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0));
+        assert!(tally.touched > tally.asked / 20, "{tally:?}");
+        assert!(tally.false_alarms < tally.asked * 3 / 10, "{tally:?}");
+    }
 }
 
 #[test]
 fn an_answer_a_frame_later_or_earlier_would_be_seen() {
-    let later = Tally::of_random_scenes(1 << 20, |frame| frame + 1);
-    assert!(later.late > later.asked / 10, "{later:?}");
-    let earlier = Tally::of_random_scenes(1 << 20, |frame| frame - 1);
-    assert!(earlier.early > earlier.asked / 10 && earlier.spent > 0, "{earlier:?}");
+    for direction in [Direction::Forward, Direction::Backward] {
+        let later = Tally::of_random_scenes(1 << 20, direction, |frame| frame + 1);
+        assert!(later.late > later.asked / 10, "{later:?}");
+        let earlier = Tally::of_random_scenes(1 << 20, direction, |frame| frame - 1);
+        assert!(earlier.early > earlier.asked / 10 && earlier.spent > 0, "{earlier:?}");
+    }
 }
 
 #[test]
 fn coarse_answers_are_never_late() {
     let mut before = 0;
     for limit in [1 << 20, 200, 40, 1] {
-        let tally = Tally::of_random_scenes(limit, |frame| frame);
+        let tally = Tally::of_random_scenes(limit, Direction::Backward, |frame| frame);
         println!("limit {limit}: {tally:?}");
         assert_eq!((tally.late, tally.spent), (0, 0));
         assert!(tally.false_alarms >= before, "coarser is not better");
@@ -265,6 +294,39 @@ fn frames_that_two_bytes_cannot_name_are_never_late() {
     assert_eq!(across(&motion, 90.0, last), Until::FOREVER);
 }
 
+/// Whatever the frame: forwards and backwards the same number of frames.
+#[test]
+fn an_answer_can_be_told_in_the_other_direction() {
+    let keys = [(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0), (400.0, 90.0), (401.0, 0.0)];
+    let world = slider(&keys);
+    let (forward, back) = (Motion::of(&world), Motion::in_direction(&world, Direction::Backward));
+    let length = |motion: &Motion, direction: Direction, until, frame: i32| {
+        let holds = |ahead: &i32| !motion.has_expired(until, frame + ahead * count(direction, 1));
+        (0..500).take_while(holds).count()
+    };
+    for frame in [-9, 0, 99, 100, 105, 110, 200, 300, 301, 400, 401, 450] {
+        for x in [0.0, 25.0, 50.0, 90.0, -30.0] {
+            let until = across(&forward, x, frame);
+            let other = forward.translated(until, frame, &back);
+            let [own, others] = [
+                length(&forward, Direction::Forward, until, frame),
+                length(&back, Direction::Backward, other, frame),
+            ];
+            assert!(own > 0 && others == own, "frame {frame}, {x}: {own}, {others}");
+            let until = across(&back, x, frame);
+            let other = back.translated(until, frame, &forward);
+            let [own, others] = [
+                length(&back, Direction::Backward, until, frame),
+                length(&forward, Direction::Forward, other, frame),
+            ];
+            assert!(own > 0 && others == own, "frame {frame}, {x}: {own}, {others}");
+        }
+    }
+    for until in [Until::FOREVER, Until::UNKNOWN] {
+        assert_eq!(forward.translated(until, 7, &back), until);
+    }
+}
+
 #[test]
 fn changes_of_lights_are_told_one_after_the_other() {
     let power = vec![(5.0, 1.0), (7.0, 1.0), (9.0, 3.0)];
@@ -272,7 +334,8 @@ fn changes_of_lights_are_told_one_after_the_other() {
     let moving =
         Track::through(vec![(20.0, DVec3::ZERO), (21.0, DVec3::X)], Interpolation::Linear).expect("good");
     let lights = vec![lamp(moving, Track::constant(1.0)), lamp(Track::constant(DVec3::ZERO), power)];
-    let motion = Motion::of(&scene(vec![], lights));
+    let world = scene(vec![], lights);
+    let motion = Motion::of(&world);
     let after = |light| {
         let frame = |after| frame_of(&motion, motion.first_light_change(light, after));
         [i32::MIN, 7, 8, 9, 20, 21, i32::MAX].map(frame)
@@ -280,6 +343,13 @@ fn changes_of_lights_are_told_one_after_the_other() {
     assert_eq!(after(0), [Some(21), Some(21), Some(21), Some(21), Some(21), None, None]);
     assert_eq!(after(1), [Some(8), Some(8), Some(9), None, None, None, None]);
     assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
+    let back = Motion::in_direction(&world, Direction::Backward);
+    let before = |light| {
+        let count = |frame| count_of(&back, Direction::Backward, back.first_light_change(light, frame));
+        [i32::MAX, 21, 20, 9, 8, 7, i32::MIN].map(|frame| count(frame).map(|count| -count))
+    };
+    assert_eq!(before(0), [Some(20), Some(20), None, None, None, None, None]);
+    assert_eq!(before(1), [Some(8), Some(8), Some(8), Some(8), Some(7), None, None]);
     assert!(!motion.is_none() && motion.nodes() == 0);
 }
 

@@ -94,6 +94,14 @@ pub fn pane() -> Mesh {
     mesh(vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])
 }
 
+/// Two triangles side by side.
+pub fn mesh_of_two() -> Mesh {
+    mesh(
+        vec![[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
+        vec![[0, 1, 3], [1, 2, 3]],
+    )
+}
+
 /// A sphere about the origin, of `rings` rings of quadrilaterals.
 pub fn ball(radius: f32, rings: u32) -> Mesh {
     use std::f32::consts::PI;
@@ -119,6 +127,7 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         uvs: Vec::new(),
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
+        quadric: None,
         triangles: Arc::new(triangles),
     }
 }

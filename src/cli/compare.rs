@@ -22,6 +22,7 @@ use super::render::{audit_verdict, plan, warn_about};
 use super::schedule::{self, Step};
 use super::shot_args::{self, Job, ShotArgs};
 use super::shown::Shown;
+use super::steps::Walk;
 use super::target::Target;
 use super::terminal::Terminal;
 use super::writing::{self, Behind, Frame, Seen, Waiting};
@@ -143,6 +144,8 @@ fn reports<'a>(json: &'a Option<PathBuf>, report: &'a Option<PathBuf>) -> Vec<Re
 struct Pair<'s> {
     kind: BackendKind,
     ours: Renderer<'s>,
+    /// Where that is in its schedule.
+    walk: Walk,
     full: Renderer<'s>,
     /// By how much building the first of them let the process grow.
     build_bytes: u64,
@@ -156,18 +159,23 @@ impl<'s> Pair<'s> {
         let ours = Renderer::with(kind, &job.shot.scene, &job.settings).map_err(Failure::of)?;
         let build_bytes = held().saturating_sub(before);
         let full = Renderer::with(kind, &job.shot.scene, &full_settings).map_err(Failure::of)?;
-        Ok(Self { kind, ours, full, build_bytes })
+        Ok(Self { kind, ours, walk: Walk::default(), full, build_bytes })
     }
 
     /// Both ways of what `eye` sees of one frame.
     fn render(&mut self, eye: Eye, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
         if ours_first {
-            let ours = render(&mut self.ours, eye, step)?;
-            Ok((ours, render(&mut self.full, eye, Step { reuse: false, ..step })?))
+            let ours = self.infer(eye, step)?;
+            Ok((ours, render(&mut self.full, eye, step.frame)?))
         } else {
-            let full = render(&mut self.full, eye, Step { reuse: false, ..step })?;
-            Ok((render(&mut self.ours, eye, step)?, full))
+            let full = render(&mut self.full, eye, step.frame)?;
+            Ok((self.infer(eye, step)?, full))
         }
+    }
+
+    /// What `eye` sees of a frame, with reuse.
+    fn infer(&mut self, eye: Eye, step: Step) -> Result<Finished, Failure> {
+        self.walk.render(&mut self.ours, eye, step, |_| Ok(()))
     }
 }
 
@@ -176,12 +184,16 @@ fn in_full(job: &Job) -> Settings {
 }
 
 /// What all renderers together will need, and a frame that is being written.
-fn need(options: &Options) -> Need {
+fn need(options: &Options, keeps: bool) -> Need {
     let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
         frame::need(&job.shot, settings, kind, rayon::current_num_threads())
     };
-    let both = |kind| [&job.settings, &in_full(job)].map(|settings| need(settings, kind));
+    let ours = |kind| match need(&job.settings, kind) {
+        need if keeps => frame::with_kept(need, &job.shot.scene, &job.settings),
+        need => need,
+    };
+    let both = |kind| [ours(kind), need(&in_full(job), kind)];
     let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
     let renderers = kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and);
     match options.target {
@@ -200,11 +212,12 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let job = &options.job;
     warn_about(job, terminal);
     options.target.as_ref().map_or(Ok(()), Target::check)?;
-    let steps = plan(job, false, |_| false)?;
+    let steps = plan(job, false, None, |_| false)?;
     if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
-    need(options).check(&memory::left()).map_err(Failure::of)?;
+    let keeps = steps.iter().any(|step| step.keep);
+    need(options, keeps).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 
@@ -316,7 +329,7 @@ fn compare_step(
         let mut seen: Vec<Seen> = Vec::new();
         for (number, pair) in contest.pairs.iter_mut().enumerate() {
             for eye in eyes {
-                let run_up = render(&mut pair.ours, *eye, step)?;
+                let run_up = pair.infer(*eye, step)?;
                 seen.extend((number == 0).then(|| run_up.into()));
             }
         }
@@ -397,9 +410,9 @@ fn compared(ours: &Finished, full: &Finished) -> ComparedFrame {
     }
 }
 
-fn render(renderer: &mut Renderer<'_>, eye: Eye, step: Step) -> Result<Finished, Failure> {
-    let Step { frame, reuse, .. } = step;
-    renderer.render_eye(eye, frame, reuse).map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
+fn render(renderer: &mut Renderer<'_>, eye: Eye, frame: i32) -> Result<Finished, Failure> {
+    let finished = renderer.render_eye(eye, frame, false);
+    finished.map_err(|error| Failure::Failed(format!("frame {frame}: {error}")))
 }
 
 fn comparison(

@@ -13,7 +13,7 @@ use crate::denoise::Denoiser;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{LightKind, Scene, turntable};
+use crate::scene::{LightKind, Model, Scene, turntable};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
@@ -112,12 +112,16 @@ fn described(shot: &Shot, path: &Path) -> String {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));
     }
     line(&mut text, "output", shot.output.clone().unwrap_or_else(|| default_output(path)));
-    let triangles: usize = scene.models.iter().map(|model| model.mesh.triangles.len()).sum();
-    line(&mut text, "models", format!("{}, {triangles} triangles", scene.models.len()));
+    let count = |model: &Model| if model.mesh.quadric.is_some() { 0 } else { model.mesh.triangles.len() };
+    let triangles: usize = scene.models.iter().map(count).sum();
+    let quadrics = scene.models.iter().filter(|model| model.mesh.quadric.is_some()).count();
+    let quadrics = if quadrics > 0 { format!(", {quadrics} quadrics") } else { String::new() };
+    line(&mut text, "models", format!("{}, {triangles} triangles{quadrics}", scene.models.len()));
     for model in &scene.models {
         let moves = if model.track.is_constant() { "still" } else { "moves" };
         let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
-        line(&mut text, "", format!("{name}: {count} triangles, {moves}, {path}"));
+        let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
+        line(&mut text, "", format!("{name}: {what}, {moves}, {path}"));
     }
     line(&mut text, "lights", scene.lights.len().to_string());
     for light in &scene.lights {

@@ -23,6 +23,8 @@ mod resume;
 pub mod schedule;
 pub mod shot_args;
 mod shown;
+mod steps;
+mod store;
 pub mod table;
 pub mod target;
 pub mod terminal;

@@ -13,14 +13,16 @@ use super::extras::{Extras, ExtrasArgs};
 use super::failure::{Failure, one_line};
 use super::paths::{self, Report};
 use super::resume::{Fingerprints, Review};
-use super::schedule::{self, Rule, Step};
+use super::schedule::{self, Origin, Rule, Saved, Step};
 use super::shot_args::{self, Job, ShotArgs};
+use super::steps::Walk;
+use super::store::{Loaded, StoreArgs};
 use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
 use super::writing::{self, Behind, Frame, Seen, Waiting};
 use crate::denoise::{self, Denoiser};
-use crate::frame::{self, Renderer};
+use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
 use crate::report::file::write_json;
@@ -87,6 +89,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     extras: ExtrasArgs,
 
+    #[command(flatten)]
+    store: StoreArgs,
+
     /// Keep frames that are complete and made from the same shot, inputs, settings and version
     #[arg(long)]
     resume: bool,
@@ -131,6 +136,7 @@ struct Options {
     target: Target,
     stats: Option<PathBuf>,
     extras: Extras,
+    store: StoreArgs,
     resume: bool,
     threads: Option<NonZeroUsize>,
 }
@@ -159,9 +165,11 @@ impl RenderArgs {
         let png = self.shot.png || is_model(&job.path);
         let target = job.target(self.output.as_deref(), png)?;
         let extras = self.extras.settle(&target)?;
-        let (stats, resume, threads) = (self.stats, self.resume, self.shot.threads);
-        let options = Options { job, target, stats, extras, resume, threads };
-        paths::check(&options.job, Some(&options.target), &reports(&options))?;
+        let (stats, store, resume, threads) = (self.stats, self.store, self.resume, self.shot.threads);
+        store.check(&job)?;
+        let options = Options { job, target, stats, extras, store, resume, threads };
+        let files: Vec<Report<'_>> = reports(&options).into_iter().chain(options.store.input()).collect();
+        paths::check(&options.job, Some(&options.target), &files)?;
         Ok(options)
     }
 }
@@ -180,15 +188,22 @@ impl From<ModeArg> for Mode {
 fn rule(job: &Job, full: bool) -> Rule<'_> {
     Rule {
         shot_first: job.shot.frames.first(),
+        shot_last: job.shot.says_frames.then(|| job.shot.frames.last()),
         base_every: job.settings.base_every,
+        base_place: job.settings.base_place,
         cuts: &job.shot.scene.camera.cuts,
         full,
     }
 }
 
-/// The schedule of a job's frames.
-pub fn plan(job: &Job, full: bool, finished: impl Fn(i32) -> bool) -> Result<Vec<Step>, Failure> {
-    let steps = schedule::schedule(job.frames.runs(), &rule(job, full), finished);
+/// The schedule of a job's frames; `saved`: what there is a store of.
+pub fn plan(
+    job: &Job,
+    full: bool,
+    saved: Option<Saved>,
+    finished: impl Fn(i32) -> bool,
+) -> Result<Vec<Step>, Failure> {
+    let steps = schedule::schedule(job.frames.runs(), &rule(job, full), saved, finished);
     steps.map_err(|error| Failure::Usage(error.to_string()))
 }
 
@@ -207,7 +222,7 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
 
 fn reports(options: &Options) -> Vec<Report<'_>> {
     let stats = options.stats.as_deref().map(|path| ("--stats", path));
-    stats.into_iter().chain(options.extras.reports()).collect()
+    stats.into_iter().chain(options.extras.reports()).chain(options.store.report()).collect()
 }
 
 /// `pool` is that of which the caller is a thread.
@@ -219,15 +234,23 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let full = job.settings.mode == Mode::Full;
     let fingerprints = Fingerprints::of(job, &rule(job, full))?;
     let review = Review::new(target, &fingerprints);
-    let steps = plan(job, full, |frame| options.resume && review.keeps(frame))?;
+    let loaded = options.store.open(job, &rule(job, full))?;
+    let saved = loaded.as_ref().map(Loaded::saved);
+    let to_save = to_save(options, &fingerprints, saved)?;
+    let steps =
+        plan(job, full, saved, |frame| options.resume && Some(frame) != to_save && review.keeps(frame))?;
     if let Some(note) = review.note() {
         terminal.note(&note);
     }
     if let Some(note) = schedule::run_up_note(&steps, FEWER_STEPS) {
         terminal.note(&note);
     }
+    let is_taken = steps.is_empty() || steps.iter().any(|step| step.origin == Origin::Saved);
+    if let Some(loaded) = loaded.as_ref().filter(|_| !is_taken) {
+        terminal.note(&loaded.unused_note());
+    }
     if !steps.is_empty() {
-        need(job, settings).check(&memory::left()).map_err(Failure::of)?;
+        need(job, settings, &steps).check(&memory::left()).map_err(Failure::of)?;
     }
     options.extras.prepare()?;
     target.prepare()?;
@@ -253,8 +276,14 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let writer = Writer { target, fingerprints: &fingerprints, pool };
     let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);
     let outcome = writing::behind(job.settings.layers, write, |behind| {
-        let mut steps = steps.iter();
-        steps.try_for_each(|step| render_step(*step, &mut renderer, denoiser.as_mut(), behind))
+        let mut walk = Walk::default();
+        let load =
+            |renderer: &mut Renderer<'_>| loaded.as_ref().map_or(Ok(()), |loaded| loaded.give(job, renderer));
+        steps.iter().try_for_each(|step| {
+            let eyes = renderer.eyes().iter();
+            let seen = eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
+            denoise_step(*step, seen, denoiser.as_mut(), behind)
+        })
     });
     terminal.end();
 
@@ -266,23 +295,42 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         terminal.elapsed(),
     ));
     terminal.result(&format!("{:<9}{}", "files", target.text()));
+    let outcome = outcome.and_then(|()| options.store.save(job, &fingerprints, &renderer, terminal));
     let stats = write_stats(options, &record, memory);
     outcome?;
     let extras = options.extras.write(target, job.denoise.is_some(), terminal);
     extras.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
 }
 
-fn need(job: &Job, settings: &Settings) -> Need {
+/// The last frame, if it must be rendered whatever is there, because its samples are to be saved and are not.
+fn to_save(
+    options: &Options,
+    fingerprints: &Fingerprints,
+    saved: Option<Saved>,
+) -> Result<Option<i32>, Failure> {
+    if !options.resume || !options.store.saves() {
+        return Ok(None);
+    }
+    let last = plan(&options.job, false, saved, |_| false)?.last().map(|step| step.frame);
+    Ok(last.filter(|last| !options.store.has(&options.job, fingerprints, *last)))
+}
+
+fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
     let kind = job.backend.unwrap_or_default();
     let need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
+    let need = if steps.iter().any(|step| step.keep) {
+        frame::with_kept(need, &job.shot.scene, settings)
+    } else {
+        need
+    };
     let need = frame::with_writing(need, &job.shot.scene, &job.settings);
     if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
 }
 
-/// Renders a frame by all eyes, and denoises it if there is a denoiser. It is written while the next one is rendered.
-fn render_step(
+/// Denoises what the eyes have seen of a frame, if there is a denoiser. It is written while the next one is rendered.
+fn denoise_step(
     step: Step,
-    renderer: &mut Renderer<'_>,
+    all_finished: Vec<Finished>,
     denoiser: Option<&mut Denoiser>,
     behind: &mut Behind<'_>,
 ) -> Result<(), Failure> {
@@ -290,9 +338,7 @@ fn render_step(
         |error: &dyn fmt::Display| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame)));
     let mut denoiser = denoiser.filter(|_| step.write);
     let mut seen = Vec::new();
-    for eye in renderer.eyes() {
-        let mut finished =
-            renderer.render_eye(*eye, step.frame, step.reuse).map_err(|error| failed(&error))?;
+    for mut finished in all_finished {
         let start = Instant::now();
         let denoised = denoiser.as_mut().map(|denoiser| denoiser.denoise(&finished.film)).transpose();
         let denoised = denoised.map_err(|error| failed(&error))?;

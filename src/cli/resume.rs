@@ -31,18 +31,27 @@ impl Fingerprints {
     pub fn of(job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
         let ancestries = schedule::ancestries(job.frames.runs(), rule);
         let ancestries = ancestries.map_err(|error| Failure::Usage(error.to_string()))?;
-        let all = Fingerprint {
+        Ok(Self { all: Self::of_all_frames(job), ancestries })
+    }
+
+    /// What all frames of `job` have in common.
+    pub fn of_all_frames(job: &Job) -> Fingerprint {
+        Fingerprint {
             version: version(job.backend.unwrap_or_default()),
             shot: job.shot.content.shot,
             inputs: job.shot.content.inputs,
             settings: settings(job),
-        };
-        Ok(Self { all, ancestries })
+        }
+    }
+
+    /// How a frame that was asked for comes about.
+    pub fn ancestry(&self, frame: i32) -> Ancestry {
+        self.ancestries.get(&frame).copied().unwrap_or(Ancestry::Base)
     }
 
     /// Of a frame that was asked for.
     pub fn at(&self, frame: i32) -> Fingerprint {
-        let ancestry = self.ancestries.get(&frame).map_or_else(String::new, |ancestry| ancestry.to_string());
+        let ancestry = self.ancestry(frame).to_string();
         let settings = Digest::of_all([self.all.settings, Digest::of(ancestry.as_bytes())]);
         Fingerprint { settings, ..self.all }
     }
@@ -79,7 +88,8 @@ fn settings(job: &Job) -> Digest {
         stereo,
         mode,
         reuse,
-        base_every: _, // says which ancestry a frame has, which stands apart
+        base_every: _, // these say which ancestry a frame has, which stands apart
+        base_place: _,
         layers,
         background,
         audit: _, // looks, and changes nothing

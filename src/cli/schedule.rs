@@ -2,14 +2,21 @@
 //!
 //! The invariant that farms rely on: whether a frame is a base frame, and which frame it is inferred
 //! from, follow from its absolute number, the shot, and the step of its run. Where a chunk starts never
-//! matters; a chunk that starts between base frames renders a *run-up* from the base frame before it,
+//! matters; a chunk that starts between base frames renders a *run-up* from the base frame of its segment,
 //! which is not written. Chunks of the same step and phase (position within the step, counted from the
 //! shot's first frame) form one *chain* and give the same pictures.
+//!
+//! A *segment* is what lies between two borders: cuts, and every so many frames one that the rule sets. Its base
+//! frame is its first one, or the one in its middle. From there frames are inferred step by step, later ones first and
+//! then, from the base frame again, earlier ones backwards in time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
 
 use crate::scene::frames::Run;
+use crate::settings::BasePlace;
 
 /// More steps than this are taken for a mistake.
 const MOST_STEPS: usize = 1_000_000;
@@ -20,12 +27,29 @@ pub struct Rule<'a> {
     /// The shot's first frame. Nothing is inferred from what is before it: earlier frames that were
     /// asked for are base frames, each of them.
     pub shot_first: i32,
-    /// A base frame every so many frames, counted from `shot_first`; 0: no more than the first.
+    /// The shot's last frame, if it says which frames it has: a segment ends there.
+    pub shot_last: Option<i32>,
+    /// A segment is so many frames, counted from `shot_first`; 0: no border but cuts.
     pub base_every: u32,
+    /// Where in its segment the base frame is.
+    pub base_place: BasePlace,
     /// Each is the first frame after a cut of the camera.
     pub cuts: &'a [i32],
     /// Every frame is traced from nothing (`--mode full`).
     pub full: bool,
+}
+
+/// From what a frame is inferred.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// From nothing: it is a base frame.
+    Nothing,
+    /// The step before it in the schedule.
+    Before,
+    /// The last base frame, of whose samples a copy was kept if there were steps since: backwards in time.
+    Base,
+    /// A store that an earlier run has saved.
+    Saved,
 }
 
 /// One frame to render.
@@ -33,10 +57,19 @@ pub struct Rule<'a> {
 pub struct Step {
     /// Its number.
     pub frame: i32,
-    /// Inferred from the step before it in the schedule; otherwise a base frame.
-    pub reuse: bool,
+    /// From what it is made.
+    pub origin: Origin,
+    /// A copy of its samples is needed later: see [`Origin::Base`].
+    pub keep: bool,
     /// Asked for, and not finished by an earlier run. Other frames are run-up.
     pub write: bool,
+}
+
+impl Step {
+    /// Whether it is inferred from another frame.
+    pub fn reuses(&self) -> bool {
+        self.origin != Origin::Nothing
+    }
 }
 
 /// How the samples of a frame come about: which base frame they began in, and how many frames lie between one step and the
@@ -47,7 +80,7 @@ pub enum Ancestry {
     Base,
     /// Inferred, step by step.
     Inferred {
-        /// The base frame.
+        /// The base frame, before it or after it.
         from: i32,
         /// Frames from one step to the next.
         stride: u32,
@@ -63,6 +96,20 @@ impl fmt::Display for Ancestry {
     }
 }
 
+impl FromStr for Ancestry {
+    type Err = ();
+
+    /// What [`Display`](fmt::Display) gave.
+    fn from_str(text: &str) -> Result<Self, ()> {
+        if text == "base" {
+            return Ok(Self::Base);
+        }
+        let (from, stride) = text.strip_prefix("from ").and_then(|text| text.split_once(" by ")).ok_or(())?;
+        let stride = stride.parse().ok().filter(|stride| *stride > 0).ok_or(())?;
+        Ok(Self::Inferred { from: from.parse().map_err(drop)?, stride })
+    }
+}
+
 /// The schedule would be absurdly long. The text says why and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TooLong {
@@ -73,7 +120,7 @@ impl fmt::Display for TooLong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "frame {} is more than {MOST_STEPS} frames after the base frame it depends on; \
+            "frame {} is more than {MOST_STEPS} frames away from the base frame it depends on; \
              set --base-every, or --mode full, or correct --frames",
             self.frame
         )
@@ -83,98 +130,215 @@ impl fmt::Display for TooLong {
 impl std::error::Error for TooLong {}
 
 impl Rule<'_> {
-    /// Whether `frame` of a chain with that step is traced from nothing.
-    fn is_base(&self, frame: i64, step: i64) -> bool {
-        let before = frame - step;
-        self.full
-            || before < i64::from(self.shot_first)
-            || self.interval(before) != self.interval(frame)
-            || self.cuts.iter().any(|&cut| before < i64::from(cut) && i64::from(cut) <= frame)
+    /// The base frame from which `frame` of a chain with that step is inferred; the frame itself if it is one.
+    fn base_of(&self, frame: i32, step: u32) -> Result<i32, TooLong> {
+        let (number, step) = (i64::from(frame), i64::from(step));
+        if self.full || frame < self.shot_first {
+            return Ok(frame);
+        }
+        let segment = self.segment(number);
+        // how many frames of the chain there are in the segment, on either side
+        let before = (number - segment.start) / step;
+        let after = (segment.end - 1 - number) / step;
+        let way = match self.base_place {
+            BasePlace::First => -before,
+            BasePlace::Middle => (before + after + 1) / 2 - before,
+        };
+        if way.unsigned_abs() >= MOST_STEPS as u64 {
+            return Err(TooLong { frame });
+        }
+        Ok((number + way * step) as i32) // it is a frame of the segment, which has 32 bits
     }
 
-    /// The number of the interval between base frames that `frame` lies in.
-    fn interval(&self, frame: i64) -> i64 {
-        match self.base_every {
-            0 => 0,
-            every => (frame - i64::from(self.shot_first)).div_euclid(i64::from(every)),
+    /// The segment in which `frame` is; frames before the shot's first are in none.
+    fn segment(&self, frame: i64) -> Range<i64> {
+        let (first, every) = (i64::from(self.shot_first), i64::from(self.base_every));
+        let mut segment = match every {
+            0 => first..i64::MAX,
+            _ => {
+                let start = first + (frame - first).div_euclid(every) * every;
+                start..start + every
+            }
+        };
+        let after_last = self.shot_last.map(|last| i64::from(last) + 1);
+        let after_last = after_last.filter(|_| self.base_place == BasePlace::Middle);
+        let beyond = i64::from(i32::MAX) + 1;
+        for border in self.cuts.iter().map(|cut| i64::from(*cut)).chain(after_last).chain([beyond]) {
+            if border <= frame {
+                segment.start = segment.start.max(border);
+            } else {
+                segment.end = segment.end.min(border);
+            }
         }
+        segment
     }
 }
 
-/// Orders the frames of `runs`, chain by chain, each chain in rising order; every frame is written once.
+/// Orders the frames of `runs`, chain by chain, in each chain segment by segment; every frame is written once.
 ///
 /// `finished` tells the frames that an earlier run has written (`--resume`): they are rendered only
-/// where a later frame that is not finished is inferred from them.
-pub fn schedule(runs: &[Run], rule: &Rule<'_>, finished: impl Fn(i32) -> bool) -> Result<Vec<Step>, TooLong> {
+/// where a frame that is not finished is inferred from them. `saved`: the frame of which there is a store, and the chain in which
+/// it was made.
+pub fn schedule(
+    runs: &[Run],
+    rule: &Rule<'_>,
+    saved: Option<Saved>,
+    finished: impl Fn(i32) -> bool,
+) -> Result<Vec<Step>, TooLong> {
     let mut steps = Vec::new();
-    for (stride, frames) in chains(runs, rule.shot_first) {
-        let mut last = None;
+    for (chain, frames) in chains(runs, rule.shot_first) {
+        let mut segments: BTreeMap<i32, BTreeSet<i32>> = BTreeMap::new();
         for frame in frames.into_iter().filter(|&frame| !finished(frame)) {
-            let way = way_to(frame, stride, last, rule)?;
-            if steps.len() + way.len() > MOST_STEPS {
-                return Err(TooLong { frame });
+            segments.entry(rule.base_of(frame, chain.stride)?).or_default().insert(frame);
+        }
+        let saved = saved.filter(|saved| saved.fits(chain, rule)).map(|saved| saved.frame);
+        for (base, frames) in segments {
+            let segment = Segment { base, stride: chain.stride, frames, saved };
+            let ends =
+                [segment.frames.first(), segment.frames.last()].map(|frame| frame.copied().unwrap_or(base));
+            let length: u64 =
+                ends.iter().map(|end| u64::from(end.abs_diff(base)) / u64::from(chain.stride)).sum();
+            if steps.len() as u64 + length > MOST_STEPS as u64 {
+                return Err(TooLong { frame: ends[1] });
             }
-            steps.extend(way);
-            last = Some(frame);
+            segment.schedule(&mut steps);
         }
     }
     Ok(steps)
 }
 
+/// A store that an earlier run has saved: of which frame, and how that came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Saved {
+    /// The frame.
+    pub frame: i32,
+    /// Of the frame.
+    pub ancestry: Ancestry,
+}
+
+impl Saved {
+    /// Whether the frame comes about in this way by `rule`, too.
+    pub fn holds(&self, rule: &Rule<'_>) -> Result<bool, TooLong> {
+        match self.ancestry {
+            // whether it is one depends on the step of the run
+            Ancestry::Base => Ok(true),
+            Ancestry::Inferred { stride, .. } => Ok(rule.ancestry(self.frame, stride)? == self.ancestry),
+        }
+    }
+
+    /// Whether frames of `chain` may be inferred from it.
+    fn fits(&self, chain: Chain, rule: &Rule<'_>) -> bool {
+        chain.phase_of(self.frame, rule.shot_first) == chain.phase
+            && rule.ancestry(self.frame, chain.stride).is_ok_and(|ancestry| ancestry == self.ancestry)
+    }
+}
+
+/// The frames of one chain in one segment that are to be made.
+struct Segment {
+    base: i32,
+    stride: u32,
+    /// At least one.
+    frames: BTreeSet<i32>,
+    /// A frame of the chain of which there is a store.
+    saved: Option<i32>,
+}
+
+impl Segment {
+    fn schedule(&self, steps: &mut Vec<Step>) {
+        let later = self.frames.range(self.base..).next_back().copied();
+        let earlier = self.frames.range(..self.base).next().copied();
+        let mut base_step = None;
+        if let Some(last) = later {
+            let saved = self.saved.filter(|saved| self.spares(*saved, *saved >= self.base, self.base..=last));
+            if saved.is_none() {
+                base_step = Some(steps.len());
+                self.push(steps, self.base, Origin::Nothing);
+            }
+            let first = saved.map_or(Origin::Before, |_| Origin::Saved);
+            self.walk(steps, saved.unwrap_or(self.base), last, first);
+        }
+        let Some(earliest) = earlier else { return };
+        let is_spared = |saved: &i32| self.spares(*saved, *saved <= self.base, earliest..=self.base - 1);
+        let saved = self.saved.filter(is_spared);
+        match base_step.filter(|_| saved.is_none()) {
+            Some(step) => steps[step].keep = later > Some(self.base),
+            None if saved.is_none() => self.push(steps, self.base, Origin::Nothing),
+            None => {}
+        }
+        let first = saved.map_or(Origin::Base, |_| Origin::Saved);
+        self.walk(steps, saved.unwrap_or(self.base), earliest, first);
+    }
+
+    /// Whether the store of frame `saved`, if it is `on_this_side` of the base frame, lies on the way to all of the frames that are
+    /// wanted `of` this side.
+    fn spares(&self, saved: i32, on_this_side: bool, of: std::ops::RangeInclusive<i32>) -> bool {
+        let distance = saved.abs_diff(self.base);
+        on_this_side && self.frames.range(of).all(|frame| frame.abs_diff(self.base) > distance)
+    }
+
+    /// The steps after frame `after` to frame `to`, the first of them made from `first`.
+    fn walk(&self, steps: &mut Vec<Step>, after: i32, to: i32, first: Origin) {
+        let count = i64::from(after.abs_diff(to)) / i64::from(self.stride);
+        let step = if to < after { -i64::from(self.stride) } else { i64::from(self.stride) };
+        for number in 1..=count {
+            // between two frames that fit
+            let frame = (i64::from(after) + number * step) as i32;
+            self.push(steps, frame, if number == 1 { first } else { Origin::Before });
+        }
+    }
+
+    fn push(&self, steps: &mut Vec<Step>, frame: i32, origin: Origin) {
+        steps.push(Step { frame, origin, keep: false, write: self.frames.contains(&frame) });
+    }
+}
+
+impl Rule<'_> {
+    /// How `frame` of a chain with that step comes about.
+    fn ancestry(&self, frame: i32, stride: u32) -> Result<Ancestry, TooLong> {
+        let from = self.base_of(frame, stride)?;
+        Ok(if from == frame { Ancestry::Base } else { Ancestry::Inferred { from, stride } })
+    }
+}
+
 /// The ancestry of each frame of `runs`.
 pub fn ancestries(runs: &[Run], rule: &Rule<'_>) -> Result<BTreeMap<i32, Ancestry>, TooLong> {
     let mut ancestries = BTreeMap::new();
-    for (stride, frames) in chains(runs, rule.shot_first) {
-        let (mut last, mut base) = (None, 0);
+    for (chain, frames) in chains(runs, rule.shot_first) {
         for frame in frames {
-            let way = way_to(frame, stride, last, rule)?;
-            // a way that begins with no base frame goes on where the last one ended
-            base = way.first().filter(|step| !step.reuse).map_or(base, |step| step.frame);
-            last = Some(frame);
-            let is_base = way.last().is_some_and(|step| !step.reuse);
-            let ancestry = if is_base { Ancestry::Base } else { Ancestry::Inferred { from: base, stride } };
-            ancestries.insert(frame, ancestry);
+            ancestries.insert(frame, rule.ancestry(frame, chain.stride)?);
         }
     }
     Ok(ancestries)
 }
 
-/// The frames to render so that `frame` is there, when `last` was the chain's last one before.
-fn way_to(frame: i32, stride: u32, last: Option<i32>, rule: &Rule<'_>) -> Result<Vec<Step>, TooLong> {
-    let mut way = Vec::new();
-    let mut at = frame;
-    while Some(at) != last {
-        let base = rule.is_base(i64::from(at), i64::from(stride));
-        way.push(Step { frame: at, reuse: !base, write: at == frame });
-        if base {
-            break;
-        }
-        if way.len() > MOST_STEPS {
-            return Err(TooLong { frame });
-        }
-        // no base, so the frame before is not before the shot's first: it fits
-        at = (i64::from(at) - i64::from(stride)) as i32;
-    }
-    way.reverse();
-    Ok(way)
+/// Frames that are inferred from one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Chain {
+    stride: u32,
+    phase: i64,
 }
 
-/// Frames by chain, with the chain's step. A frame of several chains belongs to the first.
-fn chains(runs: &[Run], shot_first: i32) -> Vec<(u32, BTreeSet<i32>)> {
-    let mut chains: Vec<((u32, i64), BTreeSet<i32>)> = Vec::new();
+impl Chain {
+    fn phase_of(self, frame: i32, shot_first: i32) -> i64 {
+        (i64::from(frame) - i64::from(shot_first)).rem_euclid(i64::from(self.stride))
+    }
+}
+
+/// Frames by chain. A frame of several chains belongs to the first.
+fn chains(runs: &[Run], shot_first: i32) -> Vec<(Chain, BTreeSet<i32>)> {
+    let mut chains: Vec<(Chain, BTreeSet<i32>)> = Vec::new();
     let mut taken = BTreeSet::new();
     for run in runs {
-        let stride = run.step.max(1);
-        let phase = (i64::from(run.first) - i64::from(shot_first)).rem_euclid(i64::from(stride));
-        let key = (stride, phase);
-        let index = chains.iter().position(|chain| chain.0 == key).unwrap_or_else(|| {
-            chains.push((key, BTreeSet::new()));
+        let chain = Chain { stride: run.step.max(1), phase: 0 };
+        let chain = Chain { phase: chain.phase_of(run.first, shot_first), ..chain };
+        let index = chains.iter().position(|other| other.0 == chain).unwrap_or_else(|| {
+            chains.push((chain, BTreeSet::new()));
             chains.len() - 1
         });
-        let frames = (run.first..=run.last).step_by(stride as usize);
+        let frames = (run.first..=run.last).step_by(chain.stride as usize);
         chains[index].1.extend(frames.filter(|&frame| taken.insert(frame)));
     }
-    chains.into_iter().map(|((stride, _), frames)| (stride, frames)).collect()
+    chains
 }
 
 /// What to say about the frames that are rendered without being written, if there are any. `remedy` says how to have fewer.
@@ -188,189 +352,11 @@ pub fn run_up_note(steps: &[Step], remedy: &str) -> Option<String> {
         _ => String::new(),
     };
     Some(format!(
-        "run-up: {count} {frames} from {} on {are} rendered without being written{much}, because later frames \
+        "run-up: {count} {frames} from {} on {are} rendered without being written{much}, because other frames \
          are inferred from them ({remedy})",
         first.frame
     ))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::frames::Frames;
-
-    const RULE: Rule<'_> = Rule { shot_first: 1, base_every: 10, cuts: &[], full: false };
-
-    fn plan(frames: &str, rule: &Rule<'_>) -> Vec<Step> {
-        resumed(frames, rule, &[])
-    }
-
-    fn resumed(frames: &str, rule: &Rule<'_>, finished: &[i32]) -> Vec<Step> {
-        let frames = Frames::parse(frames).expect("a good range");
-        schedule(frames.runs(), rule, |frame| finished.contains(&frame)).expect("short enough")
-    }
-
-    fn bases(steps: &[Step]) -> Vec<i32> {
-        steps.iter().filter(|step| !step.reuse).map(|step| step.frame).collect()
-    }
-
-    fn written(steps: &[Step]) -> Vec<i32> {
-        steps.iter().filter(|step| step.write).map(|step| step.frame).collect()
-    }
-
-    /// (frame, inferred from) for each written frame.
-    fn ancestry(steps: &[Step]) -> Vec<(i32, Vec<i32>)> {
-        let mut chain = Vec::new();
-        let mut all = Vec::new();
-        for step in steps {
-            if !step.reuse {
-                chain.clear();
-            }
-            chain.push(step.frame);
-            if step.write {
-                all.push((step.frame, chain.clone()));
-            }
-        }
-        all.sort();
-        all
-    }
-
-    #[test]
-    fn bases_lie_on_a_grid_from_the_shots_first_frame() {
-        let steps = plan("1-25", &RULE);
-        assert_eq!(bases(&steps), [1, 11, 21]);
-        assert_eq!(written(&steps), (1..=25).collect::<Vec<_>>());
-        let once = Rule { base_every: 0, ..RULE };
-        assert_eq!(bases(&plan("1-25", &once)), [1]);
-    }
-
-    #[test]
-    fn a_chunk_starts_at_the_base_frame_before_it() {
-        let steps = plan("15-17", &RULE);
-        assert_eq!(steps.len(), 7);
-        assert_eq!((bases(&steps), written(&steps)), (vec![11], vec![15, 16, 17]));
-        let note = |frames| run_up_note(&plan(frames, &RULE), "remedy");
-        assert!(note("11-20").is_none());
-        for (frames, words) in [
-            (
-                "15-17",
-                "4 frames from 11 on are rendered without being written, more than the 3 to write, because",
-            ),
-            (
-                "19-20",
-                "8 frames from 11 on are rendered without being written, more than the 2 to write, because",
-            ),
-            ("12-20", "1 frame from 11 on is rendered without being written, because"),
-        ] {
-            let note = note(frames).expect("frames that are not written");
-            assert!(note.contains(words) && note.ends_with("(remedy)"), "{note}");
-        }
-    }
-
-    #[test]
-    fn chunks_give_every_frame_the_ancestry_that_the_whole_gives() {
-        for rule in [RULE, Rule { base_every: 0, ..RULE }, Rule { cuts: &[8, 19], ..RULE }] {
-            for step in 1..=4 {
-                let whole = ancestry(&plan(&format!("1-40x{step}"), &rule));
-                let second = 1 + step * 3;
-                let mut chunks = ancestry(&plan(&format!("1-{}x{step}", second - 1), &rule));
-                chunks.extend(ancestry(&plan(&format!("{second}-40x{step}"), &rule)));
-                assert_eq!(whole, chunks, "step {step}, {rule:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_step_across_the_grid_makes_a_base() {
-        // 1 4 7 10 | 13 16 19 | 22 25: the first of each ten
-        assert_eq!(bases(&plan("1-25x3", &RULE)), [1, 13, 22]);
-        // another phase has its own first frame
-        assert_eq!(bases(&plan("2-25x3", &RULE)), [2, 11, 23]);
-    }
-
-    #[test]
-    fn a_cut_is_a_base_even_if_the_step_jumps_over_it() {
-        let rule = Rule { base_every: 0, cuts: &[8], ..RULE };
-        assert_eq!(bases(&plan("1-12", &rule)), [1, 8]);
-        assert_eq!(bases(&plan("1-12x3", &rule)), [1, 10]);
-        assert_eq!(bases(&plan("10-12", &rule)), [8]);
-    }
-
-    #[test]
-    fn before_the_shots_first_frame_each_frame_is_a_base() {
-        let steps = plan("-2-3", &RULE);
-        assert_eq!(bases(&steps), [-2, -1, 0, 1]);
-        assert_eq!(written(&steps).len(), steps.len());
-    }
-
-    #[test]
-    fn full_mode_needs_no_run_up() {
-        let rule = Rule { full: true, ..RULE };
-        let steps = plan("15-17,99", &rule);
-        assert_eq!((bases(&steps), written(&steps)), (vec![15, 16, 17, 99], vec![15, 16, 17, 99]));
-    }
-
-    #[test]
-    fn a_later_run_of_the_same_chain_goes_on_where_it_is_nearer() {
-        let once = Rule { base_every: 0, ..RULE };
-        assert_eq!(plan("1-3,6-7", &once).len(), 7);
-        // with a base frame between, that is the nearer start
-        assert_eq!(bases(&plan("1-3,22", &RULE)), [1, 21]);
-    }
-
-    #[test]
-    fn frames_asked_for_twice_are_written_once() {
-        assert_eq!(written(&plan("1-6,4-8,2-8x2", &RULE)), (1..=8).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn resume_renders_finished_frames_only_as_run_up() {
-        let all: Vec<i32> = (1..=30).collect();
-        assert!(resumed("1-30", &RULE, &all).is_empty());
-        let steps = resumed("1-30", &RULE, &all[..14]);
-        assert_eq!((steps[0].frame, written(&steps)), (11, (15..=30).collect()));
-        // a hole: up to it, and then on from the next base frame
-        let steps = resumed("1-30", &RULE, &[1, 2, 3, 5, 6, 7, 8, 9, 10]);
-        let frames: Vec<i32> = steps.iter().map(|step| step.frame).collect();
-        assert_eq!(frames, (1..=4).chain(11..=30).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn resumed_frames_keep_their_ancestry() {
-        let whole = ancestry(&plan("1-30", &RULE));
-        let rest = ancestry(&resumed("1-30", &RULE, &[1, 2, 3, 4, 9, 17]));
-        assert!(rest.iter().all(|frame| whole.contains(frame)));
-    }
-
-    #[test]
-    fn ancestries_are_those_of_the_schedule() {
-        let rules = [RULE, Rule { base_every: 0, ..RULE }, Rule { cuts: &[8, 19], ..RULE }];
-        let ranges = ["1-40", "3-40x3", "-2-3", "15-17,33", "1-40x2,2-40x3", "5"];
-        for (rule, range) in rules.iter().flat_map(|rule| ranges.iter().map(move |range| (rule, range))) {
-            let frames = Frames::parse(range).expect("a good range");
-            let ancestries = ancestries(frames.runs(), rule).expect("short enough");
-            let whole = ancestry(&plan(range, rule));
-            assert_eq!(whole.len(), ancestries.len(), "{range}");
-            for (frame, chain) in whole {
-                let expected = match chain[..] {
-                    [_] => Ancestry::Base,
-                    [from, next, ..] => Ancestry::Inferred { from, stride: (next - from) as u32 },
-                    [] => unreachable!("a chain ends with its frame"),
-                };
-                assert_eq!(ancestries[&frame], expected, "{frame} of {range}, {rule:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn extreme_numbers_are_an_error_not_an_overflow() {
-        let once = Rule { base_every: 0, ..RULE };
-        let frames = Frames::parse("2147483647").expect("good");
-        let error = schedule(frames.runs(), &once, |_| false).expect_err("too far");
-        assert!(error.to_string().contains("--base-every"));
-        assert_eq!(plan("2147483647", &RULE).len(), 7);
-        let low = Rule { shot_first: i32::MIN, ..once };
-        assert_eq!(plan("-2147483648", &low).len(), 1);
-        assert_eq!(plan("-2147483648-2147483647x4294967295", &low).len(), 2);
-    }
-}
+mod tests;

@@ -12,8 +12,8 @@ use super::target::Target;
 use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
-    BackdropArg, Backend, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop, filter_radius,
-    radius, samples, size, threads, threshold,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop,
+    filter_radius, radius, samples, size, threads, threshold,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -21,8 +21,8 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
+    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -118,6 +118,11 @@ pub struct ShotArgs {
     /// [default: the shot's]
     #[arg(long, value_name = "K")]
     pub base_every: Option<u32>,
+
+    /// Which of each K frames is traced in full: the first, or the one in the middle. Those before it are made backwards in time
+    /// [default: the shot's]
+    #[arg(long, value_enum, value_name = "WHERE")]
+    pub base_place: Option<BasePlaceArg>,
 
     /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
     /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
@@ -249,6 +254,7 @@ impl ShotArgs {
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             stereo: self.stereo.settle(settings.stereo)?,
             base_every: self.base_every.unwrap_or(settings.base_every),
+            base_place: self.base_place.map_or(settings.base_place, BasePlace::from),
             layers: self.layers.unwrap_or(settings.layers),
             background: self.background.map_or(settings.background, Backdrop::from),
             audit: self.audit || settings.audit,
@@ -257,6 +263,11 @@ impl ShotArgs {
         };
         check_window(&settled)?;
         check_samples(&settled, "--samples")?;
+        if settled.stereo.is_some() && settled.base_place == BasePlace::Middle {
+            return Err(Failure::Usage(String::from(
+                "base frames in the middle are for one eye, and this shot has two: add --base-place first, or --mono",
+            )));
+        }
         Ok(settled)
     }
 
@@ -422,6 +433,7 @@ mod tests {
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
+            base_place: BasePlace::First,
             layers: Layers::ALL,
             background: Backdrop::Visible,
             audit: false,
@@ -437,7 +449,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -460,6 +472,7 @@ mod tests {
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,
+            base_place: BasePlace::Middle,
             layers: Layers::Z,
             background: Backdrop::Transparent,
             audit: true,
@@ -479,6 +492,12 @@ mod tests {
             ("--overscan -1", "unexpected"),
             ("--overscan 99999", "0..=16384"),
             ("--samples 0", "1..=16"),
+            ("--samples 1-17", "1..=16"),
+            ("--samples -4", "unexpected"),
+            ("--samples 1-", "1..=16"),
+            ("--threshold 0", "above 0"),
+            ("--threshold 1", "above 0"),
+            ("--threshold nan", "above 0"),
             ("--depth 65", "0..=64"),
             ("--threads 0", "1 to 4096"),
             ("--frames 9-1", "backwards"),
@@ -495,6 +514,28 @@ mod tests {
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");
+        }
+    }
+
+    #[test]
+    fn adaptive_samples_are_settled_with_the_shot() {
+        let of_shot = Refinement { most: 8, threshold: 0.3 };
+        let adaptive = Settings { samples: 2, refinement: Some(of_shot), filter: Filter::Box, ..of_file() };
+        let adaptive = Settings { filter_radius: None, ..adaptive };
+        let settled = |line: &str| typed(&format!("a.toml {line}")).expect("fine").settled(&adaptive);
+        let samples = |line: &str| settled(line).map(|settings| (settings.samples, settings.refinement));
+        assert_eq!(samples(""), Ok((2, Some(of_shot))));
+        assert_eq!(samples("--samples 1-4"), Ok((1, Some(Refinement { most: 4, ..of_shot }))));
+        assert_eq!(samples("--threshold 0.5"), Ok((2, Some(Refinement { threshold: 0.5, ..of_shot }))));
+        assert_eq!(samples("--samples 4"), Ok((4, None)));
+        let wrong = [
+            ("--samples 1-3", "doubled"),
+            ("--filter tent", "filter `box`"),
+            ("--samples 4 --threshold 0.1", "MIN-MAX"),
+        ];
+        for (line, word) in wrong {
+            let error = settled(line).expect_err(line);
+            assert!(matches!(&error, Failure::Usage(text) if text.contains(word)), "{line}: {error:?}");
         }
     }
 

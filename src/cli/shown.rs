@@ -56,7 +56,7 @@ impl Shown {
 /// Frames that may be inferred, counted among those that are written.
 fn due(steps: &[Step]) -> VecDeque<usize> {
     let written = steps.iter().filter(|step| step.write).enumerate();
-    let inferred: Vec<usize> = written.filter(|(_, step)| step.reuse).map(|(place, _)| place).collect();
+    let inferred: Vec<usize> = written.filter(|(_, step)| step.reuses()).map(|(place, _)| place).collect();
     let Some(last) = inferred.len().checked_sub(1) else { return VecDeque::new() };
     let mut due: Vec<usize> = (0..MOST).map(|i| inferred[i * last / (MOST - 1)]).collect();
     due.dedup();
@@ -68,11 +68,14 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::cli::schedule::Origin;
     use crate::cli::writing::tests::finished;
     use crate::stats::SampleCounts;
 
     fn steps(count: i32, first_written: i32) -> Vec<Step> {
-        (1..=count).map(|frame| Step { frame, reuse: frame > 1, write: frame >= first_written }).collect()
+        let origin = |frame| if frame > 1 { Origin::Before } else { Origin::Nothing };
+        let step = |frame| Step { frame, origin: origin(frame), keep: false, write: frame >= first_written };
+        (1..=count).map(step).collect()
     }
 
     /// Numbers of the frames that are shown of a run in which these frames of `steps` reuse nothing.
@@ -81,7 +84,7 @@ mod tests {
         for step in steps.iter().filter(|step| step.write) {
             let full = finished(step.frame);
             let mut ours = Finished { film: Arc::clone(&full.film), ..finished(step.frame) };
-            let good = u64::from(step.reuse && !traced(step.frame));
+            let good = u64::from(step.reuses() && !traced(step.frame));
             ours.stats.samples = SampleCounts { good, base: 1 - good, ..SampleCounts::default() };
             shown.offer(&ours, &full);
         }

@@ -22,7 +22,7 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
         "{:>6}{} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
         frame.frame,
         eye(frame),
-        frame.mode,
+        frame.kind(),
         frame.seconds.rendering(),
         frame.seconds.write,
         reused_percent(frame),

@@ -139,7 +139,7 @@ impl Terminal {
                 self.done,
                 self.of,
                 stats.frame,
-                stats.mode,
+                stats.kind(),
                 stats.seconds.total,
                 duration(left)
             )),

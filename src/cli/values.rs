@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::scene::Shot;
 use crate::settings::{
-    Backdrop, Build, Compression, Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Reuse, Settings,
+    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -65,6 +65,24 @@ pub fn samples(text: &str) -> Result<SamplesArg, String> {
 pub fn threshold(text: &str) -> Result<f32, String> {
     let threshold = text.parse().ok().filter(|threshold| *threshold > 0.0 && *threshold < 1.0);
     threshold.ok_or_else(|| String::from("must be above 0 and below 1"))
+}
+
+/// Places of base frames by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BasePlaceArg {
+    /// The first of them
+    First,
+    /// The one in the middle
+    Middle,
+}
+
+impl From<BasePlaceArg> for BasePlace {
+    fn from(place: BasePlaceArg) -> Self {
+        match place {
+            BasePlaceArg::First => Self::First,
+            BasePlaceArg::Middle => Self::Middle,
+        }
+    }
 }
 
 /// Backgrounds by name.

@@ -43,7 +43,7 @@ use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, f
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
-use crate::shade::surface::{Corners, corners_of, nearest_point, reflectance, uv_at};
+use crate::shade::surface::{There, corners_of, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
@@ -212,13 +212,16 @@ fn reach(frame: &FrameView, sample: &Sample) -> f32 {
 
 /// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
 /// the ray. The corners count here, and here alone: if they did for displacements sideways, whatever hides a sample on
-/// a wide ground would be on an edge.
+/// a wide ground would be on an edge. Quadrics have none: there it is the sample's own coordinates that are rounded.
 fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
     if sample.model != BACKGROUND {
         let (mesh, transform) =
             (&frame.scene.models[sample.model as usize].mesh, frame.transform(sample.model));
+        if mesh.quadric.is_some() {
+            return largest.max(transform.direction(sample.point).abs()).max_element() * COORDINATE_TOLERANCE;
+        }
         for corner in corners_of(mesh, sample.record.triangle) {
             largest = largest.max((transform.point(corner.as_vec3()) - eye).abs());
         }
@@ -299,26 +302,19 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 /// the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
-    let mut lanes = Corners::NONE;
-    lanes.set(0, mesh, sample.record.triangle);
-    let corners = corners_of(mesh, sample.record.triangle);
-    let point = sample.point.as_dvec3();
+    let there = There::at(mesh, sample.record.triangle, sample.point);
     let reach = f64::from(TOLERANCE) * f64::from(offset(frame, sample).length().max(sample.point.length()));
 
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
     let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let number = mesh.material_of[sample.record.triangle as usize];
     let material = &frame.scene.materials[usize::from(number)];
-    let weights = lanes.weights_at(Vec3x8::splat(sample.point));
-    let normal = lanes.normal(weights).lane(0);
-    let at = weights.map(|weight| weight.lane(0));
-    let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, at));
+    let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, there.weights));
     Verdict::of(
         sample.record.material == number
-            && nearest_point(corners, point).distance(point) <= reach
-            && sample.record.normal.unfold().dot(normal * side) >= NORMAL_COSINE
-            && sample.record.geometric_normal.unfold().dot(lanes.geometric_normal().lane(0) * side)
-                >= NORMAL_COSINE
+            && there.distance <= reach
+            && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
+            && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
             && geometric_normal.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
     )

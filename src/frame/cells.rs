@@ -1,5 +1,6 @@
 //! Sets of a tile's cells.
 
+use crate::samples::saved::CellMask;
 use crate::samples::{CELLS, Status};
 
 /// Cells of a block, which is a packet.
@@ -18,6 +19,16 @@ impl CellSet {
         Self(std::array::from_fn(|block| {
             (0..BLOCK).fold(0, |bits, lane| bits | u16::from(holds(block * BLOCK + lane)) << lane)
         }))
+    }
+
+    /// As bytes.
+    pub fn to_mask(self) -> CellMask {
+        std::array::from_fn(|eight| self.eight(eight * 8))
+    }
+
+    /// What [`to_mask`](Self::to_mask) gave.
+    pub fn from_mask(mask: &CellMask) -> Self {
+        Self::of(|cell| mask[cell / 8] >> (cell % 8) & 1 != 0)
     }
 
     /// Those that are in both.

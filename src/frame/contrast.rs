@@ -150,8 +150,15 @@ impl TileLooks {
     }
 }
 
-/// Flags the pixels that differ from their neighbours, or within themselves. `colors`: what the tiles of `store` show.
-pub fn flag(frame: &FrameView, store: &SampleStore, colors: &[TileColors], threshold: f32) -> PixelFlags {
+/// Flags the pixels that differ from their neighbours, or within themselves, of those tiles that `is_asked` says. `colors`:
+/// what the tiles of `store` show.
+pub fn flag(
+    frame: &FrameView,
+    store: &SampleStore,
+    colors: &[TileColors],
+    threshold: f32,
+    is_asked: impl Fn(usize) -> bool + Sync,
+) -> PixelFlags {
     let grid = &*frame.view.grid;
     let mut flags = PixelFlags::none(grid);
     let width = flags.width();
@@ -161,7 +168,7 @@ pub fn flag(frame: &FrameView, store: &SampleStore, colors: &[TileColors], thres
         for column in 0..grid.tiles_x as usize {
             let number = row * grid.tiles_x as usize + column;
             let across = grid.axes[0].tile(column).len();
-            if store.tiles[number].model.iter().any(|model| *model != EMPTY) {
+            if is_asked(number) && store.tiles[number].model.iter().any(|model| *model != EMPTY) {
                 flag_tile(frame, store, colors, (number, threshold), &mut flags[left..], width);
             }
             left += across;

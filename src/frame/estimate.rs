@@ -1,4 +1,5 @@
-//! `--mode auto`: whether reprojection will pay, estimated from a few samples before any work is done.
+//! Whether reprojection will pay, estimated from a few samples before any work is done: `--mode auto` traces what will not. In
+//! every mode a frame is traced in which next to nothing is seen again: a cut that nobody has marked.
 //!
 //! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
 //! the bit on every machine.
@@ -38,6 +39,10 @@ mod cost {
     pub const GATHER: f32 = 3.0;
 }
 
+/// Of a frame that has less of the samples of the frame before than this in sight, and does not pay, nothing is inferred, whatever
+/// the mode: it shows something else, as after a cut. As many may be in sight by chance.
+const LEAST_SEEN: f32 = 1.0 / 16.0;
+
 /// Tiles that are asked together: their segments fill whole packets.
 const TILES_AT_ONCE: usize = 64;
 
@@ -46,6 +51,8 @@ const TILES_AT_ONCE: usize = 64;
 pub struct Estimate {
     /// The frame is to be inferred, not traced.
     pub pays: bool,
+    /// Hardly anything of the frame before is still in sight.
+    pub is_cut: bool,
     /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
     asked: Vec<u8>,
 }
@@ -75,7 +82,8 @@ pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let spread = sum.spread(fields(&frame.view.grid));
     let traced = gained + (1.0 - seen) * surface;
     let cost = (spent + traced - gained * spread) / traced;
-    Estimate { pays: cost < 1.0, asked }
+    let pays = cost < 1.0;
+    Estimate { pays, is_cut: !pays && seen < LEAST_SEEN, asked }
 }
 
 impl Estimate {

@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 use super::level::Level;
 use super::plan::{CameraChange, Plan};
+use super::snapshot::Holds;
+use crate::changes::Direction;
 use crate::film::Film;
 use crate::pose::Pose;
 use crate::samples::TagLayout;
@@ -26,6 +28,8 @@ pub struct EyeMemory {
     pub levels: Vec<Level>,
     /// Where everything was in that frame.
     pub last: Option<Pose>,
+    /// In which direction what the samples have found out holds.
+    pub holds: Holds,
     /// The picture of that frame. What stays the same is left in it, unless somebody still reads it then.
     pub film: Option<Arc<Film>>,
 }
@@ -33,7 +37,8 @@ pub struct EyeMemory {
 impl EyeMemory {
     /// Of an eye that has seen nothing yet; `place`: beside the camera, if there are two.
     pub fn new(place: Option<EyePlace>, settings: &Settings, layout: &TagLayout) -> Self {
-        Self { place, levels: Level::all(settings, layout), last: None, film: None }
+        let holds = Holds::To(Direction::Forward);
+        Self { place, levels: Level::all(settings, layout), last: None, holds, film: None }
     }
 }
 
@@ -41,6 +46,7 @@ impl EyeMemory {
 pub fn lend([left, right]: &mut [EyeMemory; 2]) {
     let levels = right.levels.iter_mut().zip(&mut left.levels);
     levels.for_each(|(level, of_left)| level.borrow_from(of_left));
+    right.holds = left.holds;
 }
 
 /// Gives them back.

@@ -87,8 +87,10 @@ pub struct FrameView<'a> {
     pub bounces: u32,
     /// How samples find out how open they are, if they do.
     pub occlusion: Option<Occlusion>,
-    /// All motion of the shot.
+    /// All motion of the shot, in the direction in which frames are inferred.
     pub motion: &'a Motion,
+    /// The same in the other direction, in a frame from which both are taken.
+    pub other_motion: Option<&'a Motion>,
     /// For each light, the first later frame in which it changes.
     pub light_changes: &'a [Until],
     /// The first later frame in which any light that has a size changes.
@@ -118,10 +120,16 @@ pub struct FrameView<'a> {
 }
 
 impl<'a> FrameView<'a> {
-    /// The first later frame in which anything that moves touches the segment `origin + t * direction`, t in `0..=far`.
+    /// The first later frame in which anything that moves touches the segment `origin + t * direction`, t in `0..=far`. In a frame from
+    /// which earlier frames are inferred as well: the later frame that is as far away as the nearest one on either side.
     #[inline]
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32) -> Until {
-        self.motion.first_touch(origin, direction, far, self.pose.frame)
+        let frame = self.pose.frame;
+        let until = self.motion.first_touch(origin, direction, far, frame);
+        self.other_motion.map_or(until, |other| {
+            let other_until = other.first_touch(origin, direction, far, frame);
+            until.min(other.translated(other_until, frame, self.motion))
+        })
     }
 
     /// Whether what holds `until` then does not hold any more.

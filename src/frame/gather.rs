@@ -39,7 +39,9 @@ pub fn gather(
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
         for lane in set_bits(surfaces) {
             let cell = first + lane;
-            if !frame.has_expired(tile.gathered.mean(cell).until) {
+            // what begins on a model that moves need not be touched by it
+            let moved = frame.moved(tile.model[cell]);
+            if !moved && !frame.has_expired(tile.gathered.mean(cell).until) {
                 continue;
             }
             if !frame.palette.is_diffuse(tile.record[cell].material) {
@@ -51,7 +53,7 @@ pub fn gather(
             let placed = placed.get(frame, tile, first);
             let wanted = tile.gathered.known(cell).max(frame.first_paths);
             let paths = &tile.gathered.paths(cell)[..wanted];
-            let expired = (0..).zip(paths).filter(|(_, path)| frame.has_expired(path.until));
+            let expired = (0..).zip(paths).filter(|(_, path)| moved || frame.has_expired(path.until));
             let start = start_at(frame, tile, cell, &placed, frame.paths);
             scratch.starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
             if scratch.starts.len() >= AT_ONCE {

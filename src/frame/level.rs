@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::bins::Bins;
 use super::contrast;
 use super::estimate::Estimate;
@@ -14,7 +16,9 @@ use super::stay::{self, Detached};
 use super::tile_state::{self, TileState};
 use super::tiles::{FrameBuffers, Reused, Shows, Start, TileSum, run_tiles};
 use super::wanted::{PixelFlags, Wanted};
+use crate::changes::Until;
 use crate::film::Film;
+use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, Status, TagLayout};
 use crate::settings::Settings;
 
@@ -90,6 +94,25 @@ impl Level {
         self.buffers.forget();
     }
 
+    /// Has what samples have gathered hold until `changed` of what it did.
+    pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until + Sync) {
+        let tiles = self.store.par_iter_mut().flat_map(|store| &mut store.tiles);
+        tiles.for_each(|tile| tile.change_validity(&changed));
+        self.buffers.forget();
+    }
+
+    /// What later frames need of this one.
+    pub fn kept(&self) -> Option<LevelSamples<&SampleStore>> {
+        let wanted = self.wanted.as_ref().map(Wanted::to_masks);
+        self.store.as_ref().map(|store| LevelSamples { store, wanted })
+    }
+
+    /// Goes on from what [`kept`](Self::kept) gave.
+    pub fn restore(&mut self, kept: LevelSamples<SampleStore>) {
+        self.store = Some(kept.store);
+        self.wanted = kept.wanted.map(Wanted::from_masks);
+    }
+
     /// Forgets all shadow tags.
     pub fn forget_tags(&mut self) {
         for tile in self.store.iter_mut().flat_map(|store| &mut store.tiles) {
@@ -144,12 +167,22 @@ impl Level {
         self.wanted = Some(wanted);
     }
 
-    /// The pixels that differ from their neighbours, once the level is made.
+    /// The pixels that differ from their neighbours, once the level is made: those of tiles which this frame, or a tile
+    /// beside them, has written. Others differ as they did.
     pub fn flag(&self, frame: &FrameView, threshold: f32) -> PixelFlags {
-        match &self.store {
-            Some(store) => contrast::flag(frame, store, &self.buffers.colors, threshold),
-            None => PixelFlags::default(),
-        }
+        let Some(store) = &self.store else { return PixelFlags::default() };
+        let states = &self.buffers.states;
+        let [across, down] = self.grid.tile_counts().map(|count| count as usize);
+        let is_asked = |number: usize| {
+            let [x, y] = self.grid.place_of_tile(number);
+            let is_written = |x: usize, y: usize| states[y * across + x].was_written;
+            is_written(x, y)
+                || x > 0 && is_written(x - 1, y)
+                || y > 0 && is_written(x, y - 1)
+                || x + 1 < across && is_written(x + 1, y)
+                || y + 1 < down && is_written(x, y + 1)
+        };
+        contrast::flag(frame, store, &self.buffers.colors, threshold, is_asked)
     }
 
     /// For each tile of the `finer` level whether this one, or a coarser one, has written into its pixels.

@@ -82,17 +82,17 @@ enum Asks {
 impl Asks {
     /// What there is to ask for a surface after so many bounces.
     fn count(frame: &FrameView, bounce: u32) -> u32 {
-        let others = [asks_sky(frame, bounce), !frame.emitters.is_empty()];
+        let others = [asks_sky(frame, bounce), frame.emitters.are_asked()];
         frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
     }
 
     /// What number `choice` of them is.
     fn of(frame: &FrameView, bounce: u32, choice: u32) -> Self {
         let lights = frame.pose.lights.len() as u32;
-        match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.is_empty()) {
+        match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.are_asked()) {
             (None, ..) => Self::Light(choice),
             (Some(0), true, _) => Self::Sky,
-            (Some(_), _, false) => Self::Emitter,
+            (Some(_), _, true) => Self::Emitter,
             (Some(_), ..) => Self::Nothing,
         }
     }
@@ -429,7 +429,7 @@ impl Vertex {
         let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
         Chances {
             asks_sky: chance(asks_sky(frame, bounce)),
-            asks_emitter: chance(!frame.emitters.is_empty()),
+            asks_emitter: chance(frame.emitters.are_asked()),
             asks_light: chance(!frame.pose.lights.is_empty()),
             goes_on: self.goes_on(frame, bounce, 0),
         }

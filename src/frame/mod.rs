@@ -61,6 +61,7 @@ mod serve;
 mod serve_tests;
 mod shadow;
 mod sight;
+mod snapshot;
 mod spoil;
 mod spread;
 mod stay;
@@ -79,15 +80,16 @@ mod window;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::changes::{Motion, Until};
+use crate::changes::{Direction, Motion, Until};
 use crate::cryptomatte::Mattes;
 use crate::film::Film;
 use crate::geometry::Bounds;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
+use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::{LightGroups, Scene};
-use crate::settings::{Backdrop, Mode, Settings};
+use crate::settings::{Backdrop, BasePlace, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::hash_of;
@@ -106,8 +108,9 @@ use kernel::Kernel;
 use level::Level;
 use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
-pub use need::{need, with_writing};
+pub use need::{need, with_kept, with_writing};
 use plan::{CameraChange, Plan};
+pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
 use tiles::Shows;
@@ -140,8 +143,12 @@ pub struct Renderer<'s> {
     rendered: u32,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
-    /// All that moves in the shot, if samples gather light or find out how open they are.
+    /// Whether samples gather light or find out how open they are.
+    keeps_answers: bool,
+    /// All that moves in the shot, if they do.
     motion: Motion,
+    /// The same with time running backwards, once a frame was inferred so.
+    motion_back: Option<Motion>,
 }
 
 /// A frame that is done.
@@ -193,7 +200,9 @@ impl<'s> Renderer<'s> {
             sky: SkyLight::of(scene),
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
+            keeps_answers,
             motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
+            motion_back: None,
             layout,
             occlusion,
             mattes,
@@ -215,7 +224,8 @@ impl<'s> Renderer<'s> {
     }
 
     /// Renders frame number `frame`, as the left eye sees it if there are two. With `reuse` it is inferred from the frame
-    /// rendered before, if there is one; otherwise it is a base frame.
+    /// rendered before, if there is one, which may be an earlier frame of the shot or a later one; otherwise it is a base
+    /// frame.
     pub fn render(&mut self, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         self.render_eye(Eye::Left, frame, reuse)
     }
@@ -234,14 +244,16 @@ impl<'s> Renderer<'s> {
         if is_lent {
             eyes::lend(&mut self.eyes);
         }
+        let (direction, is_both) = self.turn(eye, source.pose().map(|before| before.frame), frame);
         let memory = &mut self.eyes[eye as usize];
         memory.last = None;
         let views: Vec<View> =
             memory.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
-        // what was gathered holds until a later frame
-        if source.pose().is_some_and(|before| pose.frame < before.frame) {
-            memory.levels.iter_mut().for_each(Level::forget_gathered);
-        }
+        let back = self.motion_back.as_ref().unwrap_or(&self.motion);
+        let (motion, other_motion) = match direction {
+            Direction::Forward => (&self.motion, Some(back).filter(|_| is_both)),
+            Direction::Backward => (back, None),
+        };
         let plan = source.plan(&pose);
         let shown_pose = source.pose().filter(|_| !is_lent);
         let motion_vectors = views.iter().map(|view| {
@@ -258,8 +270,13 @@ impl<'s> Renderer<'s> {
         let displaced = displaced(&pose);
         let base_plan = Plan::of_base_frame(&pose);
         let lights = 0..pose.lights.len();
-        let light_changes: Vec<Until> =
-            lights.map(|light| self.motion.first_light_change(light, frame)).collect();
+        let light_change = |light| {
+            let until = motion.first_light_change(light, frame);
+            other_motion.map_or(until, |other| {
+                until.min(other.translated(other.first_light_change(light, frame), frame, motion))
+            })
+        };
+        let light_changes: Vec<Until> = lights.map(light_change).collect();
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
         let has_finer = views.len() > 1;
@@ -287,7 +304,8 @@ impl<'s> Renderer<'s> {
             samples: self.settings.samples_a_frame(),
             bounces: self.settings.bounces,
             occlusion: self.occlusion,
-            motion: &self.motion,
+            motion,
+            other_motion,
             light_changes: &light_changes,
             area_light_change,
             chooses: self.settings.mode == Mode::Auto,
@@ -306,6 +324,7 @@ impl<'s> Renderer<'s> {
         // what will not pay is not begun
         let (reuses, estimate) =
             choose(source.pose().is_some(), memory.levels[0].store.as_ref(), &frame_view(&plan, false));
+        let is_cut = estimate.is_cut;
         let plan = if reuses { &plan } else { &base_plan };
         if !reuses {
             if is_lent {
@@ -380,11 +399,77 @@ impl<'s> Renderer<'s> {
         if from_left {
             eyes::give_back(&mut self.eyes);
         }
+        let is_marked = mode == "base" && self.scene.camera.cuts.contains(&frame);
+        let cut = is_cut || is_marked;
         let eye = self.settings.stereo.map(|_| eye);
         let (samples, rays) = (sum.samples, sum.rays);
-        let stats = FrameStats { frame, eye, from_left, mode, seconds, samples, rays, tracing, audit };
+        let stats = FrameStats { frame, eye, from_left, mode, cut, seconds, samples, rays, tracing, audit };
         let about_layers = Arc::clone(&self.about_layers);
         Ok(Finished { film, stats, camera, backend: self.kind, about_layers })
+    }
+
+    /// A copy of the samples of the frame that the left eye saw last, to [go on](Self::restore) from them later; none before the first frame.
+    pub fn snapshot(&self) -> Option<Snapshot> {
+        let (moment, levels) = self.samples()?;
+        Some(Snapshot::of(moment, &levels))
+    }
+
+    /// The samples of the frame that the left eye saw last, level by level.
+    pub fn samples(&self) -> Option<(Moment, Vec<LevelSamples<&SampleStore>>)> {
+        let [EyeMemory { last, levels, holds, .. }, _] = &self.eyes;
+        let levels = levels.iter().map(Level::kept).collect::<Option<Vec<_>>>()?;
+        Some((Moment { frame: last.as_ref()?.frame, rendered: self.rendered, holds: *holds }, levels))
+    }
+
+    /// How many tiles each level of the picture has, and what their samples keep.
+    pub fn shape(&self) -> (Vec<usize>, &TagLayout) {
+        (self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(), &self.layout)
+    }
+
+    /// Goes on from `snapshot`, as if its frame were the one rendered last; it must be of a renderer of the same scene and settings.
+    /// Later frames are the same to the bit, but that more may be made anew where the camera rests.
+    pub fn restore(&mut self, snapshot: Snapshot) {
+        let Snapshot { moment, levels } = snapshot;
+        let [left, right] = &mut self.eyes;
+        left.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
+        left.last = Some(Pose::seen_from(self.scene, moment.frame, left.place.as_ref()));
+        // it takes the left one's samples next
+        right.last = None;
+        (self.rendered, left.holds) = (moment.rendered, moment.holds);
+        self.forget_film();
+    }
+
+    /// Forgets what the film shows: the next frame is made anew in it, from the samples that there are.
+    pub fn forget_film(&mut self) {
+        for memory in &mut self.eyes {
+            memory.film = None;
+            memory.levels.iter_mut().for_each(|level| level.buffers.states.clear());
+        }
+    }
+
+    /// In which direction time runs to `frame` of `eye` from the frame `before`, and whether what is found out in it is to hold in
+    /// both. What the samples have found out holds in that direction then, or is forgotten.
+    fn turn(&mut self, eye: Eye, before: Option<i32>, frame: i32) -> (Direction, bool) {
+        let EyeMemory { levels, holds, .. } = &mut self.eyes[eye as usize];
+        let direction = before.map_or(Direction::Forward, |before| way_from(before, frame, *holds));
+        let places = (self.settings.base_place, self.settings.mode);
+        // of a base frame with frames on either side answers hold in both directions
+        let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
+        if self.keeps_answers && (is_both || direction == Direction::Backward) {
+            let motion = || Motion::in_direction(self.scene, Direction::Backward);
+            self.motion_back.get_or_insert_with(motion);
+        }
+        if let Some(before) = before.filter(|_| !holds.includes(direction)) {
+            let back = self.motion_back.as_ref().unwrap_or(&self.motion);
+            let translated = |until| self.motion.translated(until, before, back);
+            let is_known = *holds == Holds::Both;
+            levels.iter_mut().for_each(|level| match is_known {
+                true => level.change_validity(translated),
+                false => level.forget_gathered(),
+            });
+        }
+        *holds = if is_both { Holds::Both } else { Holds::To(direction) };
+        (direction, is_both)
     }
 
     /// Seconds that the acceleration structures took.
@@ -436,13 +521,14 @@ fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
     settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
 }
 
-/// Whether the frame is inferred from the `store` of the frame before, if it can be: with `--mode auto` not where that would
-/// not pay. And what it took to choose.
+/// Whether the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
+/// `--mode auto` not where that would not pay. And what it took to choose.
 fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, Estimate) {
     match store {
-        Some(store) if can && frame.chooses && frame.plan.camera != CameraChange::None => {
+        Some(store) if can && frame.plan.camera != CameraChange::None => {
             let estimate = estimate(store, frame);
-            (estimate.pays, estimate)
+            let is_traced = estimate.is_cut || frame.chooses && !estimate.pays;
+            (!is_traced, estimate)
         }
         _ => (can, Estimate::default()),
     }
@@ -463,6 +549,15 @@ fn of_level<'a>(
         wanted: level.checked_sub(1).map(|finer| &wanted[finer]),
         notes_colors: level + 1 < views.len(),
         ..*frame
+    }
+}
+
+/// In which direction time runs from one frame to the other; from a frame to itself as before.
+fn way_from(before: i32, now: i32, holds: Holds) -> Direction {
+    if now < before || now == before && holds == Holds::To(Direction::Backward) {
+        Direction::Backward
+    } else {
+        Direction::Forward
     }
 }
 

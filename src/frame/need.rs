@@ -108,6 +108,15 @@ fn eyes(settings: &Settings) -> u64 {
     if settings.stereo.is_some() { 2 } else { 1 }
 }
 
+/// `need` and that of a copy of a base frame's samples, to which rendering returns.
+pub fn with_kept(need: Need, scene: &Scene, settings: &Settings) -> Need {
+    let layout = TagLayout::for_scene(scene, settings);
+    let grids = settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
+    let tiles: u64 = grids.map(|grid| grid.tiles() as u64).sum();
+    let bytes = tiles * Tile::bytes_of_cells(&layout) as u64;
+    need.and(Need::of(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
+}
+
 fn embree_threads(threads: usize) -> u64 {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     threads.min(cores.saturating_sub(1)).max(1) as u64

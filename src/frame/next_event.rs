@@ -41,7 +41,7 @@ impl Chances {
         let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
         Self {
             asks_sky: frame.sky.samples() as f32,
-            asks_emitter: chance(!frame.emitters.is_empty()),
+            asks_emitter: chance(frame.emitters.are_asked()),
             asks_light: f32::INFINITY,
             goes_on: 1.0,
         }

@@ -14,7 +14,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
 use crate::scene::RenderSpace;
-use crate::shade::surface::{Corners, uv_at};
+use crate::shade::surface::{Corners, of_quadrics, uv_at};
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
@@ -254,7 +254,16 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
             corners.set(lane, mesh, triangle);
             points.set_lane(lane, point);
         }
-        let weights = corners.weights_at(points);
+        let mut weights = corners.weights_at(points);
+        let of = |lane| surface(lane).map(|(mesh, triangle, _)| (mesh, triangle));
+        of_quadrics(
+            corners.quadrics(),
+            |lane| of(lane).expect("it was set above"),
+            |lane, quadric, piece| {
+                let at = quadric.weights(piece, points.lane(lane));
+                weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
+            },
+        );
         for (lane, (mesh, triangle, _)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
             let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
             for (plane, value) in planes.into_iter().zip(uv.to_array()) {

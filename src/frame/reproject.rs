@@ -96,7 +96,7 @@ fn doubt(frame: &FrameView, spares: &mut Spares) {
     let flags = [false, true].map(|moved| plan.doubts(moved));
     spares.set_flags(|spare| flags[usize::from(frame.moved(spare.model))]);
     if plan.any_moved {
-        spares.forget_openness(|spare| frame.moved(spare.model));
+        spares.forget_answers(|spare| frame.moved(spare.model));
     }
     for (light, slot) in (0..).zip(frame.slots) {
         if plan.keeps_all_tags(light) {

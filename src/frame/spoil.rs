@@ -15,7 +15,7 @@ use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
-use crate::shade::surface::{Corners, reflectance, uv_at};
+use crate::shade::surface::{There, reflectance, uv_at};
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
@@ -189,14 +189,11 @@ fn hide<'t>(
             let (origin, sight) = line_of_sight(tile.point(cell));
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
-            let corners = Corners::all(mesh, hit.triangle);
-            let weights = corners.weights_at(Vec3x8::splat(point));
-            let (normal, geometric_normal) =
-                (corners.normal(weights).lane(0), corners.geometric_normal().lane(0));
+            let There { weights, normal, geometric_normal, .. } = There::at(mesh, hit.triangle, point);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
             let material = mesh.material_of[hit.triangle as usize];
-            let uv = || uv_at(mesh, hit.triangle, weights.map(|weight| weight.lane(0)));
+            let uv = || uv_at(mesh, hit.triangle, weights);
             let color: Vec3 = reflectance(scene, &scene.materials[usize::from(material)], uv);
             [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
             tile.model[cell] = hit.model;

@@ -8,7 +8,7 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
 use crate::shade::Surface;
-use crate::shade::surface::{Corners, reflectance, uv_at};
+use crate::shade::surface::{Corners, of_quadrics, reflectance, uv_at};
 use crate::trace::{HitPacket, NO_HIT};
 
 /// Eight hits. What is said of a lane without one means nothing.
@@ -93,6 +93,48 @@ impl<'a> Hits8<'a> {
         corners
     }
 
+    /// Puts the points of quadrics among eight hits, at their weights, into `points`.
+    #[inline(always)]
+    pub fn put_quadric_points(&self, frame: &FrameView, quadrics: u8, points: &mut Vec3x8) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        let at = |lane: usize| self.weights.map(|weight| weight.lane(lane));
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            points.set_lane(lane, quadric.point(piece, at(lane)))
+        });
+    }
+
+    /// Puts the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.
+    #[inline(always)]
+    pub fn put_quadric_normals(
+        &self,
+        frame: &FrameView,
+        quadrics: u8,
+        weights: [F32x8; 2],
+        mut normals: [&mut Vec3x8; 2],
+    ) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            let normal = quadric.normal(piece, weights.map(|weight| weight.lane(lane)));
+            normals.iter_mut().for_each(|normals| normals.set_lane(lane, normal));
+        });
+    }
+
+    /// Puts the weights of `points` on quadrics among eight hits into `weights`.
+    #[inline(always)]
+    pub fn put_quadric_weights(
+        &self,
+        frame: &FrameView,
+        quadrics: u8,
+        points: &Vec3x8,
+        weights: &mut [F32x8; 2],
+    ) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            let at = quadric.weights(piece, points.lane(lane));
+            weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
+        });
+    }
+
     /// Materials, and reflectances at the points with these barycentric `weights`.
     #[inline(always)]
     pub fn reflectances(&self, frame: &FrameView, weights: [F32x8; 2]) -> ([u16; LANES], Vec3x8) {
@@ -121,6 +163,9 @@ pub fn surfaces(
     let corners = hits.corners(frame);
     let (mut point, mut normal, mut geometric_normal) =
         (corners.point(hits.weights), corners.normal(hits.weights), corners.geometric_normal());
+    hits.put_quadric_points(frame, corners.quadrics(), &mut point);
+    let normals = [&mut normal, &mut geometric_normal];
+    hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
     place(frame, hits.models, [&mut point, &mut normal, &mut geometric_normal]);
     let (materials, reflectances) = hits.reflectances(frame, hits.weights);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {

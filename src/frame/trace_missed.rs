@@ -99,10 +99,13 @@ fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owne
     let met = Hits8::of(hits, from);
     let Hits8 { models, triangles, .. } = met;
     let corners = met.corners(frame);
-    let mut point = corners.point(met.weights);
+    let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
+    met.put_quadric_points(frame, quadrics, &mut point);
     put_on_ray(frame, [origin, direction], &met, &mut point);
-    let weights = corners.weights_at(point);
-    let (normal, geometric_normal) = (corners.normal(weights), corners.geometric_normal());
+    let mut weights = corners.weights_at(point);
+    met.put_quadric_weights(frame, quadrics, &point, &mut weights);
+    let (mut normal, mut geometric_normal) = (corners.normal(weights), corners.geometric_normal());
+    met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
     let behind = seen_from_behind(frame, geometric_normal, direction, models);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
@@ -164,7 +167,7 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
 /// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
 /// But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in single
 /// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
-/// double floats.
+/// double floats. So are quadrics that are much larger than their distance.
 #[inline(always)]
 fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
     let models = met.models;
@@ -179,7 +182,8 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
     for lane in set_bits(is_beside.bits()) {
         let (transform, mesh) = (frame.transform(models[lane]), met.mesh(frame, lane));
         let (origin, direction) = (origin.lane(lane), direction.lane(lane));
-        let exact = meet_exactly(transform, mesh, met.triangles[lane], origin, direction);
+        let (primitive, about) = ((mesh, met.triangles[lane]), point.lane(lane));
+        let exact = meet_exactly(transform, primitive, (origin, direction), about);
         if let Some(exact) = exact {
             point.set_lane(lane, exact);
         }

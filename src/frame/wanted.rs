@@ -5,10 +5,13 @@
 //! level before. A level is a chain of frames of its own: samples in it are reprojected, verified, lit and enhanced as
 //! any others, but in wanted cells only. Those that serve none stay as spare samples, and come back when they are wanted.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::cells::CellSet;
 use super::grid::Grid;
+use crate::samples::saved::CellMask;
 
 /// Pixels of the picture and of what is around it, yes or no.
 #[derive(Debug, Clone, Default)]
@@ -27,13 +30,13 @@ impl PixelFlags {
         Self { corner: [columns.start, rows.start], width: columns.len(), flags }
     }
 
-    /// Whether the pixel in this column and row is flagged. None is beyond those that there are.
-    fn has(&self, [x, y]: [i32; 2]) -> bool {
-        let [column, row] = [x - self.corner[0], y - self.corner[1]].map(|at| usize::try_from(at).ok());
-        let (Some(column), Some(row)) = (column.filter(|column| *column < self.width), row) else {
-            return false;
-        };
-        self.flags.get(row * self.width + column).copied().unwrap_or(false)
+    /// The flags of these columns in a row, as far as there are any; and how many columns are before the first.
+    fn of_row(&self, columns: &Range<i32>, y: i32) -> (usize, &[bool]) {
+        let row = usize::try_from(y - self.corner[1]).ok();
+        let row = row.and_then(|row| self.flags.chunks_exact(self.width.max(1)).nth(row)).unwrap_or(&[]);
+        let place = |x: i32| usize::try_from(x - self.corner[0]).unwrap_or(0).min(row.len());
+        let before = (self.corner[0] - columns.start).clamp(0, columns.len() as i32);
+        (before as usize, &row[place(columns.start)..place(columns.end)])
     }
 
     /// The rows of each row of tiles of `grid`, from the first on, each with how wide it is.
@@ -69,16 +72,28 @@ impl Wanted {
             let [columns, rows] = [0, 1].map(|axis| grid.axes[axis].tile(place[axis]));
             let mut cells = CellSet::default();
             for (y, row) in rows.zip(0..) {
-                for (x, column) in columns.clone().zip(0..) {
-                    if flags.has([x, y]) {
-                        let pixel = row * grid.tile_pixels as usize + column;
-                        grid.cells_of_pixel(pixel).iter().for_each(|cell| cells.insert(usize::from(*cell)));
-                    }
+                let (first, flags) = flags.of_row(&columns, y);
+                if !flags.contains(&true) {
+                    continue;
+                }
+                for (column, _) in (first..).zip(flags).filter(|(_, is_flagged)| **is_flagged) {
+                    let pixel = row * grid.tile_pixels as usize + column;
+                    grid.cells_of_pixel(pixel).iter().for_each(|cell| cells.insert(usize::from(*cell)));
                 }
             }
             cells
         };
         Self { tiles: (0..grid.tiles()).into_par_iter().map(of_tile).collect() }
+    }
+
+    /// As bits, for each tile those of its cells.
+    pub fn to_masks(&self) -> Vec<CellMask> {
+        self.tiles.iter().copied().map(CellSet::to_mask).collect()
+    }
+
+    /// What [`to_masks`](Self::to_masks) gave.
+    pub fn from_masks(masks: Vec<CellMask>) -> Self {
+        Self { tiles: masks.iter().map(CellSet::from_mask).collect() }
     }
 
     /// Those of tile number `number`.
@@ -112,7 +127,12 @@ mod tests {
         for [x, y] in flagged {
             flags.flags[y * flags.width + x] = true;
         }
-        assert!(!flags.has([70, 39]) && !flags.has([-1, 1]) && !flags.has([0, 40]), "beyond the rim");
+        let count = |columns: Range<i32>, y: i32| {
+            let (before, flags) = flags.of_row(&columns, y);
+            (before, flags.len(), flags.iter().filter(|is_flagged| **is_flagged).count())
+        };
+        assert_eq!([count(68..72, 39), count(-2..2, 0), count(-4..-1, 0)], [(0, 2, 1), (2, 2, 1), (3, 0, 0)]);
+        assert_eq!([count(0..9, 40), count(0..9, -1)], [(0, 0, 0); 2], "beyond the rim");
         let wanted = Wanted::of(&flags, &fine);
         let mut seen = Vec::new();
         for tile in 0..fine.tiles() {

@@ -10,6 +10,7 @@
 //! - [`contact_sheet`]: many of them in one picture
 //! - [`movie`]: all of them in one file, packed by FFmpeg
 //! - [`fingerprint`]: what a frame was made from, so that a later run knows whether to keep it
+//! - [`store_file`]: the samples of a frame, from which a later run goes on
 //! - [`false_color`]: colours for how far two pictures are apart
 //!
 //! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
@@ -24,6 +25,7 @@ pub mod path;
 pub mod picture;
 pub mod png;
 mod staged;
+pub mod store_file;
 
 pub use exr::write_exr;
 pub use fingerprint::Fingerprint;

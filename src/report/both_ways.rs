@@ -127,6 +127,7 @@ pub(crate) mod tests {
             eye: None,
             from_left: false,
             mode: "full",
+            cut: false,
             seconds: Seconds { total: 0.4, trace: 0.3, ..Seconds::default() },
             samples: SampleCounts { base: 100, ..SampleCounts::default() },
             rays: RayCounts { primary: 100, shadow: 100, ..RayCounts::default() },

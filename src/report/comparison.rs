@@ -100,6 +100,7 @@ pub(crate) mod tests {
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
+            base_place: Default::default(),
             layers: crate::layers::Layers::ALL,
             background: crate::settings::Backdrop::default(),
             audit: true,

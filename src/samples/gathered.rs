@@ -34,17 +34,17 @@ pub struct GatheredLight {
     /// Whether samples have seeds.
     is_seeded: bool,
     /// Paths of each sample.
-    paths: usize,
+    pub(super) paths: usize,
     /// Rays by which each sample finds out how open it is.
-    rays: usize,
+    pub(super) rays: usize,
     /// Sample by sample.
     of_paths: Vec<PathLight>,
     /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
-    means: Vec<PathLight>,
+    pub(super) means: Vec<PathLight>,
     /// How open each sample is.
-    openness: Vec<Openness>,
+    pub(super) openness: Vec<Openness>,
     /// Of each sample's random numbers.
-    seeds: Vec<SampleSeed>,
+    pub(super) seeds: Vec<SampleSeed>,
 }
 
 impl GatheredLight {
@@ -152,10 +152,21 @@ impl GatheredLight {
         F32x8::of(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
     }
 
-    /// Forgets how open those samples are whose number `is_doubtful`.
-    pub fn forget_openness(&mut self, is_doubtful: impl Fn(usize) -> bool) {
-        for (_, openness) in self.openness.iter_mut().enumerate().filter(|(number, _)| is_doubtful(*number)) {
-            *openness = Openness::UNKNOWN;
+    /// Forgets what those samples have found out whose number `is_doubtful`: what they have gathered, and how open they are.
+    pub fn forget(&mut self, is_doubtful: impl Fn(usize) -> bool) {
+        let samples = self.means.len().max(self.openness.len());
+        for sample in (0..samples).filter(|sample| is_doubtful(*sample)) {
+            self.forget_one(sample);
+        }
+    }
+
+    fn forget_one(&mut self, sample: usize) {
+        if self.is_some() {
+            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
+            self.means[sample] = PathLight::UNKNOWN;
+        }
+        if self.rays != 0 {
+            self.openness[sample] = Openness::UNKNOWN;
         }
     }
 
@@ -167,13 +178,7 @@ impl GatheredLight {
     /// Begins with a new sample, of which nothing is known.
     pub fn begin(&mut self, sample: usize, seed: SampleSeed) {
         self.seeds[sample] = seed;
-        if self.is_some() {
-            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
-            self.means[sample] = PathLight::UNKNOWN;
-        }
-        if self.rays != 0 {
-            self.openness[sample] = Openness::UNKNOWN;
-        }
+        self.forget_one(sample);
     }
 
     /// The seeds of eight samples, from `first` on, as words; 0 where they have none.
@@ -197,6 +202,13 @@ impl GatheredLight {
     /// The same of how open samples are.
     pub fn delay_openness(&mut self) -> u64 {
         self.openness.iter_mut().map(|openness| u64::from(delay(&mut openness.until))).sum()
+    }
+
+    /// Has everything hold until `changed` of what it did.
+    pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
+        let lights = self.of_paths.iter_mut().chain(&mut self.means).map(|light| &mut light.until);
+        let openness = self.openness.iter_mut().map(|openness| &mut openness.until);
+        lights.chain(openness).for_each(|until| *until = changed(*until));
     }
 
     /// Forgets what is known of all of them.
@@ -323,7 +335,7 @@ mod tests {
         assert_eq!(gathered, GatheredLight::unknown(&layout, 16));
         gathered.copy(2, &spares, 1);
         assert_eq!(gathered.openness(2), half);
-        spares.forget_openness(|number| number == 1);
+        spares.forget(|number| number == 1);
         assert_eq!(spares.openness(1), Openness::UNKNOWN);
         assert!(!gathered.is_some() && gathered.is_seeded());
         assert_eq!(GatheredLight::bytes_of_sample(&layout), 8);

@@ -12,6 +12,7 @@ mod gathered;
 mod octahedral;
 mod openness;
 mod pool;
+pub mod saved;
 mod spare;
 mod store;
 mod tag;
@@ -50,6 +51,10 @@ pub enum Status {
 }
 
 impl Status {
+    /// In the order of their numbers.
+    pub const ALL: [Self; 7] =
+        [Self::Outside, Self::Empty, Self::Base, Self::Good, Self::Overlapped, Self::Missed, Self::Obscured];
+
     /// Whether the sample came from the frame before.
     pub fn is_reused(self) -> bool {
         matches!(self, Status::Good | Status::Overlapped)

@@ -20,6 +20,16 @@ impl Octahedral {
         Self::fold_lanes(Vec3x8::splat(unit))[0]
     }
 
+    /// As a word.
+    pub fn to_bits(self) -> u32 {
+        self.0
+    }
+
+    /// What [`to_bits`](Self::to_bits) gave; any other word is some vector, too.
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// Folds eight vectors.
     #[inline(always)]
     pub fn fold_lanes(unit: Vec3x8) -> [Self; LANES] {

@@ -123,10 +123,10 @@ impl Spares {
         }
     }
 
-    /// Forgets how open those are that `is_doubtful` names.
-    pub fn forget_openness(&mut self, is_doubtful: impl Fn(&Spare) -> bool) {
+    /// Forgets what those have found out that `is_doubtful` names: see [`GatheredLight::forget`].
+    pub fn forget_answers(&mut self, is_doubtful: impl Fn(&Spare) -> bool) {
         let samples = &self.samples;
-        self.gathered.forget_openness(|number| is_doubtful(&samples[number]));
+        self.gathered.forget(|number| is_doubtful(&samples[number]));
     }
 
     /// Forgets what has been gathered.

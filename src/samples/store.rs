@@ -5,6 +5,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 use super::{GatheredLight, MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
+use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
 
@@ -80,6 +81,17 @@ impl Flags {
     /// These if `holds`, else none.
     pub fn when(self, holds: bool) -> Self {
         if holds { self } else { Self(0) }
+    }
+
+    /// To be saved.
+    pub fn to_bits(self) -> u16 {
+        self.0
+    }
+
+    /// What [`to_bits`](Self::to_bits) gave; none of other bits.
+    pub fn from_bits(bits: u16) -> Option<Self> {
+        let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
+        (bits & !all.0 == 0).then_some(Self(bits))
     }
 
     /// Whether all of `other` are set.
@@ -265,6 +277,12 @@ impl Tile {
     pub fn forget_gathered(&mut self) {
         self.gathered.forget_all();
         self.spares.forget_gathered();
+    }
+
+    /// Has all that samples have gathered hold until `changed` of what it did, spare samples' as well.
+    pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
+        self.gathered.change_validity(&changed);
+        self.spares.gathered.change_validity(&changed);
     }
 
     /// Where the sample is: see [`Tile::x`].

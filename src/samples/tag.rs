@@ -58,6 +58,17 @@ impl AreaTag {
     /// No point has been asked for.
     pub const UNKNOWN: Self = Self { lit: u16::MAX, by_dynamic: u16::MAX };
 
+    /// To be saved.
+    pub fn to_bytes(self) -> [u8; 4] {
+        let [[a, b], [c, d]] = [self.lit, self.by_dynamic].map(u16::to_le_bytes);
+        [a, b, c, d]
+    }
+
+    /// What [`to_bytes`](Self::to_bytes) gave.
+    pub fn from_bytes([a, b, c, d]: [u8; 4]) -> Self {
+        Self { lit: u16::from_le_bytes([a, b]), by_dynamic: u16::from_le_bytes([c, d]) }
+    }
+
     /// The tag of one point.
     #[inline]
     pub fn get(self, point: usize) -> Tag {
@@ -190,8 +201,8 @@ impl TagLayout {
 /// The tags of a tile's samples for all lights: a column for each light, one after the other.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tags {
-    single: Vec<Column<Tag>>,
-    area: Vec<Column<AreaTag>>,
+    pub(super) single: Vec<Column<Tag>>,
+    pub(super) area: Vec<Column<AreaTag>>,
 }
 
 impl Tags {

@@ -46,6 +46,8 @@ pub(crate) struct Assembly {
     materials: Vec<Material>,
     pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// By name, those of quadrics.
+    of_quadrics: HashMap<String, u16>,
     /// What was read so far, but for pictures.
     files: Vec<PathBuf>,
     /// Of their content.
@@ -136,6 +138,36 @@ impl Assembly {
         let index = u16::try_from(self.materials.len()).ok()?;
         self.materials.push(material);
         Some(index)
+    }
+
+    /// The material of quadrics that the `[[material]]` tables define under `name`, its index or what is wrong with it; without
+    /// a name the one that stands in for none.
+    pub fn material_named(&mut self, name: &str) -> Option<Result<u16, String>> {
+        if !name.is_empty() && !self.is_overridden(name) {
+            return None;
+        }
+        if let Some(known) = self.of_quadrics.get(name) {
+            return Some(Ok(*known));
+        }
+        let line = 1;
+        let shot = self.overrides.iter().find(|entry| entry.values.name == name);
+        let path = shot.map_or(PathBuf::new(), |entry| entry.path.clone());
+        let material = self.settle(&Named { name: name.to_string(), line }, None, &path);
+        Some(material.map_err(|why| why.to_string()).and_then(|material| {
+            let index = self.add_material(material).ok_or("there are too many materials")?;
+            self.of_quadrics.insert(name.to_string(), index);
+            Ok(index)
+        }))
+    }
+
+    /// A name like `name` among those that the `[[material]]` tables define, if there is one, as a question.
+    pub fn hint_at_material(&self, name: &str) -> String {
+        spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
+    }
+
+    /// Whether a material casts shadows.
+    pub fn casts_shadow(&self, material: u16) -> bool {
+        self.materials[usize::from(material)].casts_shadow()
     }
 
     /// The mesh of the OBJ file at `path`, in object space.
@@ -422,5 +454,6 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
         material_of,
         groups: Arc::new(groups),
         shadow_casting,
+        quadric: None,
     }
 }

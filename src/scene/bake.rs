@@ -22,6 +22,10 @@ impl Model {
 
 /// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
 fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
+    if let Some(quadric) = &mesh.quadric {
+        let mesh = Mesh::of_quadric(quadric.placed(map), mesh.material_of[0], mesh.shadow_casting > 0);
+        return are_within_reach(mesh.positions.as_slice()).then_some(mesh);
+    }
     let positions: Vec<[f32; 3]> = mesh
         .positions
         .as_slice()
@@ -47,6 +51,7 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         material_of: mesh.material_of.clone(),
         groups: mesh.groups.clone(),
         shadow_casting: mesh.shadow_casting,
+        quadric: None,
     })
 }
 
@@ -63,6 +68,7 @@ mod tests {
             uvs: Vec::new(),
             material_of: vec![0],
             groups: Default::default(),
+            quadric: None,
             shadow_casting: 1,
         }
     }

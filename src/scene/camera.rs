@@ -17,7 +17,7 @@ pub struct CameraTrack {
     pub fov: Track<f64>,
     /// What else there is to say of the lens.
     pub lens: Lens,
-    /// Frames at which the shot cuts: nothing is reused across one.
+    /// Frames at which the shot cuts, rising: nothing is reused across one.
     pub cuts: Vec<i32>,
 }
 

@@ -76,6 +76,7 @@ impl Floor {
             positions: Arc::new(VertexBuffer::new(positions)),
             material_of: vec![material; triangles.len()],
             groups: Arc::default(),
+            quadric: None,
             shadow_casting: triangles.len(),
             triangles: Arc::new(triangles),
             normals: Vec::new(),

@@ -73,6 +73,11 @@ impl Frames {
         frames
     }
 
+    /// The latest frame.
+    pub fn last(&self) -> i32 {
+        self.runs.iter().fold(i32::MIN, |last, run| last.max(run.last))
+    }
+
     /// The earliest frame.
     pub fn first(&self) -> i32 {
         self.runs[0].first

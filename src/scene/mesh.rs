@@ -1,4 +1,4 @@
-//! Triangles with what shading needs at their corners.
+//! Triangles with what shading needs at their corners, or a quadric.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -7,12 +7,15 @@ use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Quadric};
 
 /// Triangles that one thread looks at in one go.
 const BLOCK: usize = 1 << 14;
 
-/// A triangle mesh in object space.
+/// A triangle mesh in object space, or a quadric.
+///
+/// A quadric's pieces are numbered as triangles are. For each there is a stand-in among the triangles, which no ray meets: its
+/// corners span the box around the piece, so that whatever asks corners for boxes need not know quadrics.
 ///
 /// All per-vertex lists have either no entry or one a vertex.
 #[derive(Debug, Clone)]
@@ -31,6 +34,8 @@ pub struct Mesh {
     pub material_of: Vec<u16>,
     /// What the file calls parts of it.
     pub groups: Arc<Groups>,
+    /// What is seen instead of the triangles.
+    pub quadric: Option<Arc<Quadric>>,
 }
 
 /// Names of a mesh's triangles, as OBJ files give with `g` and `o`.
@@ -85,6 +90,25 @@ impl Groups {
 }
 
 impl Mesh {
+    /// A quadric of one material.
+    pub fn of_quadric(quadric: Quadric, material: u16, casts_shadow: bool) -> Self {
+        let count = quadric.count();
+        let corners = |piece| {
+            let Bounds { low, high } = quadric.bounds(piece);
+            [low, high, low.with_y(high.y)].map(|corner| corner.to_array())
+        };
+        Self {
+            positions: Arc::new(VertexBuffer::new((0..count).flat_map(corners).collect())),
+            triangles: Arc::new((0..count).map(|piece| [0, 1, 2].map(|corner| 3 * piece + corner)).collect()),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            shadow_casting: if casts_shadow { count as usize } else { 0 },
+            material_of: vec![material; count as usize],
+            groups: Arc::default(),
+            quadric: Some(Arc::new(quadric)),
+        }
+    }
+
     /// The smallest box around the vertices that triangles use, object space: stray ones must not make the model
     /// small.
     pub fn bounds(&self) -> (DVec3, DVec3) {

@@ -116,6 +116,11 @@ impl RenderSpace {
         *self == Self::OF_FILES
     }
 
+    /// Units of the files become so many.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// A point, converted from the space of the files.
     pub fn point(&self, point: DVec3) -> DVec3 {
         (point - self.origin) * self.scale

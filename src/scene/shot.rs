@@ -1,6 +1,7 @@
 //! A shot, and how it is made of a shot file (`.toml`) with all that it names.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,13 +15,13 @@ use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::shot_file::{
     AdaptiveTable, BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable,
-    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, StereoTable, Three,
+    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, StereoTable,
 };
 use super::shot_values::{file_of, optional_color};
-use super::toml_text::{At, List, TomlText};
+use super::toml_text::{At, List, Three, TomlText};
 use super::{
     Background, CameraTrack, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
-    shot_tracks,
+    shot_quadric, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::layers::Layers;
@@ -120,7 +121,7 @@ pub(super) fn from_text_with(
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
-    let camera = shot_tracks::camera(text, camera)?;
+    let camera = shot_tracks::camera(text, camera, &marked_cuts(text, &file.render)?)?;
     settings.stereo = file.stereo.as_ref().map(|table| stereo(text, table, &camera)).transpose()?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
@@ -154,7 +155,10 @@ pub(super) fn from_text_with(
     if file.occlusion.radius.is_none() {
         settings.occlusion_radius = usual_occlusion_radius(&at_first);
     }
-    let space = RenderSpace::fit_for(extent.with_camera(&camera));
+    let with_eye = extent.with_camera(&camera);
+    let space = RenderSpace::fit_for(with_eye);
+    let models =
+        models.into_iter().map(|model| shot_quadric::spread(model, &with_eye, &space, frames.first()));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
     if let Some(table) = &file.floor {
@@ -212,9 +216,12 @@ pub(super) fn from_text_with(
 /// A digest of what the file says, but for its title and settings.
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
+    let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
     for settings in ["title", "render", "stereo", "indirect", "occlusion", "output"] {
         tables.remove(settings);
     }
+    // of the settings, these alone are a part of what happens
+    tables.extend(cuts.map(|cuts| (String::from("cuts"), cuts)));
     // keys are in order
     Ok(Digest::of(tables.to_string().as_bytes()))
 }
@@ -267,6 +274,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
         mode: table.mode,
         reuse: table.reuse,
         base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
+        base_place: table.base_place,
         layers: layers(text, output)?,
         ..default
     };
@@ -330,6 +338,15 @@ fn stereo(text: TomlText<'_>, table: &At<StereoTable>, camera: &CameraTrack) -> 
         Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
         None => Ok(stereo),
     }
+}
+
+/// The frames that `cuts` lists.
+fn marked_cuts(text: TomlText<'_>, table: &RenderTable) -> Result<Vec<i32>, SceneError> {
+    let frame = |cut: &At<i64>| {
+        let frame = i32::try_from(*cut.get_ref());
+        frame.map_err(|_| text.bad("cuts", cut, "is not a frame's number: it must fit into 32 bits"))
+    };
+    table.cuts.iter().flatten().map(frame).collect()
 }
 
 fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option<f64>, SceneError> {
@@ -452,11 +469,39 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
 }
 
-fn model(text: TomlText<'_>, table: &ModelTable, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let path = assembly.path_read_before().map_or_else(|| file_of(text, "obj", &table.obj), Ok)?;
-    let (track, mesh) = (shot_tracks::model(text, table)?, assembly.mesh(&path)?);
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Model { name: table.name.clone().unwrap_or(stem), path, mesh, track })
+fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
+    let (track, span) = (shot_tracks::model(text, table)?, table.span());
+    let ModelTable { name, obj, quadric, .. } = table.get_ref();
+    let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
+        (None, Some(_), Some(quadric)) => {
+            let message = "`obj` and `quadric` exclude each other: write a [[model]] for each";
+            return Err(text.fault(quadric.span(), message));
+        }
+        (None, None, Some(quadric)) => {
+            let mesh = shot_quadric::of_table(text, quadric, assembly)?;
+            (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
+        }
+        (None, None, None) => {
+            let message = "the key `obj` is missing: a model is an OBJ file, or a `quadric`";
+            return Err(text.fault(span, message));
+        }
+        (before, obj, _) => {
+            let path = match (before, obj) {
+                (Some(path), _) => path,
+                (None, obj) => file_of(text, "obj", obj.as_ref().expect("all others are above"))?,
+            };
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            (path.clone(), assembly.mesh(&path)?, stem)
+        }
+    };
+    Ok(Model { name: name.clone().unwrap_or(own_name), path, mesh, track })
+}
+
+/// Where a shot file says what a model is.
+fn place_of(table: &At<ModelTable>) -> Range<usize> {
+    let ModelTable { obj, quadric, .. } = table.get_ref();
+    let of_quadric = || quadric.as_ref().map_or(table.span(), At::span);
+    obj.as_ref().map_or_else(of_quadric, At::span)
 }
 
 /// The floor in the space in which the shot is rendered; `extent`: of all models at the shot's first frame.
@@ -479,17 +524,17 @@ fn floor_model(
 /// The model in the space in which the shot is rendered.
 fn settled(
     text: TomlText<'_>,
-    table: &ModelTable,
+    table: &At<ModelTable>,
     model: Model,
     space: &RenderSpace,
 ) -> Result<Model, SceneError> {
     let model = Model { track: space.track(model.track), ..model };
-    model.settled().ok_or_else(|| text.fault(table.obj.span(), "the model is too far from all others"))
+    model.settled().ok_or_else(|| text.fault(place_of(table), "the model is too far from all others"))
 }
 
 /// Around all models as they stand at a frame, in the space of the files.
 fn extent_at(models: &[Model], bounds: &MeshBounds, frame: i32) -> Extent {
-    models.iter().fold(Extent::NONE, |all, model| {
+    models.iter().filter(|model| counts(models, model)).fold(Extent::NONE, |all, model| {
         all.with_model_at(bounds[&Arc::as_ptr(&model.mesh)], &model.track, frame.into())
     })
 }
@@ -505,10 +550,15 @@ fn bounds_of_meshes(models: &[Model]) -> MeshBounds {
     bounds
 }
 
+/// Whether a model counts for the size of the shot: planes have none, unless there is nothing else.
+fn counts(models: &[Model], model: &Model) -> bool {
+    !shot_quadric::is_endless(model) || models.iter().all(shot_quadric::is_endless)
+}
+
 /// Around all models, in the space of the files.
 fn extent(
     text: TomlText<'_>,
-    tables: &[ModelTable],
+    tables: &[At<ModelTable>],
     models: &[Model],
     bounds: &MeshBounds,
 ) -> Result<Extent, SceneError> {
@@ -517,9 +567,11 @@ fn extent(
         let bounds = bounds[&Arc::as_ptr(&model.mesh)];
         if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
             let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-            return Err(text.fault(table.obj.span(), message));
+            return Err(text.fault(place_of(table), message));
         }
-        all = all.with_model(bounds, &model.track);
+        if counts(models, model) {
+            all = all.with_model(bounds, &model.track);
+        }
     }
     Ok(all)
 }

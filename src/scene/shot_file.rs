@@ -12,16 +12,14 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde_json::{Value, json};
 
 use super::camera::Projection;
-use super::toml_text::{At, List};
+use super::quadric_table::QuadricTable;
+use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN,
-    MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+    Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
 };
-
-/// Linear RGB, or coordinates.
-pub(crate) type Three = At<List<f64, 3>>;
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
 pub fn schema() -> Value {
@@ -84,7 +82,7 @@ pub(crate) struct ShotFile {
     /// Each moves as a rigid whole
     #[serde(default)]
     #[schemars(length(min = 1))]
-    pub model: Vec<ModelTable>,
+    pub model: Vec<At<ModelTable>>,
     /// A level floor under the models
     pub floor: Option<At<FloorTable>>,
     /// Light sources
@@ -134,6 +132,11 @@ pub(crate) struct RenderTable {
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,
+    /// Which of so many frames is the base frame: those before it are inferred backwards in time
+    #[serde(default)]
+    pub base_place: BasePlace,
+    /// Frames at which a new take begins: the first frame of each
+    pub cuts: Option<Vec<At<i64>>>,
     /// When samples are reused
     #[serde(default)]
     pub mode: Mode,
@@ -334,11 +337,14 @@ pub(crate) struct CameraKey {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["quadric"]}]))]
 pub(crate) struct ModelTable {
-    /// For people; the OBJ's name without it
+    /// For people; the OBJ's name, or the type of the quadric, without it
     pub name: Option<String>,
     /// OBJ file, relative to the shot file
-    pub obj: At<String>,
+    pub obj: Option<At<String>>,
+    /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
+    pub quadric: Option<At<QuadricTable>>,
     /// Applied last [0, 0, 0]
     pub translate: Option<Three>,
     /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]

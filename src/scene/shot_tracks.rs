@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale, Three};
-use super::toml_text::{At, List, TomlText};
+use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale};
+use super::toml_text::{At, List, Three, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track, TransformTrack};
@@ -19,8 +19,12 @@ const FARTHEST_SHIFT: f64 = 100.0;
 /// Frames that are looked at one by one for values that curves overshoot.
 const MOST_FRAMES_LOOKED_AT: f64 = 100_000.0;
 
-/// The camera of a shot.
-pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<CameraTrack, SceneError> {
+/// The camera of a shot; `marked`: frames at which the shot says that it cuts.
+pub(crate) fn camera(
+    text: TomlText<'_>,
+    table: &At<CameraTable>,
+    marked: &[i32],
+) -> Result<CameraTrack, SceneError> {
     let keys = in_order(text, &table.get_ref().key, |key| &key.frame)?;
     let Some((_, first)) = keys.first() else {
         let message = "the camera has no keys: write one [[camera.key]] with frame, eye and target at least";
@@ -28,7 +32,7 @@ pub(crate) fn camera(text: TomlText<'_>, table: &At<CameraTable>) -> Result<Came
     };
     let by_target = first.get_ref().target.is_some();
     let interpolation = table.get_ref().interpolation;
-    let cuts = cuts(text, &keys)?;
+    let cuts = cuts(text, &keys, marked)?;
     let fov = fields_of_view(text, &keys)?;
     let is_orthographic = table.get_ref().projection == Projection::Orthographic;
     let height = if is_orthographic { Some(heights(text, &keys)?) } else { None };
@@ -99,8 +103,9 @@ fn eyes(
     keys.iter().map(place).collect()
 }
 
-fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<i32>, SceneError> {
-    let mut cuts = Vec::new();
+/// The frames at which the shot cuts, in order: those that keys begin, and those that are `marked`.
+fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> Result<Vec<i32>, SceneError> {
+    let mut cuts = marked.to_vec();
     for (frame, key) in keys.iter().filter(|(_, key)| key.get_ref().cut) {
         if frame.fract() != 0.0 {
             let message = format!("is {frame}: a cut falls on a whole frame");
@@ -108,6 +113,8 @@ fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<i32>, 
         }
         cuts.push(*frame as i32);
     }
+    cuts.sort_unstable();
+    cuts.dedup();
     Ok(cuts)
 }
 
@@ -198,7 +205,8 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
 }
 
 /// The motion of a model.
-pub(crate) fn model(text: TomlText<'_>, table: &ModelTable) -> Result<TransformTrack, SceneError> {
+pub(crate) fn model(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrack, SceneError> {
+    let (table, span) = (table.get_ref(), table.span());
     let keys = in_order(text, &table.key, |key| &key.frame)?;
     let vector = |key: &str, value: &Three| text.vector(key, value);
     let factor = |key: &str, value: &At<Scale>| scale(text, key, value);
@@ -217,7 +225,7 @@ pub(crate) fn model(text: TomlText<'_>, table: &ModelTable) -> Result<TransformT
     if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
         let message =
             format!("the scale of this model passes through zero before frame {frame}: keep it off zero");
-        return Err(text.fault(table.obj.span(), message));
+        return Err(text.fault(table.obj.as_ref().map_or(span, At::span), message));
     }
     Ok(track)
 }

@@ -6,8 +6,7 @@ use glam::Vec3;
 
 use super::SceneError;
 use super::paths::find_beside;
-use super::shot_file::Three;
-use super::toml_text::{At, TomlText};
+use super::toml_text::{At, Three, TomlText};
 
 /// The file that the key `key` names.
 pub(super) fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {

@@ -13,6 +13,9 @@ use toml::Spanned;
 
 use super::{SceneError, spelling};
 
+/// Linear RGB, or coordinates.
+pub(crate) type Three = At<List<f64, 3>>;
+
 /// A value that knows where in the text it stands.
 #[derive(Debug, Clone)]
 pub(crate) struct At<T>(Spanned<T>);

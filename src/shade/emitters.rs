@@ -6,7 +6,7 @@ use super::surface::corners_of;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 
-/// The triangles of a scene that emit light (`Ke`). Each is chosen in proportion to the light that it sends, and each place
+/// The triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its light. Each is chosen in proportion to the light that it sends, and each place
 /// on it as often as any other.
 ///
 /// Chances are those of the shot, not of a frame: a model that grows sends more light, and its triangles are chosen no more
@@ -20,6 +20,8 @@ pub struct Emitters {
     brightness: Vec<f32>,
     /// For each model: the probability that a unit of its area is chosen (object space), for each unit of brightness.
     chance: Vec<f32>,
+    /// Whether there are quadrics that emit.
+    quadrics: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +54,8 @@ impl Emitters {
             return Self::default();
         }
         let (mut triangles, mut weights) = (Vec::new(), Vec::new());
-        for (model, number) in scene.models.iter().zip(0..) {
+        let has_corners = |model: &Model| model.mesh.quadric.is_none();
+        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
             let growth = growth(model);
             for (triangle, material) in (0..).zip(&model.mesh.material_of) {
                 let brightness = f64::from(brightness[usize::from(*material)]);
@@ -74,13 +77,24 @@ impl Emitters {
             (sum / total) as f32
         });
         let cumulative = cumulative.collect();
-        let chance = scene.models.iter().map(|model| (growth(model) / total) as f32).collect();
-        Self { triangles, cumulative, brightness, chance }
+        let emits = |model: &Model| {
+            model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
+        };
+        let quadrics = scene.models.iter().any(|model| !has_corners(model) && emits(model));
+        let chance_of =
+            |model: &Model| if has_corners(model) && total > 0.0 { growth(model) / total } else { 0.0 };
+        let chance = scene.models.iter().map(|model| chance_of(model) as f32).collect();
+        Self { triangles, cumulative, brightness, chance, quadrics }
     }
 
-    /// Whether there are none.
+    /// Whether nothing emits.
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.triangles.is_empty() && !self.quadrics
+    }
+
+    /// Whether there are places to be asked.
+    pub fn are_asked(&self) -> bool {
+        !self.triangles.is_empty()
     }
 
     /// Whether a surface of `material` is among them, if it has an area.

@@ -71,6 +71,11 @@ impl SampleSeed {
         self.0
     }
 
+    /// What [`to_bits`](Self::to_bits) gave; any other word is some seed, too.
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// Of sample `number` of pixel number `pixel`, as seen from `view` and of a model in `pose`: hashes that change when camera
     /// or model move. So frames from one view have one noise, and what comes into view pixel by pixel does not repeat that of
     /// the pixel before.

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::animation::Transform;
+use crate::geometry::Quadric;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::scene::{Material, Mesh, Scene};
 
@@ -14,7 +15,7 @@ pub struct Surface {
     pub point: Vec3,
     /// Interpolated from the corners where the mesh has normals.
     pub normal: Vec3,
-    /// Of the triangle itself.
+    /// Of the triangle itself; of a quadric the same as `normal`.
     pub geometric_normal: Vec3,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
     /// [`Material::painted`].
@@ -34,6 +35,8 @@ pub struct Corners {
     /// At the three corners, for those whose mesh has some.
     normals: [Vec3x8; 3],
     is_smooth: Mask,
+    /// Lanes that hold the piece of a quadric instead: whoever asks for surfaces puts them there by [`of_quadrics`].
+    quadrics: u8,
 }
 
 impl Corners {
@@ -44,11 +47,16 @@ impl Corners {
         third: Vec3x8 { x: F32x8::ZERO, y: F32x8::ONE, z: F32x8::ZERO },
         normals: [Vec3x8::ZERO; 3],
         is_smooth: Mask::NONE,
+        quadrics: 0,
     };
 
     /// Puts `triangle` of `mesh` into a lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, mesh: &Mesh, triangle: u32) {
+        if mesh.quadric.is_some() {
+            self.quadrics |= 1 << lane;
+            return;
+        }
         let corners = mesh.triangles[triangle as usize].map(|corner| corner as usize);
         let positions = mesh.positions.as_slice();
         let [a, b, c] = corners.map(|corner| Vec3::from_array(positions[corner]));
@@ -75,7 +83,14 @@ impl Corners {
             third: all(one.third),
             normals: one.normals.map(all),
             is_smooth: if one.is_smooth.lane(0) { Mask::ALL } else { Mask::NONE },
+            quadrics: if one.quadrics != 0 { u8::MAX } else { 0 },
         }
+    }
+
+    /// The lanes that hold pieces of quadrics.
+    #[inline(always)]
+    pub fn quadrics(&self) -> u8 {
+        self.quadrics
     }
 
     /// The points with these barycentric weights of the second and third corner.
@@ -149,12 +164,68 @@ impl Corners {
     }
 }
 
+/// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of`: the mesh and the primitive
+/// of a lane.
+#[inline(always)]
+pub fn of_quadrics<'a>(
+    quadrics: u8,
+    of: impl Fn(usize) -> (&'a Mesh, u32),
+    mut put: impl FnMut(usize, &Quadric, u32),
+) {
+    if quadrics == 0 {
+        return;
+    }
+    for lane in (0..LANES).filter(|lane| quadrics >> lane & 1 != 0) {
+        let (mesh, piece) = of(lane);
+        if let Some(quadric) = &mesh.quadric {
+            put(lane, quadric, piece);
+        }
+    }
+}
+
+/// What a mesh has at a point of one of its primitives, object space.
+#[derive(Debug, Clone, Copy)]
+pub struct There {
+    /// See [`Corners::weights_at`].
+    pub weights: [f32; 2],
+    /// For shading; unit length.
+    pub normal: Vec3,
+    /// Of the triangle itself; unit length.
+    pub geometric_normal: Vec3,
+    /// How far the point is from the primitive.
+    pub distance: f64,
+}
+
+impl There {
+    /// At `point` of `triangle`, or the piece of that number, of `mesh`.
+    pub fn at(mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
+        if let Some(quadric) = &mesh.quadric {
+            let weights = quadric.weights(triangle, point);
+            let normal = quadric.normal(triangle, weights);
+            let distance = quadric.distance(triangle, point);
+            return Self { weights, normal, geometric_normal: normal, distance };
+        }
+        let corners = Corners::all(mesh, triangle);
+        let weights = corners.weights_at(Vec3x8::splat(point));
+        let exact = point.as_dvec3();
+        Self {
+            weights: weights.map(|weight| weight.lane(0)),
+            normal: corners.normal(weights).lane(0),
+            geometric_normal: corners.geometric_normal().lane(0),
+            distance: nearest_point(corners_of(mesh, triangle), exact).distance(exact),
+        }
+    }
+}
+
 /// Squared lengths below this are too inexact to divide by.
 const LEAST_SQUARE: f32 = 1e-30;
 
 /// Texture coordinates of `triangle` of `mesh` at weights `u`, `v`; zero where the mesh has none.
 #[inline]
 pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
+    if let Some(quadric) = &mesh.quadric {
+        return quadric.uv(triangle, [u, v]);
+    }
     let [a, b, c] = mesh.triangles[triangle as usize].map(|corner| corner as usize);
     match mesh.uvs.as_slice() {
         [] => Vec2::ZERO,
@@ -163,13 +234,13 @@ pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
 }
 
 /// Where the ray from `eye` along `direction` (world space) meets the plane of `triangle`, moved into the
-/// triangle (object space), all computed in double floats. `None` for triangles without an area.
+/// triangle (object space), all computed in double floats. `None` for triangles without an area. Of the places where it
+/// meets the piece of a quadric, that nearest to `about` (object space).
 pub fn meet_exactly(
     transform: &Transform,
-    mesh: &Mesh,
-    triangle: u32,
-    eye: Vec3,
-    direction: Vec3,
+    (mesh, triangle): (&Mesh, u32),
+    (eye, direction): (Vec3, Vec3),
+    about: Vec3,
 ) -> Option<Vec3> {
     let (origin, along) = match transform.is_identity {
         true => (eye, direction),
@@ -179,6 +250,9 @@ pub fn meet_exactly(
         }
     };
     let (origin, along) = (origin.as_dvec3(), along.as_dvec3());
+    if let Some(quadric) = &mesh.quadric {
+        return Some(quadric.meet_line(triangle, origin, along, about));
+    }
     let [a, b, c] = corners_of(mesh, triangle);
     let plane = (b - a).cross(c - a);
     if plane == DVec3::ZERO {
@@ -190,7 +264,7 @@ pub fn meet_exactly(
     Some(nearest_point([a, b, c], met).as_vec3())
 }
 
-/// The corners of `triangle` of `mesh`, object space.
+/// The corners of `triangle` of `mesh`, object space; of a quadric's piece those of its stand-in.
 pub fn corners_of(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
     let positions = mesh.positions.as_slice();
     mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]).as_dvec3())

@@ -39,7 +39,7 @@ pub struct RayPacket {
     pub near: [f32; LANES],
     /// Greatest t.
     pub far: [f32; LANES],
-    /// For [`Purpose::Sight`](super::Purpose::Sight): the model of the sample at the ray's end, or
+    /// For [`Purpose::Sight`](super::Purpose::Sight): the model of the sample at the ray's end, at t = 1, or
     /// [`NO_HIT`].
     pub own_model: [u32; LANES],
     /// And its triangle.
@@ -153,7 +153,8 @@ impl RayBatch {
         self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);
     }
 
-    /// Adds a ray that ends in a sample on `triangle` of `model`, which never blocks it.
+    /// Adds a ray that ends in a sample on `triangle` of `model`, at t = 1. A triangle never blocks it; a quadric's piece may
+    /// hide its own sample.
     #[inline(always)]
     pub fn push_to_sample(
         &mut self,

@@ -4,6 +4,8 @@
 //! put them there), built once. *Movable* holds an instance of each model that moves
 //! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances.
 //!
+//! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`]).
+//!
 //! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
 //! this order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads
 //! to its [`Part`]; in *movable* the instance's id leads to the model and the geometry's to its part.
@@ -18,6 +20,7 @@
 //! and nothing else, and shadow rays are asked of these.
 
 mod one_by_one;
+mod pieces;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -35,6 +38,7 @@ use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
+use pieces::Pieces;
 
 /// Bits of rays and of what they meet. Instances carry one of the first two, geometries one of the others.
 mod mask {
@@ -235,6 +239,12 @@ type Half = (usize, (Geometry, u32));
 /// The geometries of `mesh` that have triangles.
 fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> {
     let (all, split) = (&mesh.triangles, mesh.shadow_casting);
+    if let Some(quadric) = &mesh.quadric {
+        let (half, mask) =
+            if split > 0 { (CASTS_SHADOW, mask::CASTS_SHADOW) } else { (1 - CASTS_SHADOW, mask::CLEAR) };
+        let pieces = Arc::new(Pieces(Arc::clone(quadric)));
+        return Ok(vec![(half, (Geometry::primitives(device, pieces, mask)?, 0))]);
+    }
     let ranges = [(0..split, mask::CASTS_SHADOW), (split..all.len(), mask::CLEAR)];
     let mut halves = Vec::new();
     for (half, (range, mask)) in ranges.into_iter().enumerate() {

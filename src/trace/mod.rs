@@ -42,7 +42,8 @@ pub enum SceneSubset {
 /// What a segment is for: it decides what blocks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// From the eye to a sample. Everything blocks but the sample's own primitive.
+    /// From the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or that place of a
+    /// quadric's piece.
     Sight,
     /// From a sample to a light. What casts a shadow blocks (see
     /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)).

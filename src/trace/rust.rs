@@ -9,6 +9,7 @@
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
+//! - [`quadrics`]: those, each ray by itself;
 //! - [`search`]: the two questions, for beams and for single rays;
 //! - [`lanes`]: eight floats at once, with AVX2 where the processor has it.
 //!
@@ -25,6 +26,7 @@
 
 mod beam;
 mod lanes;
+mod quadrics;
 mod rays;
 mod search;
 mod tree;
@@ -33,25 +35,21 @@ mod triangles;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 
 use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
-use crate::animation::Transform;
 use crate::pose::Pose;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
 use lanes::{F32x8, Work, dispatch};
-use rays::{Pace, Rays};
+use quadrics::{Quadrics, Standing};
+use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
 use tree::{Box3, Tree};
 use triangles::{OF_INSTANCE, Triangles};
-
-/// Of the largest coordinate of an instance's box: how much the box is widened for the rounding of the
-/// model's matrix.
-const BOX_SLACK: f32 = 4e-6;
 
 /// Fewer rays than this that go one way go one by one.
 const LEAST_BEAM: u32 = 3;
@@ -70,14 +68,16 @@ struct Trees {
     meshes: Vec<Triangles>,
     /// The models that move, and which of `meshes` each has.
     movable: Vec<(u32, usize)>,
+    quadrics: Quadrics,
 }
 
 impl RustBackend {
     /// Builds all trees, on rayon's threads.
     pub fn new(scene: &Scene) -> Self {
+        let casters = || Trees::new(scene, |mesh| mesh.shadow_casting, Quadrics::new(scene, true));
         Self {
-            all: Trees::new(scene, |mesh| mesh.triangles.len()),
-            casters: has_many_clear(scene).then(|| Trees::new(scene, |mesh| mesh.shadow_casting)),
+            all: Trees::new(scene, |mesh| mesh.triangles.len(), Quadrics::new(scene, false)),
+            casters: has_many_clear(scene).then(casters),
         }
     }
 
@@ -89,11 +89,12 @@ impl RustBackend {
 }
 
 impl Trees {
-    /// Of the first triangles of each mesh, as many as `count` says.
-    fn new(scene: &Scene, count: fn(&Mesh) -> usize) -> Self {
+    /// Of the first triangles of each mesh, as many as `count` says, and of `quadrics`.
+    fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = HashMap::new();
-        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| count(&model.mesh) > 0) {
+        let has_triangles = |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0;
+        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() {
                 still.push((number as u32, &*model.mesh));
             } else {
@@ -105,7 +106,7 @@ impl Trees {
                 movable.push((number as u32, at));
             }
         }
-        Self { still: Triangles::new(&still, count), meshes, movable }
+        Self { still: Triangles::new(&still, count), meshes, movable, quadrics }
     }
 
     /// As they stand in one frame.
@@ -119,10 +120,11 @@ impl Trees {
             })
             .collect();
         let boxes: Vec<Box3> = (instances.iter())
-            .map(|instance| box_of(&instance.triangles.tree.bounds, &pose.models[instance.model as usize]))
+            .map(|instance| instance.triangles.tree.bounds.placed(&pose.models[instance.model as usize]))
             .collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
-        OpenTrees { still: &self.still, instances, above }
+        let (still_quadrics, quadrics) = (self.quadrics.still(), self.quadrics.open(pose, moved));
+        OpenTrees { still: &self.still, instances, above, still_quadrics, quadrics }
     }
 }
 
@@ -142,16 +144,6 @@ struct Instance<'a> {
     to_object: Affine3A,
 }
 
-/// The box around `bounds` in world space.
-fn box_of(bounds: &Box3, transform: &Transform) -> Box3 {
-    let corners = bounds.corners().map(|corner| transform.point(Vec3::from(corner)).to_array());
-    let mut around = Box3::around(corners);
-    let largest = corners.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
-    around.low = around.low.map(|low| low - largest * BOX_SLACK);
-    around.high = around.high.map(|high| high + largest * BOX_SLACK);
-    around
-}
-
 /// All trees, as they stand in one frame.
 struct RustTracer<'a> {
     all: OpenTrees<'a>,
@@ -164,6 +156,9 @@ struct OpenTrees<'a> {
     instances: Vec<Instance<'a>>,
     /// Above the instances; its leaves are their numbers.
     above: Tree,
+    still_quadrics: &'a Standing,
+    /// Those that move.
+    quadrics: Standing,
 }
 
 impl Tracer for RustTracer<'_> {
@@ -184,7 +179,7 @@ impl Tracer for RustTracer<'_> {
             (Some(casters), Purpose::Shadow) => casters,
             _ => &self.all,
         };
-        if by == Occluders::Still || !trees.instances.is_empty() {
+        if by == Occluders::Still || !trees.instances.is_empty() || !trees.quadrics.is_empty() {
             dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
         }
     }
@@ -224,6 +219,12 @@ impl Work for FindClosest<'_> {
             closest_of(lanes, self.trees.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
             if self.among == SceneSubset::All && !self.trees.instances.is_empty() {
                 self.trees.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
+            }
+            if !self.trees.still_quadrics.is_empty() {
+                self.trees.still_quadrics.closest(lanes, &rays, used, best, &mut stack);
+            }
+            if self.among == SceneSubset::All && !self.trees.quadrics.is_empty() {
+                self.trees.quadrics.closest(lanes, &rays, used, best, &mut stack);
             }
         }
     }
@@ -277,20 +278,31 @@ impl Work for FindBlocked<'_> {
             let exempt = Exempt { clear: self.purpose == Purpose::Shadow, own };
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
-            if self.by == Occluders::Still {
-                block(lanes, self.trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
-            } else {
-                let moved_alone = self.by == Occluders::Moved;
-                self.trees.block_by_instances(
-                    lanes,
-                    moved_alone,
-                    &rays,
-                    open,
-                    coherence,
-                    exempt,
-                    &mut far,
-                    stack,
-                );
+            let moved_alone = self.by == Occluders::Moved;
+            let quadrics = match self.by {
+                Occluders::Still => {
+                    let still = self.trees.still;
+                    block(lanes, still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
+                    self.trees.still_quadrics
+                }
+                Occluders::Movable | Occluders::Moved => {
+                    if !self.trees.instances.is_empty() {
+                        self.trees.block_by_instances(
+                            lanes,
+                            moved_alone,
+                            &rays,
+                            open,
+                            coherence,
+                            exempt,
+                            &mut far,
+                            stack,
+                        );
+                    }
+                    &self.trees.quadrics
+                }
+            };
+            if !quadrics.is_empty() {
+                quadrics.block(lanes, moved_alone, &rays, open, exempt, &mut far, stack);
             }
             *blocked |= open & !open_lanes(&far);
         }
@@ -326,22 +338,6 @@ fn block<L: F32x8>(
             beam &= beam - 1;
         }
     }
-}
-
-/// The first of `lanes`, which are not none.
-#[inline(always)]
-fn first_of(lanes: u16) -> usize {
-    lanes.trailing_zeros() as usize % LANES
-}
-
-/// The rays that are not blocked.
-#[inline(always)]
-fn open_lanes(far: &[f32; LANES]) -> u16 {
-    let mut open = 0;
-    for (lane, far) in far.iter().enumerate() {
-        open |= u16::from(*far != f32::NEG_INFINITY) << lane;
-    }
-    open
 }
 
 impl OpenTrees<'_> {

@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
+use afterimage::geometry::Quadric;
+use afterimage::geometry::quadric::Shape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::{
@@ -14,7 +16,7 @@ use afterimage::scene::{
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// A track through `keys`.
 pub fn keys<T: afterimage::animation::Keyed>(keys: &[(f64, T)]) -> Track<T> {
@@ -31,6 +33,7 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
         uvs: vec![Vec2::ZERO; corners.len()],
         material_of: vec![material; triangles.len()],
         groups: Default::default(),
+        quadric: None,
     }
 }
 
@@ -58,6 +61,42 @@ pub fn still(name: &str, mesh: Mesh, at: Vec3) -> Model {
 /// `mesh`, at the places that `track` says.
 pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
     Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track }
+}
+
+/// A quadric that never moves, in world space: as the loader leaves it.
+pub fn still_quadric(
+    name: &str,
+    quadric: &Quadric,
+    material: u16,
+    casts_shadow: bool,
+    at: DAffine3,
+) -> Model {
+    let mesh = Mesh::of_quadric(quadric.placed(at), material, casts_shadow);
+    Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track: TransformTrack::identity() }
+}
+
+/// A quadric at the places that `track` says.
+pub fn moving_quadric(name: &str, quadric: &Quadric, material: u16, track: TransformTrack) -> Model {
+    moving(name, Mesh::of_quadric(quadric.clone(), material, true), track)
+}
+
+/// Of radius 1, about the origin.
+pub fn sphere() -> Quadric {
+    Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false)
+}
+
+/// One of each shape but the plane, some closed and some open, each about 2 high.
+pub fn quadrics() -> Vec<Quadric> {
+    vec![
+        Quadric::new(Shape::Ellipsoid { radii: DVec3::new(1.0, 1.2, 0.8) }, false),
+        Quadric::new(Shape::Cylinder { radius: 0.8, height: 1.6 }, false),
+        Quadric::new(Shape::Cylinder { radius: 0.8, height: 1.4 }, true),
+        Quadric::new(Shape::Cone { radius: 0.9, top: 0.0, height: 1.8 }, false),
+        Quadric::new(Shape::Cone { radius: 0.5, top: 0.9, height: 1.5 }, true),
+        Quadric::new(Shape::Paraboloid { radius: 0.9, height: 1.5 }, true),
+        Quadric::new(Shape::Waisted { radius: 0.9, waist: 0.4, height: 1.6 }, false),
+        Quadric::new(Shape::Parted { radius: 1.0, gap: 0.3, height: 1.8 }, false),
+    ]
 }
 
 /// From `eye` to `target`, 60 degrees from top to bottom.

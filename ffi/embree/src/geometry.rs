@@ -1,7 +1,8 @@
-//! Triangle meshes, and the handle that owns an Embree geometry.
+//! Triangle meshes and other primitives, and the handle that owns an Embree geometry.
 
 use crate::device::Device;
 use crate::error::Error;
+use crate::primitives::{Callbacks, Primitives};
 use crate::scene::BuildQuality;
 use embree4_sys as sys;
 use std::sync::Arc;
@@ -27,14 +28,19 @@ impl VertexBuffer {
     }
 }
 
-/// A triangle mesh that scenes can hold: checked indices over shared buffers, which live as long as any
-/// clone of the geometry and any scene it is attached to. Attaching copies no buffer.
+/// What scenes can hold: a triangle mesh (checked indices over shared buffers), or other [`Primitives`]. Either lives as
+/// long as any clone of the geometry and any scene it is attached to. Attaching copies no buffer.
 #[derive(Clone, Debug)]
 pub struct Geometry {
     device: Device,
-    vertices: Arc<VertexBuffer>,
-    indices: Arc<Vec<[u32; 3]>>,
+    kind: Kind,
     mask: u32,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Triangles { vertices: Arc<VertexBuffer>, indices: Arc<Vec<[u32; 3]>> },
+    Primitives(Arc<dyn Primitives>),
 }
 
 impl Geometry {
@@ -67,17 +73,19 @@ impl Geometry {
         if indices.len() >= u32::MAX as usize {
             return Err(Error::invalid_argument("a mesh has 2^32 - 2 triangles at most"));
         }
-        Ok(Self { device: device.clone(), vertices, indices, mask })
+        Ok(Self { device: device.clone(), kind: Kind::Triangles { vertices, indices }, mask })
     }
 
-    /// The vertices it shares, in object space.
-    pub fn vertices(&self) -> &Arc<VertexBuffer> {
-        &self.vertices
-    }
-
-    /// The corners of its triangles.
-    pub fn indices(&self) -> &Arc<Vec<[u32; 3]>> {
-        &self.indices
+    /// Primitives of another kind; number `i` of them is primitive `i` of a hit. Masks as in
+    /// [`triangles`](Self::triangles).
+    ///
+    /// # Errors
+    /// [`InvalidArgument`](crate::ErrorCode::InvalidArgument) if there are 2^32 - 1 or more.
+    pub fn primitives(device: &Device, primitives: Arc<dyn Primitives>, mask: u32) -> Result<Self, Error> {
+        if primitives.count() == u32::MAX {
+            return Err(Error::invalid_argument("a geometry has 2^32 - 2 primitives at most"));
+        }
+        Ok(Self { device: device.clone(), kind: Kind::Primitives(primitives), mask })
     }
 
     pub(crate) fn device(&self) -> &Device {
@@ -92,7 +100,26 @@ impl Geometry {
     /// another that is being traced. A scene of low quality is a tree for each mesh, built as the mesh says, and one
     /// above them; in others the mesh's quality counts for nothing.
     pub(crate) fn instantiate(&self, quality: BuildQuality) -> Result<MeshHandle, Error> {
-        let mut handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+        let (mut handle, callbacks) = match &self.kind {
+            Kind::Triangles { vertices, indices } => (self.share(vertices, indices)?, None),
+            Kind::Primitives(primitives) => {
+                let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_USER)?;
+                let callbacks = Callbacks::new(Arc::clone(primitives));
+                // SAFETY: the geometry is live and of the type for callbacks, and `MeshHandle` keeps them longer.
+                unsafe { callbacks.set(handle.raw) };
+                (handle, Some(callbacks))
+            }
+        };
+        // SAFETY: the geometry is live.
+        unsafe { sys::rtcSetGeometryBuildQuality(handle.raw, quality.raw()) };
+        handle.set_mask(self.mask);
+        handle.commit();
+        self.device.take_error()?;
+        Ok(MeshHandle { handle, _callbacks: callbacks, _geometry: self.clone() })
+    }
+
+    fn share(&self, vertices: &VertexBuffer, indices: &[[u32; 3]]) -> Result<Handle, Error> {
+        let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
         // SAFETY: the geometry is live. Both buffers have the stated format, stride and count, and `MeshHandle`
         // keeps them alive and unchanged until the geometry is gone; behind the last vertex are 12 more bytes.
         unsafe {
@@ -101,36 +128,32 @@ impl Geometry {
                 sys::RTC_BUFFER_TYPE_VERTEX,
                 0,
                 sys::RTC_FORMAT_FLOAT3,
-                self.vertices.padded.as_ptr().cast(),
+                vertices.padded.as_ptr().cast(),
                 0,
                 size_of::<[f32; 3]>(),
-                self.vertices.as_slice().len(),
+                vertices.as_slice().len(),
             );
             sys::rtcSetSharedGeometryBuffer(
                 handle.raw,
                 sys::RTC_BUFFER_TYPE_INDEX,
                 0,
                 sys::RTC_FORMAT_UINT3,
-                self.indices.as_ptr().cast(),
+                indices.as_ptr().cast(),
                 0,
                 size_of::<[u32; 3]>(),
-                self.indices.len(),
+                indices.len(),
             );
         }
-        // SAFETY: the geometry is live.
-        unsafe { sys::rtcSetGeometryBuildQuality(handle.raw, quality.raw()) };
-        handle.set_mask(self.mask);
-        handle.commit();
-        self.device.take_error()?;
-        Ok(MeshHandle { handle, _mesh: self.clone() })
+        Ok(handle)
     }
 }
 
-/// An Embree geometry and the buffers it reads. Field order: the geometry goes first.
+/// An Embree geometry and what it reads. Field order: the geometry goes first.
 #[derive(Debug)]
 pub(crate) struct MeshHandle {
     pub(crate) handle: Handle,
-    _mesh: Geometry,
+    _callbacks: Option<Callbacks>,
+    _geometry: Geometry,
 }
 
 /// Owns one reference to an Embree geometry.

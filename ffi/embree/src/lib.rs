@@ -88,6 +88,7 @@ mod device;
 mod error;
 mod geometry;
 mod packet;
+mod primitives;
 mod query;
 mod scene;
 
@@ -95,5 +96,6 @@ pub use device::Device;
 pub use error::{Error, ErrorCode};
 pub use geometry::{Geometry, VertexBuffer};
 pub use packet::{Hit, INVALID, PacketWidth, PrimId, Ray, RayHit, Valid};
+pub use primitives::{PrimitiveHit, Primitives};
 pub use query::{Bounds, Coherence, Committed, OneHit, Segment};
 pub use scene::{BuildQuality, FrozenScene, GeometryId, Scene};

@@ -1,6 +1,7 @@
 //! Tracing: the queries of a scene that is committed, and nothing that could change it.
 
 use crate::packet::{INVALID, PrimId, Ray, RayHit, Valid};
+use crate::primitives::{self, RaysN};
 use embree4_sys as sys;
 use std::ffi::c_void;
 use std::marker::PhantomData;
@@ -128,7 +129,8 @@ impl Committed<'_> {
 
     /// As [`occluded`](Self::occluded), except that a ray, known by its lane, passes those primitives for which
     /// `passes` holds. So a segment that passes the surface it belongs to may end on that very surface, and no
-    /// occluder close to it is missed.
+    /// occluder close to it is missed. Of other [`Primitives`](crate::Primitives) it passes the place that it ends in, and
+    /// nothing else: these may hide themselves.
     ///
     /// Overwrites `packet.id`. A panic of `passes` ends the program.
     #[inline]
@@ -146,8 +148,9 @@ impl Committed<'_> {
         arguments.flags = coherence.flag() | sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
         arguments.context = (&raw mut context).cast();
         arguments.filter = Some(let_pass::<F>);
-        // SAFETY: the context begins with Embree's part and outlives the call; the filter gets this context, and
-        // is made for its type.
+        arguments.occluded = Some(occlude_past::<F>);
+        // SAFETY: the context begins with Embree's part and outlives the call; filter and callback get this context, and
+        // are made for its type.
         unsafe { self.ask_occluded(valid, packet, &mut arguments) };
     }
 
@@ -248,7 +251,7 @@ const fn is_width(lanes: usize) -> bool {
     matches!(lanes, 4 | 8 | 16)
 }
 
-/// What [`let_pass`] is told, behind what Embree itself needs.
+/// What [`let_pass`] and [`occlude_past`] are told, behind what Embree itself needs.
 #[repr(C)]
 struct PassContext<'a, F> {
     embrees: sys::RTCRayQueryContext,
@@ -287,4 +290,25 @@ unsafe extern "C" fn let_pass<F: Fn(usize, PrimId) -> bool>(
             }
         }
     }
+}
+
+/// Occlusion by primitives that are no triangles, which Embree asks no filter about: see
+/// [`Committed::occluded_past`].
+///
+/// # Safety
+/// Embree calls this from `occluded_past` alone, with a [`PassContext`] of the same `F` as context, and for geometries
+/// that [`primitives::Callbacks`] made.
+unsafe extern "C" fn occlude_past<F: Fn(usize, PrimId) -> bool>(
+    arguments: *const sys::RTCOccludedFunctionNArguments,
+) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract; the context lives on the stack of the caller.
+    let context = unsafe { &*arguments.context.cast::<PassContext<'_, F>>() };
+    // SAFETY: Embree has put the instance that it is in into the context that it was given.
+    let inst_id = unsafe { (*arguments.context).instID[0] };
+    let met = PrimId { geom_id: arguments.geomID, prim_id: arguments.primID, inst_id };
+    let ends_here = |rays: &RaysN, lane: usize| (context.passes)(rays.id(lane) as usize, met);
+    // SAFETY: as Embree has passed them.
+    unsafe { primitives::occlude(arguments, ends_here) };
 }

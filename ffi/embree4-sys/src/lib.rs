@@ -31,15 +31,35 @@ use std::ptr;
 /// The id that means "no geometry", "no instance" or "no hit".
 pub const RTC_INVALID_GEOMETRY_ID: u32 = u32::MAX;
 
-// A filter gets its rays and hits as rows of N values each; value `i` of a row stands at `row * N + i`.
+// A callback gets its rays and hits as rows of N values each; value `i` of a row stands at `row * N + i`.
+/// The row of `RTCRayN_org_x`; y and z follow.
+pub const RTC_RAY_N_ORG_ROW: usize = 0;
+/// The row of `RTCRayN_tnear`.
+pub const RTC_RAY_N_TNEAR_ROW: usize = 3;
+/// The row of `RTCRayN_dir_x`; y and z follow.
+pub const RTC_RAY_N_DIR_ROW: usize = 4;
+/// The row of `RTCRayN_tfar`.
+pub const RTC_RAY_N_TFAR_ROW: usize = 8;
+/// The row of `RTCRayN_mask`.
+pub const RTC_RAY_N_MASK_ROW: usize = 9;
 /// The row of `RTCRayN_id`.
 pub const RTC_RAY_N_ID_ROW: usize = 10;
+/// Rows of a ray: where the rays of an `RTCRayHitN` end and the hits begin.
+pub const RTC_RAY_N_ROWS: usize = 12;
+/// The row of `RTCHitN_Ng_x`; y and z follow.
+pub const RTC_HIT_N_NG_ROW: usize = 0;
+/// The row of `RTCHitN_u`.
+pub const RTC_HIT_N_U_ROW: usize = 3;
+/// The row of `RTCHitN_v`.
+pub const RTC_HIT_N_V_ROW: usize = 4;
 /// The row of `RTCHitN_primID`.
 pub const RTC_HIT_N_PRIM_ID_ROW: usize = 5;
 /// The row of `RTCHitN_geomID`.
 pub const RTC_HIT_N_GEOM_ID_ROW: usize = 6;
 /// The row of `RTCHitN_instID` at the outermost level.
 pub const RTC_HIT_N_INST_ID_ROW: usize = 7;
+/// The row of `RTCHitN_instPrimID` at the outermost level.
+pub const RTC_HIT_N_INST_PRIM_ID_ROW: usize = 8;
 
 /// What `rtcInitRayQueryContext` writes: a query that is inside of no instance.
 pub const fn init_ray_query_context() -> RTCRayQueryContext {

@@ -43,6 +43,22 @@ int main(void) {
   FIELD(RTCFilterFunctionNArguments, context); FIELD(RTCFilterFunctionNArguments, ray);
   FIELD(RTCFilterFunctionNArguments, hit); FIELD(RTCFilterFunctionNArguments, N);
 
+  SIZE(RTCIntersectFunctionNArguments);
+  FIELD(RTCIntersectFunctionNArguments, valid); FIELD(RTCIntersectFunctionNArguments, geometryUserPtr);
+  FIELD(RTCIntersectFunctionNArguments, primID); FIELD(RTCIntersectFunctionNArguments, context);
+  FIELD(RTCIntersectFunctionNArguments, rayhit); FIELD(RTCIntersectFunctionNArguments, N);
+  FIELD(RTCIntersectFunctionNArguments, geomID);
+
+  SIZE(RTCOccludedFunctionNArguments);
+  FIELD(RTCOccludedFunctionNArguments, valid); FIELD(RTCOccludedFunctionNArguments, geometryUserPtr);
+  FIELD(RTCOccludedFunctionNArguments, primID); FIELD(RTCOccludedFunctionNArguments, context);
+  FIELD(RTCOccludedFunctionNArguments, ray); FIELD(RTCOccludedFunctionNArguments, N);
+  FIELD(RTCOccludedFunctionNArguments, geomID);
+
+  SIZE(RTCBoundsFunctionArguments);
+  FIELD(RTCBoundsFunctionArguments, geometryUserPtr); FIELD(RTCBoundsFunctionArguments, primID);
+  FIELD(RTCBoundsFunctionArguments, timeStep); FIELD(RTCBoundsFunctionArguments, bounds_o);
+
   SIZE(RTCBounds);
   FIELD(RTCBounds, lower_x); FIELD(RTCBounds, lower_y); FIELD(RTCBounds, lower_z);
   FIELD(RTCBounds, upper_x); FIELD(RTCBounds, upper_y); FIELD(RTCBounds, upper_z);
@@ -70,16 +86,32 @@ int main(void) {
   printf("context.instPrimID %u\n", context.instPrimID[0]);
 
 #ifdef __cplusplus
-  /* Where the inline accessors find a value in a packet of N rays: what a filter relies on. */
+  /* Where the inline accessors find a value in a packet of N rays: what callbacks rely on. */
   enum { N = 3, I = 2 };
   static float rows[64];
   struct RTCRayN *ray = (struct RTCRayN *)rows;
   struct RTCHitN *hit = (struct RTCHitN *)rows;
 #define PLACE(name, pointer) printf(name " %d\n", (int)((float *)(pointer) - rows))
+  PLACE("RTCRayN_org_x", &RTCRayN_org_x(ray, N, I));
+  PLACE("RTCRayN_org_y", &RTCRayN_org_y(ray, N, I));
+  PLACE("RTCRayN_org_z", &RTCRayN_org_z(ray, N, I));
+  PLACE("RTCRayN_tnear", &RTCRayN_tnear(ray, N, I));
+  PLACE("RTCRayN_dir_x", &RTCRayN_dir_x(ray, N, I));
+  PLACE("RTCRayN_dir_y", &RTCRayN_dir_y(ray, N, I));
+  PLACE("RTCRayN_dir_z", &RTCRayN_dir_z(ray, N, I));
+  PLACE("RTCRayN_tfar", &RTCRayN_tfar(ray, N, I));
+  PLACE("RTCRayN_mask", &RTCRayN_mask(ray, N, I));
   PLACE("RTCRayN_id", &RTCRayN_id(ray, N, I));
+  PLACE("RTCHitN_Ng_x", &RTCHitN_Ng_x(hit, N, I));
+  PLACE("RTCHitN_Ng_y", &RTCHitN_Ng_y(hit, N, I));
+  PLACE("RTCHitN_Ng_z", &RTCHitN_Ng_z(hit, N, I));
+  PLACE("RTCHitN_u", &RTCHitN_u(hit, N, I));
+  PLACE("RTCHitN_v", &RTCHitN_v(hit, N, I));
   PLACE("RTCHitN_primID", &RTCHitN_primID(hit, N, I));
   PLACE("RTCHitN_geomID", &RTCHitN_geomID(hit, N, I));
   PLACE("RTCHitN_instID", &RTCHitN_instID(hit, N, I, 0));
+  PLACE("RTCHitN_instPrimID", &RTCHitN_instPrimID(hit, N, I, 0));
+  PLACE("RTCRayHitN_HitN", RTCRayHitN_HitN((struct RTCRayHitN *)rows, N));
 #endif
   return 0;
 }

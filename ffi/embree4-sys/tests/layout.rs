@@ -59,6 +59,9 @@ fn bindings() -> BTreeMap<String, u64> {
         RTCOccludedArguments { flags, feature_mask, context, filter, occluded }
         RTCRayQueryContext { instID, instPrimID }
         RTCFilterFunctionNArguments { valid, geometryUserPtr, context, ray, hit, N }
+        RTCIntersectFunctionNArguments { valid, geometryUserPtr, primID, context, rayhit, N, geomID }
+        RTCOccludedFunctionNArguments { valid, geometryUserPtr, primID, context, ray, N, geomID }
+        RTCBoundsFunctionArguments { geometryUserPtr, primID, timeStep, bounds_o }
         RTCBounds { lower_x, lower_y, lower_z, upper_x, upper_y, upper_z }
     };
     let (intersect, occluded) = (init_intersect_arguments(), init_occluded_arguments());
@@ -84,15 +87,35 @@ fn bindings() -> BTreeMap<String, u64> {
     lines
 }
 
-/// Value 2 of 3 in the rows that our filter reads.
+/// Value 2 of 3 in the rows that our callbacks read and write.
 fn rows() -> BTreeMap<String, u64> {
     [
+        ("RTCRayN_org_x", RTC_RAY_N_ORG_ROW),
+        ("RTCRayN_org_y", RTC_RAY_N_ORG_ROW + 1),
+        ("RTCRayN_org_z", RTC_RAY_N_ORG_ROW + 2),
+        ("RTCRayN_tnear", RTC_RAY_N_TNEAR_ROW),
+        ("RTCRayN_dir_x", RTC_RAY_N_DIR_ROW),
+        ("RTCRayN_dir_y", RTC_RAY_N_DIR_ROW + 1),
+        ("RTCRayN_dir_z", RTC_RAY_N_DIR_ROW + 2),
+        ("RTCRayN_tfar", RTC_RAY_N_TFAR_ROW),
+        ("RTCRayN_mask", RTC_RAY_N_MASK_ROW),
         ("RTCRayN_id", RTC_RAY_N_ID_ROW),
+        ("RTCHitN_Ng_x", RTC_HIT_N_NG_ROW),
+        ("RTCHitN_Ng_y", RTC_HIT_N_NG_ROW + 1),
+        ("RTCHitN_Ng_z", RTC_HIT_N_NG_ROW + 2),
+        ("RTCHitN_u", RTC_HIT_N_U_ROW),
+        ("RTCHitN_v", RTC_HIT_N_V_ROW),
         ("RTCHitN_primID", RTC_HIT_N_PRIM_ID_ROW),
         ("RTCHitN_geomID", RTC_HIT_N_GEOM_ID_ROW),
         ("RTCHitN_instID", RTC_HIT_N_INST_ID_ROW),
+        ("RTCHitN_instPrimID", RTC_HIT_N_INST_PRIM_ID_ROW),
+        // the value 0 of the first row of the hits behind the rays
+        ("RTCRayHitN_HitN", RTC_RAY_N_ROWS),
     ]
-    .map(|(name, row)| (name.to_owned(), (row * 3 + 2) as u64))
+    .map(|(name, row)| {
+        let first = if name == "RTCRayHitN_HitN" { 0 } else { 2 };
+        (name.to_owned(), (row * 3 + first) as u64)
+    })
     .into()
 }
 

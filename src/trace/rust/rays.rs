@@ -159,8 +159,18 @@ type Eight = [f32; WIDTH];
 
 /// The first of `lanes`, which are not none.
 #[inline(always)]
-fn first_of(lanes: u16) -> usize {
+pub fn first_of(lanes: u16) -> usize {
     lanes.trailing_zeros() as usize % LANES
+}
+
+/// The rays that are not blocked.
+#[inline(always)]
+pub fn open_lanes(far: &[f32; LANES]) -> u16 {
+    let mut open = 0;
+    for (lane, far) in far.iter().enumerate() {
+        open |= u16::from(*far != f32::NEG_INFINITY) << lane;
+    }
+    open
 }
 
 /// One half of sixteen.

@@ -154,7 +154,7 @@ impl<L: F32x8> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
 /// Takes a hit if it is closer than what ray number `lane` has, and says whether it was. Of hits that are as
 /// close the lowest name wins: the answer does not depend on the way through the tree.
 #[inline(always)]
-fn put(best: &mut HitPacket, lane: usize, [t, u, v]: [f32; 3], name: Name) -> bool {
+pub fn put(best: &mut HitPacket, lane: usize, [t, u, v]: [f32; 3], name: Name) -> bool {
     let old = (best.model[lane], best.triangle[lane]);
     let closer = t < best.t[lane] || (t == best.t[lane] && name < old);
     if closer {
@@ -180,8 +180,9 @@ impl Exempt<'_> {
         if self.clear { block.casts_shadow } else { u32::MAX }
     }
 
+    /// Whether ray number `lane` ends on what has this name.
     #[inline(always)]
-    fn is_own(&self, lane: usize, name: Name) -> bool {
+    pub fn is_own(&self, lane: usize, name: Name) -> bool {
         match self.own {
             Some((model, triangle)) => (model[lane], triangle[lane]) == name,
             None => false,

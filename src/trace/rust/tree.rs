@@ -4,11 +4,17 @@
 //! each has eight children, always by opening the child with the largest surface, and subtrees that are small
 //! enough become leaves.
 
+use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 
 use super::lanes::WIDTH;
+use crate::animation::Transform;
+
+/// Of the largest coordinate of an instance's box: how much the box is widened for the rounding of the
+/// model's matrix.
+const BOX_SLACK: f32 = 4e-6;
 
 /// An axis-aligned box: low and high corner.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +45,16 @@ impl Box3 {
         std::array::from_fn(|i| {
             std::array::from_fn(|axis| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] })
         })
+    }
+
+    /// Around it in world space.
+    pub fn placed(&self, transform: &Transform) -> Self {
+        let corners = self.corners().map(|corner| transform.point(Vec3::from(corner)).to_array());
+        let mut around = Self::around(corners);
+        let largest = corners.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
+        around.low = around.low.map(|low| low - largest * BOX_SLACK);
+        around.high = around.high.map(|high| high + largest * BOX_SLACK);
+        around
     }
 }
 

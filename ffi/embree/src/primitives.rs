@@ -1,0 +1,207 @@
+//! Primitives that are no triangles: whoever knows where rays meet them is asked by callbacks.
+
+use crate::query::{Bounds, Segment};
+use embree4_sys as sys;
+use std::ffi::c_void;
+use std::fmt::Debug;
+use std::slice;
+use std::sync::Arc;
+
+/// Primitives that know where rays meet them, in object space: Embree's user geometry.
+///
+/// Embree asks from all threads, and a panic of any method ends the program.
+pub trait Primitives: Debug + Send + Sync {
+    /// How many there are; always the same.
+    fn count(&self) -> u32;
+
+    /// A box around a primitive. One that is not finite, or reaches beyond 1.8e18, takes the primitive out of the scene.
+    fn bounds(&self, primitive: u32) -> Bounds;
+
+    /// The first place where `ray`, from `near` on and up to `far`, meets a primitive. `ends_here`: the ray ends at t = 1 in a
+    /// place of this primitive, which does not count.
+    fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit>;
+}
+
+/// Where a ray meets a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimitiveHit {
+    /// In lengths of the direction, at most the ray's `far`.
+    pub t: f32,
+    /// Whatever the primitives mean by it.
+    pub u: f32,
+    /// Whatever the primitives mean by it.
+    pub v: f32,
+}
+
+/// What Embree calls. Lives at one address, which Embree knows, longer than the geometry.
+#[derive(Debug)]
+pub(crate) struct Callbacks(Box<Arc<dyn Primitives>>);
+
+impl Callbacks {
+    pub fn new(primitives: Arc<dyn Primitives>) -> Self {
+        Self(Box::new(primitives))
+    }
+
+    /// Makes `geometry` ask for these primitives.
+    ///
+    /// # Safety
+    /// `geometry` is live, of the type for callbacks, and gone before `self`.
+    pub unsafe fn set(&self, geometry: sys::RTCGeometry) {
+        let address = (&raw const *self.0).cast_mut().cast::<c_void>();
+        // SAFETY: by contract; the callbacks get this address, and read what is there.
+        unsafe {
+            sys::rtcSetGeometryUserPrimitiveCount(geometry, self.0.count());
+            sys::rtcSetGeometryUserData(geometry, address);
+            sys::rtcSetGeometryBoundsFunction(geometry, Some(say_bounds), address);
+            sys::rtcSetGeometryIntersectFunction(geometry, Some(intersect));
+            sys::rtcSetGeometryOccludedFunction(geometry, Some(occlude_all));
+        }
+    }
+}
+
+/// The primitives that a callback is asked about.
+///
+/// # Safety
+/// `address` is what [`Callbacks::set`] has told Embree, of a geometry that lives during `'a`.
+unsafe fn primitives_at<'a>(address: *mut c_void) -> &'a dyn Primitives {
+    // SAFETY: by contract.
+    unsafe { &**address.cast::<Arc<dyn Primitives>>() }
+}
+
+/// # Safety
+/// Embree calls this for geometries that [`Callbacks::set`] has set up.
+unsafe extern "C" fn say_bounds(arguments: *const sys::RTCBoundsFunctionArguments) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract.
+    let Bounds { lower, upper } =
+        unsafe { primitives_at(arguments.geometryUserPtr) }.bounds(arguments.primID);
+    // SAFETY: Embree passes room for one box.
+    let bounds = unsafe { &mut *arguments.bounds_o };
+    [bounds.lower_x, bounds.lower_y, bounds.lower_z] = lower;
+    [bounds.upper_x, bounds.upper_y, bounds.upper_z] = upper;
+}
+
+/// The rays of a callback: rows of values, `count` each.
+pub(crate) struct RaysN {
+    values: *mut f32,
+    count: usize,
+}
+
+impl RaysN {
+    /// # Safety
+    /// `lane` is less than the count and takes part, and the row is one of a ray.
+    #[inline(always)]
+    unsafe fn get(&self, row: usize, lane: usize) -> f32 {
+        // SAFETY: by contract.
+        unsafe { *self.values.add(row * self.count + lane) }
+    }
+
+    /// What the caller has written beside a ray that takes part.
+    #[inline(always)]
+    pub fn id(&self, lane: usize) -> u32 {
+        assert!(lane < self.count, "Embree numbers rays from 0");
+        // SAFETY: checked just now; the row is one of a ray.
+        unsafe { self.get(sys::RTC_RAY_N_ID_ROW, lane) }.to_bits()
+    }
+
+    /// # Safety
+    /// As of [`get`](Self::get).
+    #[inline(always)]
+    unsafe fn segment(&self, lane: usize) -> Segment {
+        // SAFETY: by contract, with rows of a ray.
+        let three = |row: usize| [0, 1, 2].map(|axis| unsafe { self.get(row + axis, lane) });
+        // SAFETY: as above.
+        let [near, far, mask] = [sys::RTC_RAY_N_TNEAR_ROW, sys::RTC_RAY_N_TFAR_ROW, sys::RTC_RAY_N_MASK_ROW]
+            .map(|row| unsafe { self.get(row, lane) });
+        let (origin, direction) = (three(sys::RTC_RAY_N_ORG_ROW), three(sys::RTC_RAY_N_DIR_ROW));
+        Segment { origin, direction, near, far, mask: mask.to_bits() }
+    }
+
+    /// # Safety
+    /// As of [`get`](Self::get).
+    #[inline(always)]
+    unsafe fn end_at(&self, lane: usize, t: f32) {
+        // SAFETY: by contract, with a row of a ray.
+        unsafe { *self.values.add(sys::RTC_RAY_N_TFAR_ROW * self.count + lane) = t };
+    }
+}
+
+/// Nearest hits.
+///
+/// # Safety
+/// Embree calls this for geometries that [`Callbacks::set`] has set up.
+unsafe extern "C" fn intersect(arguments: *const sys::RTCIntersectFunctionNArguments) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract.
+    let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
+    let count = arguments.N as usize;
+    let rays = RaysN { values: arguments.rayhit.cast(), count };
+    // SAFETY: the hits stand behind the rays.
+    let hits: *mut u32 = unsafe { rays.values.add(sys::RTC_RAY_N_ROWS * count) }.cast();
+    // SAFETY: Embree passes its own context or the caller's, which begins with Embree's part.
+    let context = unsafe { &*arguments.context };
+    // SAFETY: there are so many.
+    for lane in unsafe { valid_lanes(arguments.valid, count) } {
+        // SAFETY: the lane takes part.
+        let ray = unsafe { rays.segment(lane) };
+        let Some(hit) = primitives.meet(arguments.primID, &ray, false) else { continue };
+        // SAFETY: the lane takes part, and the rows are those of a hit.
+        let put = |row: usize, value: u32| unsafe { *hits.add(row * count + lane) = value };
+        for (axis, part) in ray.direction.into_iter().enumerate() {
+            // nobody here reads normals from Embree: any that is none of zero length
+            put(sys::RTC_HIT_N_NG_ROW + axis, (-part).to_bits());
+        }
+        put(sys::RTC_HIT_N_U_ROW, hit.u.to_bits());
+        put(sys::RTC_HIT_N_V_ROW, hit.v.to_bits());
+        put(sys::RTC_HIT_N_PRIM_ID_ROW, arguments.primID);
+        put(sys::RTC_HIT_N_GEOM_ID_ROW, arguments.geomID);
+        put(sys::RTC_HIT_N_INST_ID_ROW, context.instID[0]);
+        put(sys::RTC_HIT_N_INST_PRIM_ID_ROW, context.instPrimID[0]);
+        // SAFETY: the lane takes part.
+        unsafe { rays.end_at(lane, hit.t) };
+    }
+}
+
+/// # Safety
+/// Embree calls this for geometries that [`Callbacks::set`] has set up.
+unsafe extern "C" fn occlude_all(arguments: *const sys::RTCOccludedFunctionNArguments) {
+    // SAFETY: Embree passes live arguments.
+    unsafe { occlude(&*arguments, |_, _| false) };
+}
+
+/// Ends the rays that the primitive blocks. `ends_here(rays, lane)`: whether a ray ends in a place of it.
+///
+/// # Safety
+/// `arguments` are as Embree passes them, of a geometry that [`Callbacks::set`] has set up.
+#[inline(always)]
+pub(crate) unsafe fn occlude(
+    arguments: &sys::RTCOccludedFunctionNArguments,
+    ends_here: impl Fn(&RaysN, usize) -> bool,
+) {
+    // SAFETY: by contract.
+    let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
+    let count = arguments.N as usize;
+    let rays = RaysN { values: arguments.ray.cast(), count };
+    // SAFETY: there are so many.
+    for lane in unsafe { valid_lanes(arguments.valid, count) } {
+        // SAFETY: the lane takes part.
+        let ray = unsafe { rays.segment(lane) };
+        if primitives.meet(arguments.primID, &ray, ends_here(&rays, lane)).is_some() {
+            // SAFETY: as above.
+            unsafe { rays.end_at(lane, f32::NEG_INFINITY) };
+        }
+    }
+}
+
+/// The lanes that take part.
+///
+/// # Safety
+/// `valid` has `count` items, which nobody writes while the result lives.
+#[inline(always)]
+unsafe fn valid_lanes<'a>(valid: *const i32, count: usize) -> impl Iterator<Item = usize> + 'a {
+    // SAFETY: by contract.
+    let valid: &'a [i32] = unsafe { slice::from_raw_parts(valid, count) };
+    valid.iter().enumerate().filter(|(_, valid)| **valid != 0).map(|(lane, _)| lane)
+}

@@ -1,0 +1,505 @@
+//! Quadrics of revolution and planes: where rays meet them, and what their surfaces are there.
+//!
+//! Both tracers ask [`Quadric::meet`], so that both answer the same floats. All is computed in double floats, in a
+//! space of the quadric's own, where it is about as large as 1 and stands around the Y axis: its
+//! [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An affine map leads from there to
+//! object space. Ellipsoids and elliptical cylinders are spheres and cylinders under such maps.
+//!
+//! *Weights*. A place on a piece is two numbers, as it is on a triangle, and each kind of piece has a [chart](Kind) that
+//! leads from them to the place without a loss: no chart has a spot where single floats are coarse.
+
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+
+use super::Bounds;
+
+/// The solid or surface that a quadric is, about the Y axis of its object. All but the sphere stand on y = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Around the origin, with a radius along each axis.
+    Ellipsoid {
+        /// Along x, y and z.
+        radii: DVec3,
+    },
+    /// A tube.
+    Cylinder {
+        /// Of the tube.
+        radius: f64,
+        /// Of its upper rim.
+        height: f64,
+    },
+    /// A cone, or a part of one.
+    Cone {
+        /// At y = 0.
+        radius: f64,
+        /// At the upper end; 0 for a tip. One of the two is above 0.
+        top: f64,
+        /// Of the upper end.
+        height: f64,
+    },
+    /// A bowl whose lowest point is the origin.
+    Paraboloid {
+        /// Of the rim.
+        radius: f64,
+        /// Of the rim.
+        height: f64,
+    },
+    /// Of one sheet: a tube with a waist.
+    Waisted {
+        /// Of both rims.
+        radius: f64,
+        /// Half way up; above 0, less than `radius`.
+        waist: f64,
+        /// Of the upper rim.
+        height: f64,
+    },
+    /// Hyperboloid of two sheets: two bowls, one upside down.
+    Parted {
+        /// Of both rims.
+        radius: f64,
+        /// Between the bowls; above 0, less than `height`.
+        gap: f64,
+        /// Of the upper rim.
+        height: f64,
+    },
+    /// y = 0, around `center` as far as `reach`.
+    Plane {
+        /// x and z of the middle.
+        center: [f64; 2],
+        /// How far it is drawn.
+        reach: f64,
+    },
+}
+
+impl Shape {
+    /// As shot files spell it; spheres are ellipsoids.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Ellipsoid { .. } => "ellipsoid",
+            Self::Cylinder { .. } => "cylinder",
+            Self::Cone { .. } => "cone",
+            Self::Paraboloid { .. } => "paraboloid",
+            Self::Waisted { .. } | Self::Parted { .. } => "hyperboloid",
+            Self::Plane { .. } => "plane",
+        }
+    }
+}
+
+/// A quadric in object space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quadric {
+    name: &'static str,
+    pieces: Vec<Piece>,
+    /// From the quadric's own space to object space.
+    place: DAffine3,
+    /// And back.
+    inverse: DAffine3,
+    /// From object space to the one in which a plane's texture coordinates are x and -z.
+    to_texture: DAffine3,
+    is_endless: bool,
+}
+
+/// A part of a quadric's surface: what a triangle is of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    kind: Kind,
+    /// A, B and C: the squared radius is A y² + B y + C.
+    profile: [f64; 3],
+    /// Least and greatest y.
+    range: [f64; 2],
+}
+
+/// What a piece is, and by which chart two weights are a place on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// The unit sphere. Weights: the octahedral map.
+    Ball,
+    /// One radius at each height. Weights: y, and the [diamond angle](diamond) about the axis.
+    Belt,
+    /// One height at each x and z. Weights: x and z. Whether it is the upper one of two.
+    Sheet { is_upper: bool },
+    /// A disk at the only y of the range. Weights: x and z. Whether up is outside.
+    Disk { faces_up: bool },
+}
+
+/// Where a ray meets a piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// In lengths of the ray's direction.
+    pub t: f32,
+    /// The place on the piece.
+    pub weights: [f32; 2],
+}
+
+/// A ray in object space: `origin + t * direction`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Finite.
+    pub origin: Vec3,
+    /// Of any length but zero.
+    pub direction: Vec3,
+    /// t is more than this.
+    pub near: f32,
+    /// Greatest t.
+    pub far: f32,
+    /// Whether it ends at t = 1 in a place of the piece that it is tested against, which does not count.
+    pub ends_here: bool,
+}
+
+/// By how much pieces overlap at rims, as a share of their size: no ray passes between a side and its cap.
+const RIM: f64 = 1e-12;
+
+/// Of a coordinate of a box: room for rounding to single floats.
+const BOX_ROOM: f64 = 2e-7;
+
+impl Quadric {
+    /// `shape` in its object's space; `is_open`: without the disks that close it.
+    pub fn new(shape: Shape, is_open: bool) -> Self {
+        let (sides, place) = own_space(shape);
+        let mut pieces = sides;
+        let is_endless = matches!(shape, Shape::Plane { .. });
+        if !is_open && !is_endless {
+            pieces.extend(caps(&pieces));
+        }
+        let (inverse, to_texture) = (place.inverse(), DAffine3::IDENTITY);
+        Self { name: shape.name(), pieces, place, inverse, to_texture, is_endless }
+    }
+
+    /// The same after `map`, which has an inverse.
+    pub fn placed(&self, map: DAffine3) -> Self {
+        let place = map * self.place;
+        let to_texture = self.to_texture * map.inverse();
+        Self { pieces: self.pieces.clone(), place, inverse: place.inverse(), to_texture, ..*self }
+    }
+
+    /// What it is.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// How many pieces it has; at least one.
+    pub fn count(&self) -> u32 {
+        self.pieces.len() as u32
+    }
+
+    /// Whether it is a plane, which has no size.
+    pub fn is_endless(&self) -> bool {
+        self.is_endless
+    }
+
+    /// Around a piece, object space.
+    pub fn bounds(&self, piece: u32) -> Bounds {
+        let piece = self.piece(piece);
+        let [x, y, z] = [self.place.matrix3.x_axis, self.place.matrix3.y_axis, self.place.matrix3.z_axis];
+        let mut bounds = Bounds::EMPTY;
+        let mut add = |center: DVec3, reach: DVec3| {
+            let room = (center.abs() + reach) * BOX_ROOM;
+            bounds = bounds.with((center - reach - room).as_vec3()).with((center + reach + room).as_vec3());
+        };
+        if piece.kind == Kind::Ball {
+            add(self.place.translation, (x * x + y * y + z * z).map(f64::sqrt));
+        } else {
+            let around = (x * x + z * z).map(f64::sqrt);
+            for (height, radius) in piece.circles() {
+                add(self.place.transform_point3(DVec3::Y * height), around * radius);
+            }
+        }
+        bounds
+    }
+
+    /// Where `ray` meets a piece first.
+    #[inline]
+    pub fn meet(&self, piece: u32, ray: &Ray) -> Option<Meeting> {
+        let piece = self.piece(piece);
+        let origin = self.inverse.transform_point3(ray.origin.as_dvec3());
+        let direction = self.inverse.transform_vector3(ray.direction.as_dvec3());
+        let mut places = piece.places(origin, direction);
+        if ray.ends_here {
+            let from_end = |t: f64| if t.is_nan() { f64::INFINITY } else { (t - 1.0).abs() };
+            places[usize::from(from_end(places[1]) < from_end(places[0]))] = f64::NAN;
+        }
+        let in_reach = |t: &f64| *t as f32 > ray.near && *t as f32 <= ray.far;
+        let first = places.iter().copied().filter(in_reach).reduce(f64::min)?;
+        let [u, v] = piece.weights(origin + direction * first);
+        Some(Meeting { t: first as f32, weights: [u as f32, v as f32] })
+    }
+
+    /// The place where the line from `origin` along `direction` (object space) meets a piece, that nearest to `about`: in
+    /// double floats, and on the piece even if the line passes by it.
+    pub fn meet_line(&self, piece: u32, origin: DVec3, direction: DVec3, about: Vec3) -> Vec3 {
+        let piece = self.piece(piece);
+        let [origin, about] = [origin, about.as_dvec3()].map(|point| self.inverse.transform_point3(point));
+        let direction = self.inverse.transform_vector3(direction);
+        let expected = (about - origin).dot(direction) / direction.dot(direction);
+        let places = piece.places(origin, direction).into_iter().filter(|t| t.is_finite());
+        let nearest = places.min_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
+        let met = nearest.map_or(about, |t| origin + direction * t);
+        self.place.transform_point3(piece.point(piece.weights(met))).as_vec3()
+    }
+
+    /// The point of a piece, object space, at these weights.
+    pub fn point(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
+        self.place.transform_point3(self.piece(piece).point(weights.map(f64::from))).as_vec3()
+    }
+
+    /// The weights of a point on a piece, object space; of one beside it those of a point near it.
+    pub fn weights(&self, piece: u32, point: Vec3) -> [f32; 2] {
+        let own = self.inverse.transform_point3(point.as_dvec3());
+        self.piece(piece).weights(own).map(|weight| weight as f32)
+    }
+
+    /// How far a point is from a piece, at most, object space.
+    pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
+        let piece = self.piece(piece);
+        let own = self.inverse.transform_point3(point.as_dvec3());
+        self.place.transform_vector3(piece.point(piece.weights(own)) - own).length()
+    }
+
+    /// The normal of a piece, outwards, of unit length, object space.
+    pub fn normal(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
+        let piece = self.piece(piece);
+        let normal = piece.normal(piece.point(weights.map(f64::from)));
+        // by the transposed inverse: outwards stays outwards in mirror images
+        (self.inverse.matrix3.transpose() * normal).normalize_or(DVec3::Y).as_vec3()
+    }
+
+    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with 0.5 towards +Z,
+    /// and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show the square around them.
+    /// Planes have the object's x and -z.
+    pub fn uv(&self, piece: u32, weights: [f32; 2]) -> Vec2 {
+        let own = self.piece(piece);
+        let point = own.point(weights.map(f64::from));
+        if self.is_endless {
+            let there = (self.to_texture * self.place).transform_point3(point);
+            return Vec2::new(there.x as f32, -there.z as f32);
+        }
+        let u = 0.5 + point.x.atan2(point.z) / std::f64::consts::TAU;
+        let [low, high] = own.range;
+        match own.kind {
+            Kind::Ball => Vec2::new(u as f32, (0.5 + latitude(point) / std::f64::consts::PI) as f32),
+            Kind::Belt | Kind::Sheet { .. } => Vec2::new(u as f32, ((point.y - low) / (high - low)) as f32),
+            Kind::Disk { faces_up } => {
+                let away = if faces_up { -point.z } else { point.z };
+                Vec2::new((0.5 + point.x * 0.5) as f32, (0.5 + away * 0.5) as f32)
+            }
+        }
+    }
+
+    /// The last one in place of one that is not there: a wrong number shows, and is no fault.
+    #[inline]
+    fn piece(&self, number: u32) -> &Piece {
+        const NOTHING: &Piece = &Piece { kind: Kind::Ball, profile: [0.0; 3], range: [0.0; 2] };
+        self.pieces.get(number as usize).or(self.pieces.last()).unwrap_or(NOTHING)
+    }
+}
+
+fn latitude(point: DVec3) -> f64 {
+    point.y.atan2((point.x * point.x + point.z * point.z).sqrt())
+}
+
+/// The pieces of the side of `shape` in its own space, and the way from there to object space.
+fn own_space(shape: Shape) -> (Vec<Piece>, DAffine3) {
+    let belt = |profile, range| vec![Piece { kind: Kind::Belt, profile, range }];
+    let standing = |radius, height| DAffine3::from_scale(DVec3::new(radius, height, radius));
+    // from -1 to 1 instead of from 0 to 1
+    let around_waist = |radius: f64, height: f64| {
+        let scale = DVec3::new(radius, height * 0.5, radius);
+        DAffine3::from_translation(DVec3::Y * (height * 0.5)) * DAffine3::from_scale(scale)
+    };
+    match shape {
+        Shape::Ellipsoid { radii } => {
+            let ball = Piece { kind: Kind::Ball, profile: [-1.0, 0.0, 1.0], range: [-1.0, 1.0] };
+            (vec![ball], DAffine3::from_scale(radii))
+        }
+        Shape::Cylinder { radius, height } => (belt([0.0, 0.0, 1.0], [0.0, 1.0]), standing(radius, height)),
+        Shape::Cone { radius, top, height } => {
+            let largest = radius.max(top);
+            let (below, above) = (radius / largest, top / largest);
+            let growth = above - below;
+            let profile = [growth * growth, 2.0 * below * growth, below * below];
+            (belt(profile, [0.0, 1.0]), standing(largest, height))
+        }
+        Shape::Paraboloid { radius, height } => {
+            let kind = Kind::Sheet { is_upper: true };
+            let bowl = Piece { kind, profile: [0.0, 1.0, 0.0], range: [0.0, 1.0] };
+            (vec![bowl], standing(radius, height))
+        }
+        Shape::Waisted { radius, waist, height } => {
+            let square = (waist / radius) * (waist / radius);
+            (belt([1.0 - square, 0.0, square], [-1.0, 1.0]), around_waist(radius, height))
+        }
+        Shape::Parted { radius, gap, height } => {
+            let half = gap / height;
+            let steep = 1.0 / (1.0 - half * half);
+            let profile = [steep, 0.0, -steep * half * half];
+            let sheet = |is_upper, range| Piece { kind: Kind::Sheet { is_upper }, profile, range };
+            (vec![sheet(false, [-1.0, -half]), sheet(true, [half, 1.0])], around_waist(radius, height))
+        }
+        Shape::Plane { center: [x, z], reach } => {
+            let place = DAffine3::from_translation(DVec3::new(x, 0.0, z))
+                * DAffine3::from_scale(DVec3::new(reach, reach, reach));
+            (vec![disk(0.0, 1.0, true)], place)
+        }
+    }
+}
+
+fn disk(height: f64, squared_radius: f64, faces_up: bool) -> Piece {
+    Piece { kind: Kind::Disk { faces_up }, profile: [0.0, 0.0, squared_radius], range: [height; 2] }
+}
+
+/// Disks at the ends of `sides` that are not closed by themselves.
+fn caps(sides: &[Piece]) -> Vec<Piece> {
+    let least = |all: &[Piece]| all.iter().map(|piece| piece.range[0]).fold(f64::INFINITY, f64::min);
+    let most = |all: &[Piece]| all.iter().map(|piece| piece.range[1]).fold(f64::NEG_INFINITY, f64::max);
+    let ends = [(least(sides), false), (most(sides), true)];
+    let open = sides.iter().filter(|piece| piece.kind != Kind::Ball);
+    open.flat_map(|side| {
+        ends.into_iter().filter_map(|(end, faces_up)| {
+            let square = side.squared_radius(end);
+            (side.range.contains(&end) && square > 1e-30).then(|| disk(end, square, faces_up))
+        })
+    })
+    .collect()
+}
+
+impl Piece {
+    fn squared_radius(&self, y: f64) -> f64 {
+        let [a, b, c] = self.profile;
+        (a * y + b) * y + c
+    }
+
+    /// Heights and radii of two circles whose hull holds the piece.
+    fn circles(&self) -> [(f64, f64); 2] {
+        let radii = self.range.map(|y| self.squared_radius(y).max(0.0).sqrt());
+        // the radius of a belt is greatest at an end of each part, and no greater than a cone's between
+        let widest = radii[0].max(radii[1]);
+        let is_within_cone = self.kind == Kind::Belt;
+        let radius = |end: usize| if is_within_cone { radii[end] } else { widest };
+        [(self.range[0], radius(0)), (self.range[1], radius(1))]
+    }
+
+    /// The t at which a line meets the piece: up to two, the others NaN.
+    #[inline]
+    fn places(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        if let Kind::Disk { .. } = self.kind {
+            let t = (self.range[0] - origin.y) / direction.y;
+            let (x, z) = (origin.x + t * direction.x, origin.z + t * direction.z);
+            let is_on = x * x + z * z <= self.profile[2] * (1.0 + RIM);
+            return [if is_on { t } else { f64::NAN }, f64::NAN];
+        }
+        self.roots(origin, direction).map(|t| {
+            let y = origin.y + t * direction.y;
+            let is_on = self.range[0] - RIM <= y && y <= self.range[1] + RIM;
+            if is_on || self.kind == Kind::Ball { t } else { f64::NAN }
+        })
+    }
+
+    /// The t at which a line meets the whole quadric that the piece is a part of.
+    ///
+    /// From the line's point nearest to the middle, so that a distance counts no digits of the discriminant (E. Haines,
+    /// J. Günther, T. Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
+    /// 7), and by the sum that cancels nothing.
+    #[inline]
+    fn roots(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        let start = -origin.dot(direction) / direction.dot(direction);
+        let near = origin + direction * start;
+        let [a, b, _] = self.profile;
+        let square = direction.x * direction.x + direction.z * direction.z - a * direction.y * direction.y;
+        let half = near.x * direction.x + near.z * direction.z - (a * near.y + 0.5 * b) * direction.y;
+        let rest = self.beyond(near);
+        let discriminant = half * half - square * rest;
+        // no number where the line passes by
+        let sum = -(half + discriminant.sqrt().copysign(half));
+        let mut roots = [start + sum / square, start + rest / sum];
+        if sum == 0.0 && discriminant == 0.0 {
+            roots = [start, f64::NAN];
+        }
+        if self.beyond(origin) == 0.0 {
+            // a ray that begins on the surface does not meet it there, whatever rounding says
+            let nearest = usize::from(roots[1].abs() < roots[0].abs());
+            roots[nearest] = 0.0;
+        }
+        roots
+    }
+
+    /// Zero on the quadric, above zero outside.
+    #[inline]
+    fn beyond(&self, point: DVec3) -> f64 {
+        point.x * point.x + point.z * point.z - self.squared_radius(point.y)
+    }
+
+    /// The weights of the place at `point`.
+    fn weights(&self, point: DVec3) -> [f64; 2] {
+        match self.kind {
+            Kind::Ball => {
+                let unit = point / (point.x.abs() + point.y.abs() + point.z.abs());
+                if unit.y >= 0.0 {
+                    return [unit.x, unit.z];
+                }
+                [(1.0 - unit.z.abs()).copysign(unit.x), (1.0 - unit.x.abs()).copysign(unit.z)]
+            }
+            Kind::Belt => [point.y.max(self.range[0]).min(self.range[1]), diamond(point.x, point.z)],
+            Kind::Sheet { .. } | Kind::Disk { .. } => [point.x, point.z],
+        }
+    }
+
+    /// The place with these weights.
+    fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        match self.kind {
+            Kind::Ball => {
+                let y = 1.0 - u.abs() - v.abs();
+                let [x, z] = match y >= 0.0 {
+                    true => [u, v],
+                    false => [(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v)],
+                };
+                DVec3::new(x, y, z).normalize_or(DVec3::Y)
+            }
+            Kind::Belt => {
+                let (sin, cos) = from_diamond(v);
+                let radius = self.squared_radius(u).max(0.0).sqrt();
+                DVec3::new(radius * cos, u, radius * sin)
+            }
+            Kind::Sheet { is_upper } => {
+                let [a, b, c] = self.profile;
+                let square = u * u + v * v;
+                let y = match a == 0.0 {
+                    true => (square - c) / b,
+                    false => ((square - c) / a).max(0.0).sqrt().copysign(if is_upper { 1.0 } else { -1.0 }),
+                };
+                DVec3::new(u, y, v)
+            }
+            Kind::Disk { .. } => DVec3::new(u, self.range[0], v),
+        }
+    }
+
+    /// Outwards, of any length, at a point of the piece.
+    fn normal(&self, point: DVec3) -> DVec3 {
+        if let Kind::Disk { faces_up } = self.kind {
+            return if faces_up { DVec3::Y } else { DVec3::NEG_Y };
+        }
+        let [a, b, _] = self.profile;
+        let gradient = DVec3::new(point.x, -(a * point.y + 0.5 * b), point.z);
+        let is_above = point.y > 0.5 * (self.range[0] + self.range[1]);
+        // a cone's tip has none
+        gradient.try_normalize().unwrap_or(if is_above { DVec3::Y } else { DVec3::NEG_Y })
+    }
+}
+
+/// The direction of (x, z) as a number from -2 to 2: how far along a square that stands on its corner.
+fn diamond(x: f64, z: f64) -> f64 {
+    let sum = x.abs() + z.abs();
+    if sum == 0.0 {
+        return 0.0;
+    }
+    (1.0 - x / sum).copysign(z)
+}
+
+/// Sine and cosine of the angle that [`diamond`] says.
+fn from_diamond(angle: f64) -> (f64, f64) {
+    let x = 1.0 - angle.abs();
+    let z = (1.0 - x.abs()).copysign(angle);
+    let length = (x * x + z * z).sqrt();
+    (z / length, x / length)
+}
+
+#[cfg(test)]
+mod tests;

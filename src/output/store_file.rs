@@ -1,0 +1,330 @@
+//! Sample stores in files: with one a later run goes on where this one ends, as if it were the same.
+//!
+//! A file is [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a block for each tile of each
+//! level, with its length before it. After the header and after each block there is a checksum of all that is before it.
+//! Numbers are little-endian. Nothing of a file is believed: no list is longer than what the shot itself needs, and what names
+//! something that is not there is refused.
+
+use std::cell::Cell;
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::fingerprint::Fingerprint;
+use super::staged::{WriteError, write_whole};
+use crate::digest::Digest;
+use crate::samples::saved::{self, CellMask, LevelSamples, Named};
+use crate::samples::{SampleStore, TagLayout, Tile};
+use crate::scene::Scene;
+
+/// The first bytes of a store.
+pub const MAGIC: &[u8; 16] = b"afterimage store";
+
+/// Of the format. It counts up whenever what a sample keeps changes, or means something else.
+pub const VERSION: u32 = 1;
+
+/// Bytes of a header, at most.
+const MOST_HEADER: u32 = 4096;
+
+/// Bytes of tiles that are made into bytes, or out of them, at once.
+const AT_ONCE: usize = 32 << 20;
+
+/// More frames than this no run has rendered.
+const MOST_RENDERED: u32 = 1 << 30;
+
+/// What a store is of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Header {
+    /// The shot, and all that decides samples.
+    pub fingerprint: Fingerprint,
+    /// The frame.
+    pub frame: i32,
+    /// How the frame came about, in a word for whoever schedules frames.
+    pub ancestry: String,
+    /// Frames that had been rendered in its chain: samples count their age from it.
+    pub rendered: u32,
+}
+
+/// As it is written.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HeaderText {
+    fingerprint: String,
+    frame: i32,
+    ancestry: String,
+    rendered: u32,
+    /// Of each level.
+    tiles: Vec<u32>,
+}
+
+/// A file that nothing can be taken from. The text says why and what to do.
+#[derive(Debug)]
+pub struct StoreError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub kind: StoreErrorKind,
+}
+
+/// What is wrong with a store.
+#[derive(Debug)]
+pub enum StoreErrorKind {
+    /// It cannot be read.
+    Unreadable(io::Error),
+    /// It is something else.
+    NoStore,
+    /// Of another version of the format.
+    Version(u32),
+    /// Some of it is not as it was written.
+    Damaged,
+    /// Not all of it is there.
+    Short,
+    /// It has samples of what is not in the shot.
+    Unfit,
+}
+
+impl fmt::Display for StoreError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const AGAIN: &str = "render its frame again with --save-store, or go on without --load-store";
+        write!(f, "{}: ", self.path.display())?;
+        match &self.kind {
+            StoreErrorKind::Unreadable(error) => {
+                write!(f, "cannot be read: {error}; give a file that --save-store wrote")
+            }
+            StoreErrorKind::NoStore => f.write_str("is no sample store; give a file that --save-store wrote"),
+            StoreErrorKind::Version(version) => {
+                write!(f, "is a sample store of format {version}, and this program reads {VERSION}; {AGAIN}")
+            }
+            StoreErrorKind::Damaged => write!(f, "this sample store is damaged; {AGAIN}"),
+            StoreErrorKind::Short => write!(f, "this sample store is not whole; {AGAIN}"),
+            StoreErrorKind::Unfit => write!(f, "this sample store does not fit the shot; {AGAIN}"),
+        }
+    }
+}
+
+impl std::error::Error for StoreError {}
+
+impl From<io::Error> for StoreErrorKind {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == ErrorKind::UnexpectedEof { Self::Short } else { Self::Unreadable(error) }
+    }
+}
+
+/// Writes the samples of a frame, whose tiles keep what `layout` says, to `path`: a whole file, or none. Its bytes.
+pub fn write(
+    path: &Path,
+    header: &Header,
+    levels: &[LevelSamples<&SampleStore>],
+    layout: &TagLayout,
+) -> Result<u64, WriteError> {
+    let length = Cell::new(0);
+    write_whole(path, |file| {
+        let written = write_to(BufWriter::new(file), header, levels, layout);
+        length.set(written.map_err(|error| WriteError::new(path, error))?);
+        Ok::<(), WriteError>(())
+    })?;
+    Ok(length.get())
+}
+
+fn write_to(
+    mut out: impl Write,
+    header: &Header,
+    levels: &[LevelSamples<&SampleStore>],
+    layout: &TagLayout,
+) -> io::Result<u64> {
+    let text = HeaderText {
+        fingerprint: header.fingerprint.to_string(),
+        frame: header.frame,
+        ancestry: header.ancestry.clone(),
+        rendered: header.rendered,
+        tiles: levels.iter().map(|level| level.store.tiles.len() as u32).collect(),
+    };
+    let text = serde_json::to_vec(&text)?;
+    let mut before = Vec::from(MAGIC);
+    before.extend(VERSION.to_le_bytes());
+    before.extend((text.len() as u32).to_le_bytes());
+    before.extend(text);
+    let mut sum = Digest::of(&before);
+    out.write_all(&before)?;
+    out.write_all(&sum.to_bytes())?;
+    let mut length = (before.len() + size_of::<u64>()) as u64;
+    let tiles: Vec<(&Tile, Option<&CellMask>)> = levels.iter().flat_map(tiles_of_level).collect();
+    for tiles in tiles.chunks(tiles_at_once(layout)) {
+        let encode = |(tile, wanted): &(&Tile, Option<&CellMask>)| {
+            let mut block: Vec<u8> = wanted.iter().copied().flatten().copied().collect();
+            saved::encode(tile, &mut block);
+            let digest = Digest::of(&block);
+            (block, digest)
+        };
+        let blocks: Vec<(Vec<u8>, Digest)> = tiles.par_iter().map(encode).collect();
+        for (block, digest) in blocks {
+            sum = Digest::of_all([sum, digest]);
+            out.write_all(&(block.len() as u32).to_le_bytes())?;
+            out.write_all(&block)?;
+            out.write_all(&sum.to_bytes())?;
+            length += (size_of::<u32>() + block.len() + size_of::<u64>()) as u64;
+        }
+    }
+    out.flush()?;
+    Ok(length)
+}
+
+/// The tiles of a level, each with the cells that were asked for.
+fn tiles_of_level<'a>(
+    level: &'a LevelSamples<&SampleStore>,
+) -> impl Iterator<Item = (&'a Tile, Option<&'a CellMask>)> {
+    let wanted = |number: usize| level.wanted.as_ref().and_then(|wanted| wanted.get(number));
+    level.store.tiles.iter().enumerate().map(move |(number, tile)| (&**tile, wanted(number)))
+}
+
+fn tiles_at_once(layout: &TagLayout) -> usize {
+    (AT_ONCE / saved::most_bytes(layout)).max(1)
+}
+
+/// A file whose header has been read.
+#[derive(Debug)]
+pub struct StoreFile {
+    path: PathBuf,
+    header: Header,
+    /// Of each level.
+    tiles: Vec<u32>,
+    rest: BufReader<File>,
+    /// Of what has been read.
+    sum: Digest,
+}
+
+impl StoreFile {
+    /// Opens the store at `path`, and reads its header.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let told = |kind| StoreError { path: path.to_owned(), kind };
+        let unreadable = |error| told(StoreErrorKind::Unreadable(error));
+        // who opens what is no file may wait forever
+        if !fs::metadata(path).map_err(unreadable)?.is_file() {
+            return Err(told(StoreErrorKind::NoStore));
+        }
+        let mut rest = BufReader::new(File::open(path).map_err(unreadable)?);
+        let (header, tiles, sum) = read_header(&mut rest).map_err(told)?;
+        Ok(Self { path: path.to_owned(), header, tiles, rest, sum })
+    }
+
+    /// What it is of.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The samples: those of so many `tiles` of each level of `scene`, which keep what `layout` says.
+    pub fn read(
+        mut self,
+        tiles: &[usize],
+        layout: &TagLayout,
+        scene: &Scene,
+    ) -> Result<Vec<LevelSamples<SampleStore>>, StoreError> {
+        self.read_levels(tiles, layout, scene).map_err(|kind| StoreError { path: self.path, kind })
+    }
+
+    fn read_levels(
+        &mut self,
+        tiles: &[usize],
+        layout: &TagLayout,
+        scene: &Scene,
+    ) -> Result<Vec<LevelSamples<SampleStore>>, StoreErrorKind> {
+        if !self.tiles.iter().map(|tiles| *tiles as usize).eq(tiles.iter().copied()) {
+            return Err(StoreErrorKind::Unfit);
+        }
+        let levels = (0..).zip(tiles).map(|(level, tiles)| self.level(level > 0, *tiles, layout, scene));
+        let levels = levels.collect::<Result<Vec<_>, _>>()?;
+        match self.rest.read(&mut [0])? {
+            0 => Ok(levels),
+            _ => Err(StoreErrorKind::Damaged),
+        }
+    }
+
+    /// The next level. If it `is_finer` than another, it says which of its cells were asked for.
+    fn level(
+        &mut self,
+        is_finer: bool,
+        tiles: usize,
+        layout: &TagLayout,
+        scene: &Scene,
+    ) -> Result<LevelSamples<SampleStore>, StoreErrorKind> {
+        let named = Named { scene, rendered: self.header.rendered };
+        let most = saved::most_bytes(layout) + size_of::<CellMask>();
+        let (mut store, mut wanted) = (SampleStore::default(), is_finer.then(Vec::new));
+        let decode = |block: &Vec<u8>| {
+            let (mask, tile) = match is_finer {
+                true => block.split_first_chunk().map(|(mask, tile)| (Some(*mask), tile))?,
+                false => (None, &block[..]),
+            };
+            Some((mask, saved::decode(tile, layout, &named)?))
+        };
+        while store.tiles.len() < tiles {
+            let count = tiles_at_once(layout).min(tiles - store.tiles.len());
+            let blocks: Result<Vec<Vec<u8>>, StoreErrorKind> = (0..count).map(|_| self.block(most)).collect();
+            let read: Vec<Option<(Option<CellMask>, Box<Tile>)>> = blocks?.par_iter().map(decode).collect();
+            for read in read {
+                let (mask, tile) = read.ok_or(StoreErrorKind::Unfit)?;
+                store.tiles.push(tile);
+                wanted.iter_mut().for_each(|wanted| wanted.extend(mask));
+            }
+        }
+        Ok(LevelSamples { store, wanted })
+    }
+
+    /// The next block, of `most` bytes at most.
+    fn block(&mut self, most: usize) -> Result<Vec<u8>, StoreErrorKind> {
+        let length = u32::from_le_bytes(take(&mut self.rest)?) as usize;
+        if length > most {
+            return Err(StoreErrorKind::Damaged);
+        }
+        let mut block = vec![0; length];
+        self.rest.read_exact(&mut block)?;
+        self.sum = Digest::of_all([self.sum, Digest::of(&block)]);
+        if Digest::from_bytes(take(&mut self.rest)?) != self.sum {
+            return Err(StoreErrorKind::Damaged);
+        }
+        Ok(block)
+    }
+}
+
+fn take<const N: usize>(file: &mut impl Read) -> Result<[u8; N], StoreErrorKind> {
+    let mut bytes = [0; N];
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The header, how many tiles of each level follow, and the checksum until there.
+fn read_header(file: &mut impl Read) -> Result<(Header, Vec<u32>, Digest), StoreErrorKind> {
+    let magic: [u8; MAGIC.len()] = match take(file) {
+        Err(StoreErrorKind::Short) => return Err(StoreErrorKind::NoStore),
+        magic => magic?,
+    };
+    if magic != *MAGIC {
+        return Err(StoreErrorKind::NoStore);
+    }
+    let [version, length] = [take(file)?, take(file)?];
+    match u32::from_le_bytes(version) {
+        VERSION => {}
+        other => return Err(StoreErrorKind::Version(other)),
+    }
+    let count = u32::from_le_bytes(length);
+    if count > MOST_HEADER {
+        return Err(StoreErrorKind::Damaged);
+    }
+    let mut text = vec![0; count as usize];
+    file.read_exact(&mut text)?;
+    let sum = Digest::of(&[&magic[..], &version, &length, &text].concat());
+    if Digest::from_bytes(take(file)?) != sum {
+        return Err(StoreErrorKind::Damaged);
+    }
+    let text: HeaderText = serde_json::from_slice(&text).map_err(|_| StoreErrorKind::Damaged)?;
+    let fingerprint = text.fingerprint.parse().map_err(|()| StoreErrorKind::Damaged)?;
+    if !(1..MOST_RENDERED).contains(&text.rendered) {
+        return Err(StoreErrorKind::Damaged);
+    }
+    let HeaderText { frame, ancestry, rendered, tiles, .. } = text;
+    Ok((Header { fingerprint, frame, ancestry, rendered }, tiles, sum))
+}

@@ -1,0 +1,364 @@
+//! Tiles as bytes, to be kept in a file: all that later frames need of them.
+//!
+//! Of levels that are not asked for all of their cells, a tile begins with a bit for each cell: whether it is.
+//!
+//! A tile is the number of its spare samples (two bytes), its cells in their order, and the spare samples. A cell is a byte (its
+//! [`Status`], whether it has a sample, whether that is a copy) and its sample, if it has one. Numbers are little-endian.
+//!
+//! | of a sample | bytes |
+//! |---|---|
+//! | place: three floats; model | 16 |
+//! | triangle, normal, geometric normal | 12 |
+//! | reflectance, direct diffuse: three half floats each | 12 |
+//! | the rendered frame in which it was traced, material, flags | 8 |
+//! | a tag for each light without a size; two words for each other light | 1; 4 |
+//! | with paths: radiance and `Until` of each, and of their mean | 8 each |
+//! | with ambient occlusion: how many rays get away, `Until` | 4 |
+//! | if anything is random: the seed | 4 |
+
+use glam::Vec3;
+use half::f16;
+
+use super::{
+    AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Openness,
+    PathLight, Record, Spare, Status, Tag, TagLayout, Tile,
+};
+use crate::changes::Until;
+use crate::lanes::LANES;
+use crate::scene::Scene;
+use crate::shade::sampling::SampleSeed;
+
+/// The cells of a tile, a bit each.
+pub type CellMask = [u8; CELLS / 8];
+
+/// What is kept of one level of a frame.
+#[derive(Debug, Clone)]
+pub struct LevelSamples<S> {
+    /// Its samples.
+    pub store: S,
+    /// For each tile the cells that were asked for; none of the coarsest level, of which all are.
+    pub wanted: Option<Vec<CellMask>>,
+}
+
+/// The cell has a sample.
+const HAS_SAMPLE: u8 = 0x40;
+/// Its sample is a copy: see [`Tile::copies`].
+const IS_COPY: u8 = 0x80;
+
+/// Bytes of a tile, at most.
+pub fn most_bytes(layout: &TagLayout) -> usize {
+    let sample = size_of::<[f32; 3]>() + size_of::<u32>() + size_of::<Record>() + layout.bytes();
+    size_of::<u16>() + CELLS * (1 + sample) + MOST_SPARES * sample
+}
+
+/// Adds `tile` to `bytes`.
+pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
+    bytes.extend((tile.spares.len() as u16).to_le_bytes());
+    for cell in 0..CELLS {
+        let has_sample = tile.model[cell] != EMPTY;
+        let is_copy = tile.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
+        let which = if has_sample { HAS_SAMPLE } else { 0 } | if is_copy { IS_COPY } else { 0 };
+        bytes.push(tile.status[cell] as u8 | which);
+        if has_sample {
+            encode_sample(&tile.slot(cell), bytes);
+            bytes.extend(tile.tags.single.iter().map(|column| column[cell] as u8));
+            bytes.extend(tile.tags.area.iter().flat_map(|column| column[cell].to_bytes()));
+            encode_gathered(&tile.gathered, cell, bytes);
+        }
+    }
+    let spares = &tile.spares;
+    for (number, spare) in spares.samples.iter().enumerate() {
+        encode_sample(spare, bytes);
+        bytes.extend(spares.single.iter().map(|tags| tags[number] as u8));
+        bytes.extend(spares.area.iter().flat_map(|tags| tags[number].to_bytes()));
+        encode_gathered(&spares.gathered, number, bytes);
+    }
+}
+
+fn encode_sample(sample: &Spare, bytes: &mut Vec<u8>) {
+    let Spare { point, model, record } = sample;
+    let Record { triangle, normal, geometric_normal, reflectance, direct_diffuse, traced, material, flags } =
+        record;
+    bytes.extend(point.to_array().into_iter().flat_map(f32::to_le_bytes));
+    for word in [*model, *triangle, normal.to_bits(), geometric_normal.to_bits()] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend(reflectance.iter().chain(direct_diffuse).flat_map(|half| half.to_le_bytes()));
+    bytes.extend(traced.to_le_bytes());
+    bytes.extend(material.to_le_bytes());
+    bytes.extend(flags.to_bits().to_le_bytes());
+}
+
+fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
+    if gathered.is_some() {
+        for PathLight { radiance, until } in gathered.paths(at).iter().chain([&gathered.mean(at)]) {
+            bytes.extend(radiance.iter().flat_map(|half| half.to_le_bytes()));
+            bytes.extend(until.to_bits().to_le_bytes());
+        }
+    }
+    if let Some(Openness { open, until }) = gathered.openness.get(at) {
+        bytes.extend(open.to_le_bytes());
+        bytes.extend(until.to_bits().to_le_bytes());
+    }
+    if gathered.is_seeded() {
+        bytes.extend(gathered.seed(at).to_bits().to_le_bytes());
+    }
+}
+
+/// What samples may name.
+#[derive(Debug)]
+pub struct Named<'a> {
+    /// Models, triangles and materials.
+    pub scene: &'a Scene,
+    /// Frames rendered so far: no sample is younger.
+    pub rendered: u32,
+}
+
+/// The tile that `bytes` are. None if they are not those of a tile of such a scene with such a layout: no sample that comes back
+/// names anything that is not there.
+pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box<Tile>> {
+    let mut bytes = Bytes(bytes);
+    let mut tile = Box::new(Tile::empty(layout));
+    let spares = usize::from(bytes.half_word()?);
+    if spares > MOST_SPARES {
+        return None;
+    }
+    for cell in 0..CELLS {
+        let [byte] = bytes.take()?;
+        tile.status[cell] = *Status::ALL.get(usize::from(byte & !(HAS_SAMPLE | IS_COPY)))?;
+        tile.set_copy(cell, byte & IS_COPY != 0);
+        if byte & HAS_SAMPLE != 0 {
+            let Spare { point, model, record } = decode_sample(&mut bytes, named)?;
+            [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
+            (tile.model[cell], tile.record[cell]) = (model, record);
+            for column in &mut tile.tags.single {
+                column[cell] = decode_tag(&mut bytes)?;
+            }
+            for column in &mut tile.tags.area {
+                column[cell] = AreaTag::from_bytes(bytes.take()?);
+            }
+            decode_gathered(&mut bytes, &mut tile.gathered, cell)?;
+        }
+    }
+    let mut one = GatheredLight::unknown(layout, 1);
+    for _ in 0..spares {
+        tile.spares.samples.push(decode_sample(&mut bytes, named)?);
+        for tags in &mut tile.spares.single {
+            tags.push(decode_tag(&mut bytes)?);
+        }
+        for tags in &mut tile.spares.area {
+            tags.push(AreaTag::from_bytes(bytes.take()?));
+        }
+        decode_gathered(&mut bytes, &mut one, 0)?;
+        tile.spares.gathered.push(&one, 0);
+    }
+    bytes.0.is_empty().then_some(tile)
+}
+
+fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Spare> {
+    let point = Vec3::new(bytes.float()?, bytes.float()?, bytes.float()?);
+    let model = bytes.word()?;
+    let record = Record {
+        triangle: bytes.word()?,
+        normal: Octahedral::from_bits(bytes.word()?),
+        geometric_normal: Octahedral::from_bits(bytes.word()?),
+        reflectance: bytes.color()?,
+        direct_diffuse: bytes.color()?,
+        traced: bytes.word()?,
+        material: bytes.half_word()?,
+        flags: Flags::from_bits(bytes.half_word()?)?,
+    };
+    let is_there = match model {
+        BACKGROUND => true,
+        EMPTY => false,
+        _ => {
+            let model = named.scene.models.get(model as usize)?;
+            (record.triangle as usize) < model.mesh.triangles.len()
+        }
+    };
+    let materials = named.scene.materials.len().max(1);
+    let is_good = is_there && point.is_finite() && record.traced <= named.rendered;
+    (is_good && usize::from(record.material) < materials).then_some(Spare { point, model, record })
+}
+
+fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {
+    let [tag] = bytes.take()?;
+    Tag::ALL.get(usize::from(tag)).copied()
+}
+
+/// Into sample number `at`.
+fn decode_gathered(bytes: &mut Bytes<'_>, gathered: &mut GatheredLight, at: usize) -> Option<()> {
+    let paths = gathered.paths;
+    if gathered.is_some() {
+        for path in 0..paths {
+            gathered.set_path(at, path, bytes.path()?);
+        }
+        gathered.means[at] = bytes.path()?;
+    }
+    if let Some(openness) = gathered.openness.get_mut(at) {
+        *openness = Openness { open: bytes.half_word()?, until: Until::from_bits(bytes.half_word()?) };
+        if usize::from(openness.open) > gathered.rays {
+            return None;
+        }
+    }
+    if gathered.is_seeded() {
+        gathered.seeds[at] = SampleSeed::from_bits(bytes.word()?);
+    }
+    Some(())
+}
+
+/// What is left of some bytes.
+struct Bytes<'b>(&'b [u8]);
+
+impl Bytes<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (first, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn word(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn half_word(&mut self) -> Option<u16> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn float(&mut self) -> Option<f32> {
+        self.take().map(f32::from_le_bytes)
+    }
+
+    /// Every part finite.
+    fn color(&mut self) -> Option<HalfColor> {
+        let mut half = || self.take().map(f16::from_le_bytes).filter(|half| half.is_finite());
+        Some([half()?, half()?, half()?])
+    }
+
+    fn path(&mut self) -> Option<PathLight> {
+        Some(PathLight { radiance: self.color()?, until: Until::from_bits(self.half_word()?) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::animation::TransformTrack;
+    use crate::changes::world::{mesh_of_two, model, scene};
+
+    fn layout() -> TagLayout {
+        TagLayout::of([1, 16, 1].into_iter()).with_paths(2).with_occlusion(8)
+    }
+
+    /// Two models of two triangles.
+    fn world() -> Scene {
+        let model = || model(mesh_of_two(), TransformTrack::identity());
+        scene(vec![model(), model()], vec![])
+    }
+
+    /// A tile with something of everything.
+    fn tile(layout: &TagLayout) -> Tile {
+        let mut tile = Tile::empty(layout);
+        for cell in (0..CELLS).filter(|cell| cell % 5 != 0) {
+            [tile.x[cell], tile.y[cell], tile.z[cell]] = [cell as f32, -0.5, 1e9];
+            tile.model[cell] = if cell % 3 == 0 { BACKGROUND } else { (cell % 2) as u32 };
+            tile.record[cell] = Record {
+                triangle: (cell % 2) as u32,
+                normal: Octahedral::fold(Vec3::new(1.0, cell as f32, -2.0)),
+                geometric_normal: Octahedral::fold(Vec3::X),
+                reflectance: [f16::from_f32(0.5); 3],
+                direct_diffuse: [f16::from_f32(cell as f32); 3],
+                traced: cell as u32,
+                material: 0,
+                flags: Flags::STALE.when(cell % 7 == 0).with(Flags::FROM_BEHIND.when(cell % 11 == 0)),
+            };
+            tile.status[cell] = Status::ALL[cell % Status::ALL.len()];
+            tile.set_copy(cell, cell % 13 == 0);
+            tile.tags.single[1][cell] = Tag::ALL[cell % Tag::ALL.len()];
+            tile.tags.area[0][cell].learn(cell as u16, 0x5555, 0x0f0f);
+            tile.gathered.begin(cell, SampleSeed::new(cell as u32, 1, 2, 3));
+            let light = PathLight { radiance: [f16::ONE; 3], until: Until::from_bits(cell as u16) };
+            tile.gathered.set_path(cell, 1, light);
+            tile.gathered.update_mean(cell);
+            tile.gathered.set_openness(cell, Openness { open: 8, until: Until::FOREVER });
+        }
+        for cell in [3, 4, 6] {
+            let from = tile.clone();
+            tile.spares.push(&from, cell);
+        }
+        tile
+    }
+
+    fn encoded(tile: &Tile) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        encode(tile, &mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn a_tile_comes_back_as_it_was() {
+        let (layout, scene) = (layout(), world());
+        let named = Named { scene: &scene, rendered: 1024 };
+        let tile = tile(&layout);
+        let bytes = encoded(&tile);
+        assert!(bytes.len() <= most_bytes(&layout));
+        let back = decode(&bytes, &layout, &named).expect("it is whole");
+        assert_eq!(encoded(&back), bytes);
+        assert_eq!(
+            (back.model, back.x, back.record, back.status),
+            (tile.model, tile.x, tile.record, tile.status)
+        );
+        assert_eq!((back.copies, &back.tags, &back.gathered), (tile.copies, &tile.tags, &tile.gathered));
+        assert_eq!(
+            (&back.spares.samples, &back.spares.gathered),
+            (&tile.spares.samples, &tile.spares.gathered)
+        );
+        // no layout but its own, and no byte more or less
+        assert!(decode(&bytes, &layout.clone().with_paths(3), &named).is_none());
+        assert!(decode(&bytes[..bytes.len() - 1], &layout, &named).is_none());
+        assert!(decode(&[&bytes[..], &[0]].concat(), &layout, &named).is_none());
+        let empty = encoded(&Tile::empty(&layout));
+        assert_eq!(empty.len(), 2 + CELLS);
+        assert!(decode(&empty, &layout, &named).is_some());
+    }
+
+    #[test]
+    fn what_is_not_there_cannot_be_named() {
+        let (layout, scene) = (layout(), world());
+        let spoilt = |spoil: &dyn Fn(&mut Tile)| {
+            let mut tile = tile(&layout);
+            spoil(&mut tile);
+            decode(&encoded(&tile), &layout, &Named { scene: &scene, rendered: 1024 }).is_some()
+        };
+        assert!(spoilt(&|_| ()));
+        assert!(!spoilt(&|tile| tile.model[7] = 2));
+        assert!(!spoilt(&|tile| (tile.model[7], tile.record[7].triangle) = (1, 2)));
+        assert!(!spoilt(&|tile| tile.record[7].material = 900));
+        assert!(!spoilt(&|tile| tile.record[7].traced = 1025));
+        assert!(!spoilt(&|tile| tile.x[7] = f32::NAN));
+        assert!(!spoilt(&|tile| tile.record[7].reflectance[1] = f16::INFINITY));
+        assert!(!spoilt(&|tile| tile.spares.samples[0].model = EMPTY));
+        let bytes = encoded(&tile(&layout));
+        for (at, byte) in [(1, 0xff), (2, 0x3f)] {
+            let mut bytes = bytes.clone();
+            bytes[at] = byte;
+            assert!(decode(&bytes, &layout, &Named { scene: &scene, rendered: 1024 }).is_none(), "{at}");
+        }
+    }
+
+    #[test]
+    fn whatever_the_bytes_are_there_is_no_panic() {
+        let (layout, scene) = (layout(), world());
+        let whole = encoded(&tile(&layout));
+        let mut word = 7_u32;
+        for _ in 0..2000 {
+            let mut bytes = whole.clone();
+            for _ in 0..3 {
+                word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let at = word as usize % bytes.len();
+                bytes[at] = (word >> 24) as u8;
+            }
+            decode(&bytes, &layout, &Named { scene: &scene, rendered: 1024 });
+        }
+    }
+}

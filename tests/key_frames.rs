@@ -1,0 +1,221 @@
+//! Are frames that are inferred backwards in time, from a base frame in the middle, what they must be, in whatever chunks?
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+mod program;
+mod toy;
+
+use std::fs;
+
+use afterimage::animation::TransformTrack;
+use afterimage::frame::Renderer;
+use afterimage::layers::Layers;
+use afterimage::scene::Scene;
+use afterimage::settings::{BasePlace, Budget, Settings};
+use glam::DVec3;
+use program::{Place, assert_same};
+use serde_json::Value;
+use toy::worlds::*;
+
+const MIDDLE: &str = "--base-every 5 --base-place middle --mode reproject --progress none";
+
+const FIRST: &str = "--base-every 5 --mode reproject --progress none";
+
+fn stats(place: &Place, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(place.path(name)).unwrap()).unwrap()
+}
+
+/// The frames of a run, in the order in which they came.
+fn frames(stats: &Value) -> Vec<i64> {
+    stats["frames"].as_array().unwrap().iter().map(|frame| frame["frame"].as_i64().unwrap()).collect()
+}
+
+#[track_caller]
+fn assert_same_frames(place: &Place, folders: [&str; 2], last: i32) {
+    for frame in 1..=last {
+        let [one, other] = folders.map(|folder| place.path(&format!("{folder}/a.{frame:04}.exr")));
+        assert_same(&one, &other);
+    }
+}
+
+/// Mirrors, glass, gathered light with a budget, occlusion, motion, counts of rays.
+#[test]
+fn chunks_are_parts_of_the_whole() {
+    for options in [
+        "",
+        "--paths 6 --paths-per-frame 2 --budget full --filter mitchell",
+        "--reuse paper --depth 0",
+        "--samples 1-4 --filter box",
+    ] {
+        let options = format!("{MIDDLE} --layers all {options}");
+        let place = Place::new();
+        place.render(&format!("-o whole/a.####.exr --stats a.json {options}")).done();
+        // 1 2 [3] 4 5 | 6 [7] 8
+        let told = stats(&place, "a.json");
+        assert_eq!(frames(&told), [3, 4, 5, 2, 1, 7, 8, 6]);
+        let bases = told["frames"].as_array().unwrap().iter().filter(|frame| frame["mode"] == "base");
+        assert_eq!(bases.map(|frame| frame["frame"].as_i64().unwrap()).collect::<Vec<_>>(), [3, 7]);
+        for chunk in ["1", "2-4", "5-6", "7-8"] {
+            place.render(&format!("-o chunks/a.####.exr --frames {chunk} {options}")).done();
+        }
+        assert_same_frames(&place, ["whole", "chunks"], 8);
+    }
+}
+
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_frames() {
+    let place = Place::new();
+    place.render(&format!("-o whole/a.####.exr {MIDDLE}")).done();
+    place.render(&format!("-o parts/a.####.exr {MIDDLE}")).done();
+    for frame in [1, 5, 6] {
+        fs::remove_file(place.path(&format!("parts/a.{frame:04}.exr"))).unwrap();
+    }
+    let ran = place.render(&format!("-o parts/a.####.exr --resume --stats a.json {MIDDLE}")).done();
+    assert!(ran.stderr.contains("resume: 5 frames"), "{}", ran.stderr);
+    assert_eq!(frames(&stats(&place, "a.json")), [5, 1, 6]);
+    assert_same_frames(&place, ["whole", "parts"], 8);
+    // with the base frame elsewhere, frames come about in another way
+    let ran = place.render(&format!("-o parts/a.####.exr --resume {FIRST}")).done();
+    assert!(
+        ran.stderr.contains("rendering again") && ran.stderr.contains("other settings"),
+        "{}",
+        ran.stderr
+    );
+}
+
+#[test]
+fn compare_measures_both_ways_of_all_frames() {
+    let place = Place::new();
+    let json = place.path("a.json");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command
+        .arg("compare")
+        .arg(program::analytic())
+        .args(MIDDLE.split(' ').filter(|word| *word != "--mode" && *word != "reproject"));
+    let ran = program::Ran::of(command.args(["--audit", "--json"]).arg(&json).output().unwrap()).done();
+    assert!(ran.stdout.contains("saved"), "{}", ran.stdout);
+    let told = stats(&place, "a.json");
+    let frames: Vec<_> =
+        told["frames"].as_array().unwrap().iter().map(|frame| frame["frame"].as_i64().unwrap()).collect();
+    assert_eq!(frames, [3, 4, 5, 2, 1, 7, 8, 6]);
+}
+
+/// A fly that passes, and little else that moves.
+fn with_fly(mut scene: Scene) -> Scene {
+    scene.models.truncate(2);
+    let translate = goes(DVec3::new(-1.0, 0.4, 1.5), DVec3::new(1.0, 0.4, 1.5));
+    let track = TransformTrack { translate, scale: rests(DVec3::splat(0.1)), ..TransformTrack::identity() };
+    scene.models.push(toy::moving("fly", toy::octahedron(0, true), track));
+    scene
+}
+
+/// What a later frame gathered says nothing of earlier ones; what an earlier one did, on the way back, holds for those before it.
+#[test]
+fn gathered_light_is_kept_on_the_way_back() {
+    let at_rest = with_fly(world());
+    let goes = with_camera(at_rest.clone(), goes(EYE, EYE + DVec3::X), rests(TARGET));
+    for (name, scene) in [("at rest", at_rest), ("moving", goes)] {
+        for budget in [Budget::None, Budget::Full] {
+            let settings = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 8, ..toy::settings(1) };
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            let mut gathered = Vec::new();
+            for frame in [FRAMES, 5, 4, 3, 2, 1, 2, 3] {
+                let stats = renderer.render(frame, true).unwrap().stats;
+                assert_eq!(stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                gathered.push(stats.rays.gathering as f64);
+            }
+            let share = |at: usize| gathered[at] / gathered[0];
+            assert!(share(1) > 0.5 && share(6) > 0.5, "{name}: it turns: {gathered:?}");
+            if budget == Budget::None {
+                assert!((2..=5).chain([7]).all(|at| share(at) < 0.2), "{name}: {gathered:?}");
+            }
+        }
+    }
+}
+
+/// In a base frame in the middle what is gathered holds on both sides, so that nothing is gathered anew at the turn.
+#[test]
+fn what_a_base_frame_in_the_middle_gathers_serves_both_sides() {
+    let at_rest = with_fly(world());
+    let goes = with_camera(at_rest.clone(), goes(EYE, EYE + DVec3::X), rests(TARGET));
+    let mut fading = goes.clone();
+    fading.lights[1].power = toy::keys(&[(1.0, 9.0), (2.0, 8.0), (4.0, 8.0), (5.0, 9.0)]);
+    for (name, scene) in [("at rest", at_rest), ("moving", goes), ("under a light that changes", fading)] {
+        for budget in [Budget::None, Budget::Full] {
+            let base_place = BasePlace::Middle;
+            let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::settings(1) };
+            let settings = Settings { base_place, layers: Layers::ALL, ..paths };
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            let render = |renderer: &mut Renderer<'_>, frame| {
+                let stats = renderer.render(frame, true).unwrap().stats;
+                assert_eq!(stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                stats.rays.gathering as f64
+            };
+            let base = render(&mut renderer, 3);
+            let kept = renderer.snapshot().unwrap();
+            let later = [4, 5, 6].map(|frame| render(&mut renderer, frame));
+            renderer.restore(kept);
+            let earlier = [2, 1].map(|frame| render(&mut renderer, frame));
+            if budget == Budget::None && !name.contains("light") {
+                let shares: Vec<f64> = later.iter().chain(&earlier).map(|rays| rays / base).collect();
+                assert!(shares.iter().all(|share| *share < 0.25), "{name}: {shares:?}");
+            }
+        }
+    }
+}
+
+/// The way that a frame is come to shows in its samples, and in nothing that a viewer would see.
+#[test]
+fn backwards_is_as_exact_as_forwards() {
+    let camera = |scene| with_camera(scene, goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.5)), rests(TARGET));
+    let worlds = [
+        ("a flyer", with_flyer(world())),
+        ("a flyer and the camera", camera(with_flyer(world()))),
+        ("lights that move", camera(with_area_lights(with_flyer(world())))),
+    ];
+    for (name, scene) in worlds {
+        for samples in [1, 2] {
+            let settings = Settings { occlusion_rays: 4, ..toy::settings(samples) };
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            renderer.render(FRAMES, false).unwrap();
+            for frame in (1..FRAMES).rev() {
+                let finished = renderer.render(frame, true).unwrap();
+                let alone = Renderer::new(&scene, &settings).unwrap().render(frame, false).unwrap();
+                assert_eq!(finished.stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                assert!(finished.stats.samples.reused() > finished.stats.samples.total() / 2);
+                for plane in ["motion.X", "motion.Y", "motion.Z", "motion.W"] {
+                    let apart = toy::mean_difference(&finished, &alone, plane);
+                    assert!(apart < 0.05, "{name}, frame {frame}, {plane}: {apart}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_copy_of_samples_is_gone_back_to() {
+    let scene = with_flyer(world());
+    let settings = Settings { paths: 4, bounces: 1, ..toy::settings(1) };
+    let film = |renderer: &mut Renderer<'_>, frame| renderer.render(frame, true).unwrap().film;
+    let mut renderer = Renderer::new(&scene, &settings).unwrap();
+    assert!(renderer.snapshot().is_none());
+    film(&mut renderer, 3);
+    let kept = renderer.snapshot().unwrap();
+    film(&mut renderer, 4);
+    film(&mut renderer, 5);
+    renderer.restore(kept);
+    let after = [film(&mut renderer, 2), film(&mut renderer, 1)];
+    let mut other = Renderer::new(&scene, &settings).unwrap();
+    film(&mut other, 3);
+    other.forget_film();
+    for (one, frame) in after.iter().zip([2, 1]) {
+        let straight = film(&mut other, frame);
+        for plane in &one.planes {
+            assert_eq!(
+                one.values(&plane.name),
+                straight.values(&plane.name),
+                "{} of frame {frame}",
+                plane.name
+            );
+        }
+    }
+}
