@@ -72,14 +72,14 @@ def park():
     for i in range(12):
         angle = 2 * math.pi * (i + 0.5) / 12
         x, z, height = 95 * math.cos(angle), -95 * math.sin(angle), 26 + 14 * math.sin(5 * angle)
-        lower, upper = ring(x, z, 0, 8, 8), ring(x, z, height, 8, 8)
+        lower, upper = ring(x, z, 0, 5, 8), ring(x, z, height, 5, 8)
         prism(mesh, "steel", lower, upper)
         mesh.face("steel", upper)
     mesh.object("towers")
     for i in range(20):
         angle = 2 * math.pi * i / 20
         x, z, height = 140 * math.cos(angle), -140 * math.sin(angle), 34 + 20 * math.cos(3 * angle)
-        box(mesh, "azure" if i % 2 else "bronze", x, z, 0, height, 15, 15)
+        box(mesh, "azure" if i % 2 else "bronze", x, z, 0, height, 9, 9)
     mesh.object("globes")
     for x, z in ((-66, -52), (66, -52), (-66, 52), (66, 52)):
         geodesic(mesh, "steel", (x, 11, z), 10)
@@ -146,7 +146,7 @@ def quadrics():
         keys = 'type = "paraboloid", radius = 5, height = 4, open = true, material = "bronze"'
         all.append((f"bowl {i + 1}", keys, (-30 + 30 * i, 0, -72)))
     for i in range(2):
-        keys = 'type = "hyperboloid", radius = 11, height = 34, waist = 7, material = "stone"'
+        keys = 'type = "hyperboloid", radius = 7, height = 24, waist = 4.5, material = "stone"'
         all.append((f"cooling tower {i + 1}", keys, (-70 + 140 * i, 0, 0)))
     assert len(all) == QUADRICS and sum("glass" in keys for _, keys, _ in all) == REFRACTIVE
     return all
@@ -177,7 +177,7 @@ size = [640, 480]
 samples = {samples}
 frames = "1-{frames}"
 rate = 30
-depth = 4
+depth = 3
 mode = "reproject"
 base_every = 0
 
