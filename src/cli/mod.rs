@@ -20,6 +20,7 @@ pub mod preview;
 pub mod reference;
 pub mod render;
 mod resume;
+mod samples_args;
 pub mod schedule;
 pub mod shot_args;
 mod shown;

@@ -281,7 +281,8 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
             |renderer: &mut Renderer<'_>| loaded.as_ref().map_or(Ok(()), |loaded| loaded.give(job, renderer));
         steps.iter().try_for_each(|step| {
             let eyes = renderer.eyes().iter();
-            let seen = eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
+            let seen =
+                eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
             denoise_step(*step, seen, denoiser.as_mut(), behind)
         })
     });

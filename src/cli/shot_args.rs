@@ -8,12 +8,13 @@ use rayon::ThreadPool;
 
 use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
+use super::samples_args::{self, SamplesArg};
 use super::target::Target;
 use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
-    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, SamplesArg, crop,
-    filter_radius, radius, samples, size, threads, threshold,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, crop, filter_radius,
+    radius, size, threads,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -22,7 +23,7 @@ use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Refinement, Reuse, Settings,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -56,12 +57,12 @@ pub struct ShotArgs {
 
     /// N, for N x N samples a pixel; or two, like 1-4: the fewest, and the most in pixels that differ from their neighbours
     /// [default: the shot's]
-    #[arg(long, value_name = "N|MIN-MAX", value_parser = samples)]
+    #[arg(long, value_name = "N|MIN-MAX", value_parser = samples_args::samples)]
     pub samples: Option<SamplesArg>,
 
     /// Contrast of colours from which on pixels with adaptive samples get more, above 0 and below 1 [default: the shot's,
     /// or 0.1]
-    #[arg(long, value_name = "CONTRAST", value_parser = threshold)]
+    #[arg(long, value_name = "CONTRAST", value_parser = samples_args::threshold)]
     pub threshold: Option<f32>,
 
     /// Pixel filter [default: the shot's]
@@ -234,7 +235,7 @@ impl ShotArgs {
                 "--filter-radius means nothing for the box, which is a pixel: add --filter",
             )));
         }
-        let (samples, refinement) = self.samples_of(settings, filter)?;
+        let (samples, refinement) = samples_args::settled(self.samples, self.threshold, settings, filter)?;
         let settled = Settings {
             width,
             height,
@@ -269,30 +270,6 @@ impl ShotArgs {
             )));
         }
         Ok(settled)
-    }
-
-    /// N, for N x N samples a pixel, and what is refined.
-    fn samples_of(&self, settings: &Settings, filter: Filter) -> Result<(u32, Option<Refinement>), Failure> {
-        let of_shot = SamplesArg {
-            fewest: settings.samples,
-            most: settings.refinement.map(|refinement| refinement.most),
-        };
-        let SamplesArg { fewest, most } = self.samples.unwrap_or(of_shot);
-        let Some(most) = most else {
-            return match self.threshold {
-                Some(_) => Err(Failure::Usage(format!(
-                    "--threshold means nothing for {fewest}x{fewest} samples in every pixel: add --samples MIN-MAX"
-                ))),
-                None => Ok((fewest, None)),
-            };
-        };
-        let of_shot = settings.refinement.map(|refinement| refinement.threshold);
-        let threshold = self.threshold.or(of_shot).unwrap_or(Refinement::THRESHOLD);
-        let refinement = Refinement { most, threshold }.checked(fewest, filter);
-        let refinement = refinement.map_err(|message| {
-            Failure::Usage(format!("{fewest} to {most} samples along a pixel's edge: {message}"))
-        })?;
-        Ok((fewest, Some(refinement)))
     }
 }
 
@@ -398,6 +375,7 @@ mod tests {
     use super::*;
     use crate::animation::{Interpolation, Track, TransformTrack};
     use crate::scene::{Model, Scene};
+    use crate::settings::Refinement;
     use crate::settings::{Build, Mode};
 
     #[derive(Parser)]

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::scene::Shot;
 use crate::settings::{
-    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Reuse, Settings,
+    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -38,33 +38,6 @@ impl From<FilterArg> for Filter {
             FilterArg::Lanczos => Self::Lanczos,
         }
     }
-}
-
-/// Samples along a pixel's edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SamplesArg {
-    /// In every pixel.
-    pub fewest: u32,
-    /// In pixels that differ from their neighbours, if these get more.
-    pub most: Option<u32>,
-}
-
-/// `N`, or `MIN-MAX`.
-pub fn samples(text: &str) -> Result<SamplesArg, String> {
-    let count = |text: &str| {
-        let count = text.parse().ok().filter(|count| (1..=MOST_SAMPLES).contains(count));
-        count.ok_or_else(|| format!("{text} is not in 1..={MOST_SAMPLES}"))
-    };
-    Ok(match text.split_once('-') {
-        Some((fewest, most)) => SamplesArg { fewest: count(fewest)?, most: Some(count(most)?) },
-        None => SamplesArg { fewest: count(text)?, most: None },
-    })
-}
-
-/// A contrast.
-pub fn threshold(text: &str) -> Result<f32, String> {
-    let threshold = text.parse().ok().filter(|threshold| *threshold > 0.0 && *threshold < 1.0);
-    threshold.ok_or_else(|| String::from("must be above 0 and below 1"))
 }
 
 /// Places of base frames by name.

@@ -24,6 +24,7 @@ mod pictures;
 mod polygon;
 mod quadric_table;
 pub mod render_space;
+mod samples_table;
 pub mod shot;
 mod shot_environment;
 mod shot_file;

@@ -13,9 +13,10 @@ use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
+use super::samples_table::{AdaptiveTable, SamplesValue};
 use super::shot_file::{
-    AdaptiveTable, BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable,
-    OcclusionTable, OutputTable, Rate, RenderTable, SamplesValue, ShotFile, StereoTable,
+    BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
+    OutputTable, Rate, RenderTable, ShotFile, StereoTable,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};

@@ -13,12 +13,13 @@ use serde_json::{Value, json};
 
 use super::camera::Projection;
 use super::quadric_table::QuadricTable;
+use super::samples_table::SamplesValue;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Reuse,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, Mode, Reuse,
 };
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
@@ -190,32 +191,6 @@ pub(crate) struct StereoTable {
 pub(crate) enum BudgetValue {
     Rays(u64),
     Text(String),
-}
-
-/// A number, or the bounds of adaptive samples.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "it must be a whole number, or a table like { min = 1, max = 4 }, with a threshold if you like"
-)]
-pub(crate) enum SamplesValue {
-    Fixed(i64),
-    Adaptive(AdaptiveTable),
-}
-
-/// Samples along a pixel's edge where there is little to see, and where there is much.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct AdaptiveTable {
-    /// N, for N x N samples in every pixel
-    #[schemars(range(min = 1, max = MOST_SAMPLES))]
-    pub min: i64,
-    /// The same in pixels that differ from their neighbours: `min` doubled once or more
-    #[schemars(range(min = 2, max = MOST_SAMPLES))]
-    pub max: i64,
-    /// Contrast of colours from which on pixels differ, above 0 and below 1 (0.1)
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
-    pub threshold: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -590,17 +565,6 @@ impl JsonSchema for Rate {
             {"type": "integer", "minimum": 1},
             {"type": "string", "pattern": "^ *[0-9]+ *(/ *[0-9]+ *)?$"},
         ]})
-    }
-}
-
-impl JsonSchema for SamplesValue {
-    fn schema_name() -> Cow<'static, str> {
-        "Samples".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let adaptive = generator.subschema_for::<AdaptiveTable>();
-        json_schema!({"anyOf": [{"type": "integer", "minimum": 1, "maximum": MOST_SAMPLES}, adaptive]})
     }
 }
 
