@@ -137,7 +137,7 @@ fn blender_shows_every_layer() {
         assert_blender_shows_all(
             &ours,
             &theirs,
-            if is_old { &["forward", "backward"] } else { &["motion.W"] },
+            if is_old { &["forward", "backward", "uv"] } else { &["motion.W"] },
         );
     }
 }
