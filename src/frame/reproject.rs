@@ -12,7 +12,7 @@ use super::cells::CellSet;
 use super::frame_view::FrameView;
 use super::grid::holds;
 use super::project::{project_lanes, project_spares};
-use super::serve::Serving;
+use super::serve::{KEPT, KEPT_OF_SOME, Serving};
 use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Spares, Status, TILE, Tag, Tile};
 use crate::settings::Reuse;
@@ -59,7 +59,8 @@ pub fn gather(
     let extent = grid.extent_of(number);
     let wanted = frame.wanted_of(number);
     serving.serve(frame.reuse, extent, wanted, &tiles);
-    serving.fill(frame.reuse, extent, tile, &tiles);
+    let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
+    serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
     doubt(frame, &mut tile.spares);
     mark_unwanted(wanted, tile);
     mark_outside(grid.extent(number), tile);

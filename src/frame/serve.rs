@@ -30,6 +30,10 @@ use crate::settings::Reuse;
 /// while the cell beside it is empty. With three a frame traces a tenth less, and spare samples take half as much again.
 pub const KEPT: u8 = 2;
 
+/// The same where not all cells are asked for: most cells that are not hold a sample from when they were, and those that are
+/// projected and never serve cost more than what some of them save.
+pub const KEPT_OF_SOME: u8 = 1;
+
 /// What a worker needs to serve the cells of one tile. Keeps its memory from tile to tile.
 #[derive(Debug, Default)]
 pub struct Serving {
@@ -89,8 +93,16 @@ impl Serving {
         }
     }
 
-    /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody.
-    pub fn fill<'t>(&mut self, reuse: Reuse, extent: Extent, tile: &mut Tile, sources: &impl Sources<'t>) {
+    /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody, up to
+    /// `most_kept` in a cell with those that serve.
+    pub fn fill<'t>(
+        &mut self,
+        reuse: Reuse,
+        extent: Extent,
+        most_kept: u8,
+        tile: &mut Tile,
+        sources: &impl Sources<'t>,
+    ) {
         let from: Vec<&Tile> = self.candidates.runs().filter_map(|(source, _)| sources(source)).collect();
         self.assign(extent, tile);
         let Self { candidates, serving, kept, moves, flags, .. } = self;
@@ -102,7 +114,7 @@ impl Serving {
         for number in unset(serving, candidates.len()) {
             let Candidate { word, cell, run } = candidates.get(number);
             let kept = &mut kept[usize::from(cell)];
-            if is_within(extent, word) && *kept < KEPT && tile.spares.len() < MOST_SPARES {
+            if is_within(extent, word) && *kept < most_kept && tile.spares.len() < MOST_SPARES {
                 *kept += 1;
                 tile.spares.push(from[usize::from(run)], word.slot());
             }

@@ -195,7 +195,7 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
         for_each_run(&thrown, |source, run| serving.add(source, run));
         serving.serve(Reuse::Target, extent, &CellSet::ALL, &tiles);
         // over what the tile had before
-        serving.fill(Reuse::Target, extent, &mut tile, &tiles);
+        serving.fill(Reuse::Target, extent, KEPT, &mut tile, &tiles);
 
         // by mark: the cells that show a sample, and how often it is kept
         let (mut shown, mut kept) = (HashMap::<u32, usize>::new(), HashMap::<u32, usize>::new());
