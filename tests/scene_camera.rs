@@ -5,7 +5,7 @@ mod small_shot;
 
 use afterimage::pose::Pose;
 use afterimage::scene::camera::Projection;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use small_shot::*;
 
 #[test]
