@@ -166,7 +166,7 @@ fn a_crop_is_the_part_of_the_picture_in_all_levels() {
 
 #[test]
 fn samples_that_are_not_needed_come_back() {
-    // a shadow passes over a pattern of edges and goes: nothing but the camera moves to and fro
+    // the camera goes aside and comes back: pixels of edges are refined, are not, and are again
     let eye = toy::keys(&[(1.0, EYE), (3.0, EYE + DVec3::new(0.4, 0.0, 0.0)), (5.0, EYE)]);
     let scene = with_camera(matt_world(), eye, rests(TARGET));
     let frames = audited(&scene, &adaptive(1, 4));
