@@ -301,15 +301,16 @@ fn materials_and_texture_coordinates_are_those_of_the_point() {
     let floor = toy::floor(4.0, 1);
     let uvs = floor.positions.as_slice().iter().map(|[x, _, z]| Vec2::new((x + 4.0) / 8.0, (4.0 - z) / 8.0));
     let floor = Mesh { uvs: uvs.collect(), ..floor };
-    let models =
-        vec![toy::still("floor", floor, Vec3::ZERO), toy::still("solid", toy::octahedron(0, true), Vec3::Y)];
+    let solid = Mesh { uvs: Vec::new(), ..toy::octahedron(0, true) };
+    let models = vec![toy::still("floor", floor, Vec3::ZERO), toy::still("solid", solid, Vec3::Y)];
     let camera = toy::camera(goes(EYE, EYE + DVec3::X), rests(TARGET));
     let materials = vec![toy::matt(0.5), toy::matt(0.25)];
     let scene = toy::scene(camera, models, materials, vec![toy::sun_overhead(1.0)]);
     for samples in [1, 2] {
         for film in frames(&scene, &toy::settings(samples), 3) {
-            let [object, material, u, v, x, z] = ["object.V", "material.V", "uv.U", "uv.V", "P.X", "P.Z"]
-                .map(|name| film.values(name).unwrap());
+            let [object, material, u, v, is_there, x, z] =
+                ["object.V", "material.V", "uv.U", "uv.V", "uv.A", "P.X", "P.Z"]
+                    .map(|name| film.values(name).unwrap());
             let mut seen = [0; 3];
             for pixel in 0..object.len() {
                 seen[object[pixel] as usize] += 1;
@@ -321,6 +322,7 @@ fn materials_and_texture_coordinates_are_those_of_the_point() {
                 };
                 let off = (Vec2::new(u[pixel], v[pixel]) - wanted).abs().max_element();
                 assert!(off < 1e-5, "{samples}: pixel {pixel} is off by {off}");
+                assert_eq!(is_there[pixel] == 1.0, number == 2.0, "the floor alone has any");
             }
             assert!(seen.iter().all(|count| *count > 100), "{seen:?}");
         }

@@ -75,6 +75,9 @@ fn they_are_those_of_the_shots_frames_whichever_are_rendered() {
         assert!(off.fold(0.0, f32::max) < 1e-3);
     }
     // the camera stands before frame 1 and after frame 5
+    for (film, name) in [(&apart[0], "backward.A"), (&apart[2], "forward.A")] {
+        assert!(film.values(name).unwrap().iter().all(|known| *known == 1.0), "{name}");
+    }
     assert!(vectors(&apart[0], ["backward.U", "backward.V"]).iter().all(|vector| *vector == Vec2::ZERO));
     assert!(vectors(&apart[2], ["forward.U", "forward.V"]).iter().all(|vector| *vector == Vec2::ZERO));
 }
@@ -91,7 +94,31 @@ fn across_a_cut_nothing_moves() {
             [moves(["backward.U", "backward.V"]), moves(["forward.U", "forward.V"])],
             [moves_back, moves_on]
         );
+        let known = ["backward.A", "forward.A"].map(|name| {
+            let all = film.values(name).unwrap();
+            assert!(all.iter().all(|known| *known == all[0]), "{name}");
+            all[0] == 1.0
+        });
+        assert_eq!(known, [moves_back, moves_on]);
     }
+}
+
+/// A camera that flies backwards over the floor: what it saw of it at the rim before was behind it.
+#[test]
+fn what_was_behind_the_eye_has_no_vector() {
+    let mut scene = over_the_floor();
+    let eye = |z| DVec3::new(0.0, 1.0, z);
+    scene.camera = toy::camera(toy::keys(&[(1.0, eye(-6.0)), (2.0, eye(6.0))]), rests(eye(-1e3)));
+    let film = &films(&scene, &settings(1), [2])[0];
+    let [z, known] = ["Z", "backward.A"].map(|name| film.values(name).unwrap());
+    let back = vectors(film, ["backward.U", "backward.V"]);
+    let mut counts = [0; 2];
+    for ((z, known), vector) in z.iter().zip(&known).zip(&back) {
+        assert_eq!(*known == 1.0, *z > 12.0 || *z == 1e10, "{z} before the eye, which was 12 ahead");
+        assert!(*known == 1.0 || *vector == Vec2::ZERO);
+        counts[usize::from(*known == 1.0)] += 1;
+    }
+    assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
 }
 
 /// A camera that rests, travels and rests again; a flyer that sets out while it rests.

@@ -68,24 +68,24 @@ pub mod data {
     pub const NORMAL: usize = 4;
     /// Model's number, from 1 on.
     pub const ID: usize = 7;
-    /// To where the point was in the frame before, pixels.
+    /// To where the point was in the frame before, pixels; 1 if that is known.
     pub const BACKWARD: usize = 8;
-    /// To where it will be in the next frame, pixels.
-    pub const FORWARD: usize = 10;
+    /// To where it will be in the next frame, pixels; 1 if that is known.
+    pub const FORWARD: usize = 11;
     /// From there to where it is.
-    pub const FROM_NEXT: usize = 12;
+    pub const FROM_NEXT: usize = 14;
     /// Frames since the sample was traced.
-    pub const AGE: usize = 14;
+    pub const AGE: usize = 16;
     /// Share of the samples that are base, good, overlapped, missed, obscured.
-    pub const STATUS: usize = 15;
+    pub const STATUS: usize = 17;
     /// Rays: primary, verification, shadow, secondary.
-    pub const RAYS: usize = 20;
+    pub const RAYS: usize = 22;
     /// Material's number, from 1 on.
-    pub const MATERIAL: usize = 24;
-    /// Texture coordinates.
-    pub const UV: usize = 25;
+    pub const MATERIAL: usize = 26;
+    /// Texture coordinates; 1 where there are any.
+    pub const UV: usize = 27;
     /// All of them.
-    pub const COUNT: usize = 27;
+    pub const COUNT: usize = 30;
 }
 
 /// Where a plane's value comes from.
@@ -163,7 +163,7 @@ impl Channel {
 }
 
 /// Of the contract's planes that do not depend on the shot.
-const COUNT: usize = 68;
+const COUNT: usize = 71;
 
 /// The contract's planes.
 const CHANNELS: [Channel; COUNT] = {
@@ -234,12 +234,15 @@ const CHANNELS: [Channel; COUNT] = {
         Channel::float("motion.W", Data(FROM_NEXT + 1)),
         Channel::float("forward.U", Data(FORWARD)),
         Channel::float("forward.V", Data(FORWARD + 1)),
+        Channel::float("forward.A", Data(FORWARD + 2)),
         Channel::float("backward.U", Data(BACKWARD)),
         Channel::float("backward.V", Data(BACKWARD + 1)),
+        Channel::float("backward.A", Data(BACKWARD + 2)),
         Channel::float("depth.V", Filtered(&[DEPTH])),
         Channel::float("material.V", Data(MATERIAL)),
         Channel::float("uv.U", Data(UV)),
         Channel::float("uv.V", Data(UV + 1)),
+        Channel::float("uv.A", Data(UV + 2)),
     ]
 };
 
@@ -369,8 +372,8 @@ mod tests {
 
     use super::*;
 
-    /// What Blender 3.4 and 5 show: longer names of channels are scrambled by one and dropped by the other, and a fifth channel
-    /// of a layer takes the place of another.
+    /// What Blender 3.4 and 5 show: longer names of channels are scrambled by one and dropped by the other, a fifth channel
+    /// of a layer takes the place of another, and 3.4 shows nothing that is of use of two channels.
     #[test]
     fn names_are_such_as_other_programs_read() {
         let mut layers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -391,7 +394,7 @@ mod tests {
                 &["R", "G", "B"],
                 &["X", "Y", "Z"],
                 &["X", "Y", "Z", "W"],
-                &["U", "V"],
+                &["U", "V", "A"],
                 &["V"],
                 &["Z"],
             ];

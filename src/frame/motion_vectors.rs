@@ -17,8 +17,8 @@ use crate::stereo::EyePlace;
 /// Motion about one frame. Built once a frame, where a layer shows it.
 #[derive(Debug)]
 pub struct MotionVectors {
-    /// The frame before and the next one; none where nothing moves, or across a cut.
-    beside: [Option<Beside>; 2],
+    /// The frame before and the next one.
+    beside: [Beside; 2],
     /// Whether vectors may be others than in the frame rendered before, whatever the model.
     all_differ: bool,
     /// The models whose vectors may be.
@@ -27,9 +27,13 @@ pub struct MotionVectors {
 
 /// A frame beside this one.
 #[derive(Debug)]
-struct Beside {
-    view: View,
-    models: Vec<Transform>,
+enum Beside {
+    /// Camera and models are where they are in this one.
+    Same,
+    /// It belongs to another take.
+    Cut,
+    /// They are elsewhere.
+    Moved { view: View, models: Vec<Transform> },
 }
 
 impl MotionVectors {
@@ -63,8 +67,11 @@ impl MotionVectors {
         let Neighbours { before, after, cuts } = near;
         let beside = |other: Pose, is_cut: bool| {
             let moves = other.camera != pose.camera || other.models != pose.models;
-            let view = View::new(&view.grid, other.camera);
-            (moves && !is_cut).then_some(Beside { view, models: other.models })
+            match (is_cut, moves) {
+                (true, _) => Beside::Cut,
+                (false, false) => Beside::Same,
+                _ => Beside::Moved { view: View::new(&view.grid, other.camera), models: other.models },
+            }
         };
         Some(Self { beside: [beside(before, cuts[0]), beside(after, cuts[1])], all_differ, differing })
     }
@@ -74,36 +81,37 @@ impl MotionVectors {
         self.all_differ || self.differing.may_share(models)
     }
 
-    /// Whether nothing moves from the frame before to the next one.
-    pub fn are_zero(&self) -> bool {
-        self.beside.iter().all(Option::is_none)
+    /// Whether nothing moves from the frame before to this one, and from this one to the next.
+    pub fn is_at_rest(&self) -> [bool; 2] {
+        self.beside.each_ref().map(|beside| matches!(beside, Beside::Same))
     }
 
     /// From where a point of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
-    /// pixels, x to the right and y upwards. `offset`: from the eye to it. Zero where either place is behind the eye, and for the
-    /// background of an orthographic view, which has no place.
-    pub fn of(&self, view: &View, offset: Vec3, point: Vec3, model: u32) -> [Vec2; 2] {
-        if model == BACKGROUND && view.camera.is_orthographic() {
-            return [Vec2::ZERO; 2];
-        }
-        let Some(here) = view.project_one(offset).map(Vec3::truncate) else { return [Vec2::ZERO; 2] };
+    /// pixels, x to the right and y upwards. `offset`: from the eye to it. `None` where that is not known: across a cut, where
+    /// either place is behind the eye, and for the background of an orthographic camera that moves, which has no place.
+    pub fn of(&self, view: &View, offset: Vec3, point: Vec3, model: u32) -> [Option<Vec2>; 2] {
+        let here = view.project_one(offset).map(Vec3::truncate);
         let per_pixel = (view.grid.samples as f32).recip();
-        self.beside.each_ref().map(|beside| {
-            let there = beside.as_ref().and_then(|beside| beside.sees(point, model));
-            there.map_or(Vec2::ZERO, |there| (there - here) * Vec2::new(per_pixel, -per_pixel))
+        self.beside.each_ref().map(|beside| match beside {
+            Beside::Same => Some(Vec2::ZERO),
+            Beside::Cut => None,
+            Beside::Moved { view, models } => {
+                let there = seen(view, models, point, model)?;
+                Some((there - here?) * Vec2::new(per_pixel, -per_pixel))
+            }
         })
     }
 }
 
-impl Beside {
-    /// Where a point (object space; of the background, a direction) is seen, in cells. `None` behind the eye.
-    fn sees(&self, point: Vec3, model: u32) -> Option<Vec2> {
-        let offset = match model {
-            BACKGROUND => point,
-            _ => self.models[model as usize].point(point) - self.view.camera.eye,
-        };
-        self.view.project_one(offset).map(Vec3::truncate)
-    }
+/// Where a point of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, and for
+/// the background of an orthographic view.
+fn seen(view: &View, models: &[Transform], point: Vec3, model: u32) -> Option<Vec2> {
+    let offset = match model {
+        BACKGROUND if view.camera.is_orthographic() => return None,
+        BACKGROUND => point,
+        _ => models[model as usize].point(point) - view.camera.eye,
+    };
+    view.project_one(offset).map(Vec3::truncate)
 }
 
 /// What is beside a frame of the shot.

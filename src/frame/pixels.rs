@@ -217,10 +217,14 @@ fn write_motion(
     cells: &[u16],
     data: &mut Planes<{ data::COUNT }>,
 ) {
-    if vectors.are_zero() {
+    let at_rest = vectors.is_at_rest();
+    for (first, _) in [data::BACKWARD, data::FORWARD].into_iter().zip(at_rest).filter(|(_, rests)| *rests) {
+        data.open(first + 2).fill(1.0);
+    }
+    if at_rest == [true; 2] {
         return;
     }
-    let mut of_pixels = [[Vec2::ZERO; 2]; CELLS];
+    let mut of_pixels = [[Some(Vec2::ZERO); 2]; CELLS];
     for (of_pixel, cell) in of_pixels.iter_mut().zip(cells) {
         let cell = usize::from(*cell);
         let (point, model) = (tile.point(cell), tile.model[cell]);
@@ -232,16 +236,21 @@ fn write_motion(
     for (which, first, sign) in planes {
         for axis in 0..2 {
             let column = data.open(first + axis).iter_mut();
+            let length = |vector: Option<Vec2>| vector.unwrap_or_default()[axis];
             // with 0 added, so that no zero is negative: what stands in the film is compared with it bit by bit
-            column.zip(&of_pixels).for_each(|(value, vectors)| *value = sign * vectors[which][axis] + 0.0);
+            column.zip(&of_pixels).for_each(|(value, vectors)| *value = sign * length(vectors[which]) + 0.0);
         }
+    }
+    for (which, first) in [data::BACKWARD, data::FORWARD].into_iter().enumerate() {
+        let known = of_pixels.iter().map(|vectors| f32::from(u8::from(vectors[which].is_some())));
+        data.open(first + 2).iter_mut().zip(known).for_each(|(value, known)| *value = known);
     }
 }
 
 /// The texture coordinates of the samples in the `cells` that pixels show: at the points that are kept, where textures are
 /// looked up.
 fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ data::COUNT }>) {
-    let planes = [data::UV, data::UV + 1];
+    let planes = [data::UV, data::UV + 1, data::UV + 2];
     planes.iter().for_each(|plane| _ = data.open_zeroed(*plane));
     for (group, cells) in cells.chunks(LANES).enumerate() {
         let surface = |lane: usize| {
@@ -266,7 +275,8 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
         );
         for (lane, (mesh, triangle, _)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
             let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
-            for (plane, value) in planes.into_iter().zip(uv.to_array()) {
+            let is_there = f32::from(u8::from(mesh.has_uvs()));
+            for (plane, value) in planes.into_iter().zip([uv.x, uv.y, is_there]) {
                 // no zero is negative: what stands in the film is compared with it bit by bit
                 data.columns[plane][group * LANES + lane] = value + 0.0;
             }

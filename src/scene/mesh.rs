@@ -90,6 +90,11 @@ impl Groups {
 }
 
 impl Mesh {
+    /// Whether its surface has texture coordinates.
+    pub fn has_uvs(&self) -> bool {
+        self.quadric.is_some() || !self.uvs.is_empty()
+    }
+
     /// A quadric of one material.
     pub fn of_quadric(quadric: Quadric, material: u16, casts_shadow: bool) -> Self {
         let count = quadric.count();
