@@ -14,6 +14,7 @@ mod glass;
 mod growth;
 mod incoherent;
 mod kinds;
+mod modes;
 mod places;
 mod sphere;
 mod suite;
@@ -111,6 +112,9 @@ enum Subject {
     /// What long chains of inferred frames trace anew and cost at frames 24, 96 and, with --long, 300, beside the
     /// paper's rule; takes the scenes, flows, lights, samples, layers, size and the first depth
     Chains,
+    /// Whole runs with `--mode full`, `reproject` and `auto`; takes the scenes, kinds, lights, samples, size, frames, rounds and
+    /// layers
+    Modes,
     /// Light from all around, kept path by path: full frames beside inferred ones, by what moves; takes the scenes
     /// (kitchen, city), moves, size, frames, samples, layers and the first depth
     Gathered,
@@ -186,6 +190,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Shots => suite::run(arguments),
         Subject::Growth => growth::run(arguments),
         Subject::Chains => chains::run(arguments),
+        Subject::Modes => modes::run(arguments),
         Subject::Gathered => gathered::run(arguments),
         Subject::Equal => equal::run(arguments),
         Subject::Incoherent => incoherent::run(arguments),
