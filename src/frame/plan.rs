@@ -54,6 +54,17 @@ pub enum ShadowCheck {
     MovableThenStill,
 }
 
+/// A part of a sample's colour (the paper's "Color Calculation").
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Term {
+    /// Of the light that reaches everything. As far as occlusion dims it, see [`Until`](crate::changes::Until).
+    Ambient,
+    /// What a light sends, scattered evenly.
+    Diffuse,
+    /// What a light sends, as the eye sees it reflected.
+    Specular,
+}
+
 /// What changed since the frame before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -126,14 +137,33 @@ impl Plan {
         !self.any_moved && self.lights[light] != LightChange::Moved
     }
 
-    /// Whether any light changed, in place or strength.
-    pub fn any_light_changed(&self) -> bool {
-        self.lights.iter().any(|light| *light != LightChange::None)
+    /// Whether a `term` of a sample's colour stays what it was, as far as one light brings it. `moved`: the sample's model did;
+    /// `reached`: whether the light reached the sample in the frame before, and does now.
+    ///
+    /// Samples keep ambient and diffuse light of all lights as one sum, and highlights stay in the film, tile by tile; so what is
+    /// kept is what [`keeps_all`](Self::keeps_all) says. What a sample has gathered and how open it is last as long as
+    /// [`Until`](crate::changes::Until) says.
+    pub fn keeps(&self, term: Term, light: usize, moved: bool, reached: [bool; 2]) -> bool {
+        let [before, now] = reached;
+        let rests = !moved && self.lights[light] == LightChange::None && before == now;
+        let stays_dark = !before && !now;
+        match term {
+            Term::Ambient => true,
+            Term::Diffuse => stays_dark || rests,
+            Term::Specular => stays_dark || rests && self.camera == CameraChange::None,
+        }
+    }
+
+    /// Whether a `term` of a sample's colour stays what it was if each light reaches it as before. `moved`: its model did.
+    pub fn keeps_all(&self, term: Term, moved: bool) -> bool {
+        // without lights, too: what a surface has gathered depends on where it is
+        let rests = term == Term::Ambient || !moved;
+        rests && (0..self.lights.len()).all(|light| self.keeps(term, light, moved, [true; 2]))
     }
 
     /// Whether the light on a sample must be summed anew even if all of its tags hold.
     pub fn light_changes(&self, moved: bool) -> bool {
-        moved || self.any_light_changed()
+        !self.keeps_all(Term::Diffuse, moved)
     }
 }
 
@@ -292,6 +322,91 @@ mod tests {
         }
         assert!(plan.light_changes(false));
         assert!(!change(|_| ()).light_changes(false) && change(|_| ()).light_changes(true));
+    }
+
+    // One test a row of the third table.
+
+    const LIT: [bool; 2] = [true, true];
+    const STAYS_DARK: [bool; 2] = [false, false];
+    const FALLS_DARK: [bool; 2] = [true, false];
+    const COMES_TO_LIGHT: [bool; 2] = [false, true];
+
+    #[test]
+    fn ambient_light_stays_whatever_changes() {
+        for reached in [LIT, STAYS_DARK, FALLS_DARK, COMES_TO_LIGHT] {
+            for plan in [Plan::of_base_frame(&pose()), change(|now| now.lights[0].strength = Vec3::X)] {
+                assert!(plan.keeps(Term::Ambient, 0, true, reached) && plan.keeps_all(Term::Ambient, true));
+            }
+        }
+    }
+
+    #[test]
+    fn diffuse_light_stays_while_light_sample_and_shadow_do() {
+        let camera = change(|now| now.camera.eye = Vec3::X);
+        for plan in [change(|_| ()), Plan::between(&pose(), &moved_model()), camera] {
+            assert!(plan.keeps(Term::Diffuse, 0, false, LIT) && plan.keeps_all(Term::Diffuse, false));
+        }
+    }
+
+    #[test]
+    fn diffuse_light_of_what_stays_dark_stays_whatever_moves() {
+        let light = change(|now| now.lights[0].shape = LightShape::Point { position: Vec3::Y });
+        for (plan, moved) in [(Plan::between(&pose(), &moved_model()), true), (light, false)] {
+            assert!(plan.keeps(Term::Diffuse, 0, moved, STAYS_DARK), "another blocker is as dark");
+            assert!(plan.keeps(Term::Specular, 0, moved, STAYS_DARK), "and as dull");
+        }
+    }
+
+    #[test]
+    fn diffuse_light_is_new_where_a_shadow_comes_or_goes() {
+        for reached in [FALLS_DARK, COMES_TO_LIGHT] {
+            assert!(!change(|_| ()).keeps(Term::Diffuse, 0, false, reached));
+            assert!(!change(|_| ()).keeps(Term::Specular, 0, false, reached));
+        }
+    }
+
+    #[test]
+    fn tags_say_whether_a_shadow_comes_or_goes() {
+        let tags = [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::DynamicOccluder];
+        let plan = change(|_| ());
+        for (before, now) in tags.into_iter().flat_map(|before| tags.map(|now| (before, now))) {
+            let reached = [before, now].map(Tag::is_lit);
+            assert_eq!(before.changes_light_to(now), !plan.keeps(Term::Diffuse, 0, false, reached));
+        }
+    }
+
+    #[test]
+    fn diffuse_light_is_new_on_what_moved() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert!(!plan.keeps(Term::Diffuse, 0, true, LIT) && !plan.keeps_all(Term::Diffuse, true));
+        let unlit = Plan { lights: vec![], ..plan };
+        assert!(!unlit.keeps_all(Term::Diffuse, true), "what it has gathered depends on its place");
+    }
+
+    #[test]
+    fn diffuse_light_is_new_under_a_light_that_moved_or_has_another_colour() {
+        for plan in [
+            change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y }),
+            change(|now| now.lights[1].strength = Vec3::X),
+        ] {
+            assert!(!plan.keeps(Term::Diffuse, 1, false, LIT) && plan.keeps(Term::Diffuse, 0, false, LIT));
+            assert!(!plan.keeps_all(Term::Diffuse, false), "they are kept as one sum");
+        }
+    }
+
+    #[test]
+    fn highlights_stay_while_camera_light_and_sample_rest() {
+        assert!(change(|_| ()).keeps_all(Term::Specular, false));
+        assert!(Plan::between(&pose(), &moved_model()).keeps_all(Term::Specular, false));
+        assert!(!Plan::between(&pose(), &moved_model()).keeps_all(Term::Specular, true));
+        for plan in [
+            change(|now| now.camera.eye = Vec3::X),
+            change(|now| now.camera.half_height = 0.5),
+            change(|now| now.lights[1].strength = Vec3::X),
+            change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y }),
+        ] {
+            assert!(!plan.keeps_all(Term::Specular, false), "{plan:?}");
+        }
     }
 
     #[test]

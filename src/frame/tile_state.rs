@@ -7,6 +7,7 @@ use super::bins::Bins;
 use super::frame_view::FrameView;
 use super::moved_bounds::ModelSet;
 use super::path_bounds::TilePaths;
+use super::plan::Term;
 use super::remake::{SampleFacts, TileFacts};
 use super::tile_bounds::TileBounds;
 use crate::changes::Until;
@@ -71,7 +72,7 @@ impl TileState {
     pub fn facts(&self, frame: &FrameView, film_is_last: bool, is_needed: bool) -> TileFacts {
         let samples = SampleFacts {
             is_known: self.is_known,
-            any_light_changed: frame.plan.any_light_changed(),
+            any_light_changed: !frame.plan.keeps_all(Term::Specular, false),
             may_be_reached: self.may_be_reached,
             has_expired: frame.has_expired(self.until),
         };
@@ -89,7 +90,7 @@ impl TileState {
 /// Finds out what concerns each tile, when the samples of models that moved have been taken out of `store` and put on
 /// the lists of the tiles that they fall into. The camera must not have moved.
 pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
-    let light_changed = frame.plan.any_light_changed();
+    let light_changed = !frame.plan.keeps_all(Term::Specular, false);
     states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
         state.may_be_reached = frame.plan.any_moved && {
             let bounds = state.bounds.take();
