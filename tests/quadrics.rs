@@ -78,6 +78,7 @@ fn with_flying(mut scene: Scene, quadric: &Quadric) -> Scene {
         translate: goes(DVec3::new(-3.0, 2.0, 1.5), DVec3::new(2.0, 1.5, 1.0)),
         rotate: goes(DVec3::ZERO, DVec3::new(20.0, 90.0, 0.0)),
         scale: goes(DVec3::splat(0.5), DVec3::new(0.5, 0.7, 0.4)),
+        ..TransformTrack::identity()
     };
     scene.models.push(toy::moving_quadric("flyer", quadric, 0, track));
     scene

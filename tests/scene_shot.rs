@@ -506,12 +506,6 @@ fn mistakes_are_told_with_place_and_remedy() {
 }
 
 #[test]
-fn scales_may_not_pass_through_zero() {
-    let text = format!("{REST}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 5\nscale = -1\n");
-    assert!(error(&text).contains("passes through zero"), "{}", error(&text));
-}
-
-#[test]
 fn missing_files_are_stand_ins_or_strict_errors() {
     let folder = folder();
     std::fs::write(

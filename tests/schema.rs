@@ -118,6 +118,8 @@ fn the_schema_takes_what_may_be_written_in_several_ways() {
     for more in [
         "scale = 2",
         "scale = [1, 2.5, 3]",
+        "matrix = [[1, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, 1, 0]]\nvisible = false",
+        "[[model.key]]\nframe = 2\nmatrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nvisible = true",
         "[render]\nrate = 24",
         "[render]\nrate = \"24000/1001\"",
         "[indirect]\nbudget = \"full\"",
@@ -140,6 +142,9 @@ fn the_schema_refuses_what_the_program_refuses() {
         ("colour = 1", "shot.model[0]"),
         ("scale = \"big\"", "shot.model[0].scale"),
         ("scale = [1, 2]", "shot.model[0].scale"),
+        ("visible = 1", "shot.model[0].visible"),
+        ("matrix = [[1, 0, 0, 0], [0, 1, 0, 0]]", "shot.model[0].matrix"),
+        ("matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1]]", "shot.model[0].matrix[2]"),
         ("[render]\nsamples = 17", "shot.render.samples"),
         ("[render]\nsamples = 1.5", "shot.render.samples"),
         ("[render]\nsize = [1280]", "shot.render.size"),

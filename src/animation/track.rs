@@ -1,6 +1,6 @@
 //! A value that is keyed at some frames and known at all of them.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// How a track passes from key to key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize, schemars::JsonSchema)]
@@ -46,6 +46,16 @@ impl Keyed for Vec3 {
     }
     fn plus(self, other: Self) -> Self {
         self + other
+    }
+}
+
+/// Element by element; the last row stays 0 0 0 1.
+impl Keyed for DAffine3 {
+    fn scaled(self, k: f64) -> Self {
+        Self { matrix3: self.matrix3 * k, translation: self.translation * k }
+    }
+    fn plus(self, other: Self) -> Self {
+        Self { matrix3: self.matrix3 + other.matrix3, translation: self.translation + other.translation }
     }
 }
 

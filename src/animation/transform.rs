@@ -1,10 +1,10 @@
-//! Where a model stands: scale, then rotation, then translation.
+//! Where a model stands: a matrix, then scale, then rotation, then translation; and whether it is there at all.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, EulerRot, Mat3A, Vec3, Vec3A};
 
-use super::Track;
+use super::{Track, Visibility};
 
-/// Keyed scale, rotation and translation of a model.
+/// Keyed places of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransformTrack {
     /// World units.
@@ -12,8 +12,13 @@ pub struct TransformTrack {
     /// Degrees about X, then Y, then Z (fixed axes). Each angle is interpolated by itself, so that a
     /// key of 720 turns twice.
     pub rotate: Track<DVec3>,
-    /// Factor along each axis of the object, none zero.
+    /// Factor along each axis, none zero.
     pub scale: Track<DVec3>,
+    /// Applied before the scale: any affine map with an inverse, which may shear and mirror. Between keys each element is
+    /// interpolated by itself.
+    pub matrix: Option<Track<DAffine3>>,
+    /// When the model is there.
+    pub visible: Visibility,
 }
 
 impl TransformTrack {
@@ -23,30 +28,42 @@ impl TransformTrack {
             translate: Track::constant(DVec3::ZERO),
             rotate: Track::constant(DVec3::ZERO),
             scale: Track::constant(DVec3::ONE),
+            matrix: None,
+            visible: Visibility::ALWAYS,
         }
     }
 
     /// Object to world at `frame`.
     pub fn at(&self, frame: f64) -> Transform {
-        Transform::new(self.map_at(frame))
+        if self.visible.at(frame) { Transform::new(self.map_at(frame)) } else { Transform::HIDDEN }
     }
 
-    /// Object to world at `frame`, exactly.
+    /// Object to world at `frame`, exactly, whether the model is there or not.
     pub fn map_at(&self, frame: f64) -> DAffine3 {
         let angles = self.rotate.at(frame) * (std::f64::consts::PI / 180.0);
         // intrinsic Z-Y-X is extrinsic X-Y-Z: about X first, then Y, then Z, all fixed axes
         let rotation = DQuat::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x);
-        DAffine3::from_scale_rotation_translation(self.scale.at(frame), rotation, self.translate.at(frame))
+        let placed = DAffine3::from_scale_rotation_translation(
+            self.scale.at(frame),
+            rotation,
+            self.translate.at(frame),
+        );
+        self.matrix.as_ref().map_or(placed, |matrix| placed * matrix.at(frame))
     }
 
-    /// The frames of all keys.
+    /// The frames of all keys that say where it is.
     pub fn key_frames(&self) -> Vec<f64> {
-        self.translate.frames().chain(self.rotate.frames()).chain(self.scale.frames()).collect()
+        let frames = self.translate.frames().chain(self.rotate.frames()).chain(self.scale.frames());
+        frames.chain(self.matrix.iter().flat_map(Track::frames)).collect()
     }
 
-    /// Whether the model stands still for the whole shot.
+    /// Whether the model is there, and stands still, for the whole shot.
     pub fn is_constant(&self) -> bool {
-        self.translate.is_constant() && self.rotate.is_constant() && self.scale.is_constant()
+        self.translate.is_constant()
+            && self.rotate.is_constant()
+            && self.scale.is_constant()
+            && self.matrix.as_ref().is_none_or(Track::is_constant)
+            && self.visible.is_always()
     }
 }
 
@@ -62,6 +79,8 @@ pub struct Transform {
     pub to_object: Affine3A,
     /// Whether nothing changes: most of most scenes stands where its file put it.
     pub is_identity: bool,
+    /// Whether the model is there. What is not has no place, and is equal whatever its track says.
+    pub is_visible: bool,
 }
 
 impl Transform {
@@ -71,7 +90,11 @@ impl Transform {
         normal: Mat3A::IDENTITY,
         to_object: Affine3A::IDENTITY,
         is_identity: true,
+        is_visible: true,
     };
+
+    /// Of a model that is not there: no ray meets it, and it has no samples.
+    pub const HIDDEN: Self = Self { is_visible: false, ..Self::IDENTITY };
 
     /// From an exact map; it must have an inverse.
     pub fn new(map: DAffine3) -> Self {
@@ -86,6 +109,7 @@ impl Transform {
             ),
             to_object: affine(inverse),
             is_identity: map == DAffine3::IDENTITY,
+            is_visible: true,
         }
     }
 
@@ -171,6 +195,73 @@ mod tests {
     }
 
     #[test]
+    fn a_matrix_comes_before_scale_rotation_and_translation() {
+        let shear = DAffine3::from_mat3_translation(
+            DMat3::from_cols(DVec3::X, DVec3::new(2.0, 1.0, 0.0), DVec3::Z),
+            DVec3::new(0.0, 0.0, 5.0),
+        );
+        let track = TransformTrack {
+            translate: Track::constant(DVec3::X * 10.0),
+            rotate: Track::constant(DVec3::new(0.0, 90.0, 0.0)),
+            scale: Track::constant(DVec3::new(3.0, 1.0, 1.0)),
+            matrix: Some(Track::constant(shear)),
+            ..TransformTrack::identity()
+        };
+        // (0, 1, 0) is sheared to (2, 1, 5), scaled to (6, 1, 5), turned to (5, 1, -6)
+        let there = track.at(1.0).point(Vec3::Y);
+        assert!(there.distance(Vec3::new(15.0, 1.0, -6.0)) < 1e-5, "{there}");
+        assert!(track.is_constant());
+    }
+
+    #[test]
+    fn elements_of_matrices_are_interpolated_one_by_one() {
+        let mirror = DAffine3::from_scale_rotation_translation(
+            DVec3::new(-1.0, 3.0, 1.0),
+            DQuat::from_rotation_z(0.5),
+            DVec3::new(4.0, 0.0, 2.0),
+        );
+        let other = DAffine3::from_mat3(DMat3::from_cols(DVec3::NEG_X, DVec3::ONE, DVec3::Z));
+        let keys = vec![(1.0, mirror), (5.0, other)];
+        let matrix = Track::through(keys, Interpolation::Linear).expect("good");
+        let track = TransformTrack { matrix: Some(matrix), ..TransformTrack::identity() };
+        let expected =
+            mirror.to_cols_array().into_iter().zip(other.to_cols_array()).map(|(a, b)| a * 0.75 + b * 0.25);
+        let expected: Vec<f64> = expected.collect();
+        assert!(track.map_at(2.0).abs_diff_eq(DAffine3::from_cols_slice(&expected), 1e-12));
+        assert!(!track.is_constant() && track.key_frames().contains(&5.0));
+    }
+
+    #[test]
+    fn mirrored_and_sheared_normals_stay_outside() {
+        let map = DAffine3::from_mat3(DMat3::from_cols(
+            DVec3::new(-2.0, 0.0, 0.5),
+            DVec3::new(1.0, 1.0, 0.0),
+            DVec3::new(0.0, 0.25, 1.0),
+        ));
+        let transform = Transform::new(map);
+        assert!(map.matrix3.determinant() < 0.0, "a mirror image");
+        // of the triangle (1,0,0) (0,1,0) (0,0,1), whose outside is away from the origin
+        let normal = transform.normal(Vec3::ONE.normalize());
+        let corners = [Vec3::X, Vec3::Y, Vec3::Z].map(|corner| transform.point(corner));
+        assert!(normal.dot(corners[1] - corners[0]).abs() < 1e-6);
+        assert!(normal.dot(corners[2] - corners[0]).abs() < 1e-6);
+        assert!(normal.dot(corners[0] - transform.point(Vec3::ZERO)) > 0.1);
+    }
+
+    #[test]
+    fn what_is_not_there_is_equal_wherever_it_would_be() {
+        let keys = vec![(1.0, DVec3::ZERO), (9.0, DVec3::X)];
+        let track = TransformTrack {
+            translate: Track::through(keys, Interpolation::Linear).expect("good"),
+            visible: Visibility::through(true, vec![(3.0, false), (6.0, true)]).expect("good"),
+            ..TransformTrack::identity()
+        };
+        assert_eq!((track.at(3.0), track.at(5.0)), (Transform::HIDDEN, Transform::HIDDEN));
+        assert!(track.at(2.0).is_visible && track.at(6.0).is_visible && track.at(6.0) != track.at(5.0));
+        assert_ne!(Transform::HIDDEN, Transform::IDENTITY);
+    }
+
+    #[test]
     fn knows_whether_it_ever_moves() {
         let keys = vec![(1.0, DVec3::ZERO), (2.0, DVec3::X)];
         let moving = TransformTrack {
@@ -178,5 +269,8 @@ mod tests {
             ..TransformTrack::identity()
         };
         assert!(TransformTrack::identity().is_constant() && !moving.is_constant());
+        let hidden = Visibility::through(false, vec![]).expect("good");
+        let never_there = TransformTrack { visible: hidden, ..TransformTrack::identity() };
+        assert!(!never_there.is_constant(), "it must not be taken for what always stands there");
     }
 }

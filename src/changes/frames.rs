@@ -53,10 +53,13 @@ impl<T: Keyed> Keys for Track<T> {
     }
 }
 
-/// The frames g in which a model's transform differs from that of the frame that comes before it in `direction`: rising, as
-/// [counts](Direction::count).
+/// The frames g in which a model's transform differs from that of the frame that comes before it in `direction`, or in which it
+/// appears or disappears: rising, as [counts](Direction::count).
 pub fn of_model(track: &TransformTrack, direction: Direction) -> impl Iterator<Item = i64> + '_ {
-    changes(vec![&track.translate, &track.rotate, &track.scale], direction, |frame| track.at(frame))
+    let mut tracks: Vec<&dyn Keys> = vec![&track.translate, &track.rotate, &track.scale];
+    tracks.extend(track.matrix.iter().map(|matrix| matrix as &dyn Keys));
+    tracks.extend(track.visible.track().map(|visible| visible as &dyn Keys));
+    changes(tracks, direction, |frame| track.at(frame))
 }
 
 /// The same of a light's pose, in anything.
@@ -124,8 +127,8 @@ fn changes<'a, T: PartialEq + 'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::animation::Interpolation;
-    use glam::{DVec3, Vec3};
+    use crate::animation::{Interpolation, Visibility};
+    use glam::{DAffine3, DVec3, Vec3};
 
     fn sliding(keys: &[(f64, f64)]) -> TransformTrack {
         let keys = keys.iter().map(|(frame, x)| (*frame, DVec3::X * *x)).collect();
@@ -158,6 +161,26 @@ mod tests {
             let expected: Vec<i64> = (-40..40).filter(differs).collect();
             assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), expected);
         }
+    }
+
+    #[test]
+    fn coming_and_going_counts_and_hidden_motion_does_not() {
+        let track = TransformTrack {
+            visible: Visibility::through(true, vec![(4.0, false), (8.0, true), (20.0, false)]).expect("good"),
+            ..sliding(&[(2.0, 0.0), (10.0, 1.0)])
+        };
+        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [3, 4, 8, 9, 10, 20]);
+        let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
+        let expected: Vec<i64> = (-40..40).filter(differs).collect();
+        assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn a_matrix_counts() {
+        let keys = vec![(2.0, DAffine3::IDENTITY), (4.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 2.0)))];
+        let matrix = Track::through(keys, Interpolation::Linear).expect("keys are good");
+        let track = TransformTrack { matrix: Some(matrix), ..TransformTrack::identity() };
+        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [3, 4]);
     }
 
     #[test]

@@ -117,6 +117,8 @@ impl Mover<'_> {
                 }
             }
         }
+        // where it is not there, nothing is arrived at and nothing left
+        leaves.retain(|leaf| !leaf.bounds.is_empty());
         leaves
     }
 }

@@ -1,5 +1,7 @@
 //! All motion of a shot, to be asked about segments.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -29,12 +31,14 @@ pub struct Motion {
     /// Whether a model moves after the last frame that [`Until`] can name: there everything counts as touched.
     moves_later: bool,
     /// One for each of the scene's, or none if nothing ever changes.
-    lights: Vec<LightChanges>,
+    lights: Vec<Changes>,
+    /// Of the models that appear or disappear.
+    passing: HashMap<u32, Changes>,
 }
 
-/// When a light changes.
+/// When something changes.
 #[derive(Debug, Clone, Default)]
-struct LightChanges {
+struct Changes {
     /// Rising.
     frames: Vec<u16>,
     /// Whether it changes after the last frame that [`Until`] can name.
@@ -54,8 +58,9 @@ impl Motion {
 
     /// With not many more than `limit` leaves.
     pub(super) fn with_limit(scene: &Scene, direction: Direction, limit: usize) -> Self {
-        let models: Vec<&Model> = scene.models.iter().filter(|model| !model.track.is_constant()).collect();
-        let first_of_model = |model: &&Model| frames::of_model(&model.track, direction).next();
+        let moving = (0..).zip(&scene.models).filter(|(_, model)| !model.track.is_constant());
+        let models: Vec<(u32, &Model)> = moving.collect();
+        let first_of_model = |(_, model): &(u32, &Model)| frames::of_model(&model.track, direction).next();
         let first_of_light = |light: &Light| frames::of_light(light, direction).next();
         let first_changes = (
             models.par_iter().filter_map(first_of_model).min(),
@@ -66,10 +71,14 @@ impl Motion {
         };
         // counted from the frame before it, so that 0 is no frame of motion
         let start = start - 1;
-        let of_model = |model: &&'_ Model| relative(frames::of_model(&model.track, direction), start);
-        let changes: Vec<(Vec<u16>, bool)> = models.par_iter().map(of_model).collect();
-        let moves_later = changes.iter().any(|(_, later)| *later);
-        let movers = models.into_iter().zip(changes).map(|(model, (changes, _))| Mover { model, changes });
+        let of_model =
+            |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, direction), start);
+        let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
+        let moves_later = changes.iter().any(|changes| changes.changes_later);
+        let passing = models.iter().zip(&changes).filter(|((_, model), _)| !model.track.visible.is_always());
+        let passing = passing.map(|((number, _), changes)| (*number, changes.clone())).collect();
+        let movers = models.into_iter().zip(changes);
+        let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
         let place =
             |mover: &Mover<'_>, count: i64| mover.model.track.at(direction.count(start + count) as f64);
@@ -78,7 +87,10 @@ impl Motion {
             direction,
             tree: Tree::of(leaves(&movers, place, limit)),
             moves_later,
-            lights: scene.lights.iter().map(|light| LightChanges::of(light, direction, start)).collect(),
+            lights: (scene.lights.iter())
+                .map(|light| Changes::of(frames::of_light(light, direction), start))
+                .collect(),
+            passing,
         }
     }
 
@@ -105,12 +117,13 @@ impl Motion {
 
     /// The first frame after `after` in which light number `light` differs in anything from the frame before.
     pub fn first_light_change(&self, light: usize, after: i32) -> Until {
-        let after = self.count(after);
-        let Some(LightChanges { frames, changes_later }) = self.lights.get(light) else {
-            return Until::FOREVER;
-        };
-        let next = frames.partition_point(|frame| i32::from(*frame) <= after);
-        frames.get(next).map_or(end(*changes_later), |frame| Until::frame(*frame))
+        self.lights.get(light).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
+    }
+
+    /// The first frame after `after` in which a model that appears or disappears in some frame does so, or is elsewhere. Of other
+    /// models nothing is known.
+    pub fn first_change_of(&self, model: u32, after: i32) -> Until {
+        self.passing.get(&model).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
     /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
@@ -157,21 +170,22 @@ fn end(changes_later: bool) -> Until {
     if changes_later { Until::frame(Until::LAST) } else { Until::FOREVER }
 }
 
-/// The frames that can be named, counted from `start`, and whether there are others after them.
-fn relative(frames: impl Iterator<Item = i64>, start: i64) -> (Vec<u16>, bool) {
-    let mut named = Vec::new();
-    for frame in frames.map(|frame| frame - start) {
-        match u16::try_from(frame) {
-            Ok(frame) if frame <= Until::LAST => named.push(frame),
-            _ => return (named, true),
+impl Changes {
+    /// Those of the `counts` that can be named, counted from `start`, and whether there are others after them.
+    fn of(counts: impl Iterator<Item = i64>, start: i64) -> Self {
+        let mut frames = Vec::new();
+        for frame in counts.map(|frame| frame - start) {
+            match u16::try_from(frame) {
+                Ok(frame) if frame <= Until::LAST => frames.push(frame),
+                _ => return Self { frames, changes_later: true },
+            }
         }
+        Self { frames, changes_later: false }
     }
-    (named, false)
-}
 
-impl LightChanges {
-    fn of(light: &Light, direction: Direction, start: i64) -> Self {
-        let (frames, changes_later) = relative(frames::of_light(light, direction), start);
-        Self { frames, changes_later }
+    /// The first one after frame `after`, counted from the first frame of motion.
+    fn first_after(&self, after: i32) -> Until {
+        let next = self.frames.partition_point(|frame| i32::from(*frame) <= after);
+        self.frames.get(next).map_or(end(self.changes_later), |frame| Until::frame(*frame))
     }
 }

@@ -37,7 +37,8 @@ fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Opti
     let mut touched = later.filter(|pair| {
         let models = pair[0].models.iter().zip(&pair[1].models).enumerate();
         let mut moved = models.filter(|(_, (old, new))| old != new);
-        moved.any(|(model, (old, new))| touches(model, old, segment) || touches(model, new, segment))
+        let touched = |model, at: &Transform| at.is_visible && touches(model, at, segment);
+        moved.any(|(model, (old, new))| touched(model, old) || touched(model, new))
     });
     touched.next().map(|pair| pair[1].frame)
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use embree::VertexBuffer;
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::animation::{Interpolation, Track, TransformTrack};
+use crate::animation::{Interpolation, Track, TransformTrack, Visibility};
 use crate::scene::camera::{Aim, Lens};
 use crate::scene::{Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene};
 
@@ -75,7 +75,30 @@ pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
         } else {
             Track::constant(DVec3::ONE)
         },
+        matrix: dice.one_in(4).then(|| matrices(dice, frames)),
+        visible: if dice.one_in(3) { visibility(dice, frames) } else { Visibility::ALWAYS },
     }
+}
+
+/// From one map that shears to another.
+fn matrices(dice: &mut Dice, frames: [f64; 2]) -> Track<DAffine3> {
+    let map = |dice: &mut Dice| {
+        let shear = dice.point(0.3);
+        DAffine3::from_mat3_translation(
+            DMat3::from_cols(DVec3::NEG_X, DVec3::new(shear.x, 1.0, shear.y), DVec3::new(shear.z, 0.0, 1.0)),
+            dice.point(1.0),
+        )
+    };
+    let keys = frames.map(|frame| (frame, map(dice)));
+    Track::through(keys.to_vec(), Interpolation::Linear).expect("keys rise")
+}
+
+fn visibility(dice: &mut Dice, [first, last]: [f64; 2]) -> Visibility {
+    let count = 1 + dice.below(4);
+    let key = |i: u64| first + (last - first) * (i as f64 + 0.3) / count as f64;
+    let is_there = dice.one_in(2);
+    let keys = (0..count).map(|i| (key(i), (i % 2 == 0) != is_there)).collect();
+    Visibility::through(is_there, keys).expect("keys rise")
 }
 
 /// A mesh of `count` triangles of size `thick` along an L of size 3: what one box fits badly.

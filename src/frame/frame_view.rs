@@ -53,6 +53,8 @@ pub struct FrameView<'a> {
     pub pose: &'a Pose,
     /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
     pub displaced: &'a [bool],
+    /// For each model, whether it is not there; empty where all are.
+    pub hidden: &'a [bool],
     /// How it is seen.
     pub view: &'a View,
     /// Which cells are asked for, in a level of refinement; all, if it is the coarsest.
@@ -132,6 +134,16 @@ impl<'a> FrameView<'a> {
         })
     }
 
+    /// The first later frame in which `model` is elsewhere, appears or disappears, for one that is not there in all frames; counted as in
+    /// [`first_touch`](Self::first_touch).
+    pub fn first_change_of(&self, model: u32) -> Until {
+        let frame = self.pose.frame;
+        let until = self.motion.first_change_of(model, frame);
+        self.other_motion.map_or(until, |other| {
+            until.min(other.translated(other.first_change_of(model, frame), frame, self.motion))
+        })
+    }
+
     /// Whether what holds `until` then does not hold any more.
     #[inline]
     pub fn has_expired(&self, until: Until) -> bool {
@@ -197,6 +209,15 @@ impl<'a> FrameView<'a> {
             return 0;
         }
         bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
+    }
+
+    /// Of eight samples' models, those that are not there any more, a bit each.
+    #[inline(always)]
+    pub fn hidden_bits(&self, models: &[u32]) -> u8 {
+        if self.hidden.is_empty() {
+            return 0;
+        }
+        bits_of_models(models, |model| self.hidden.get(model as usize) == Some(&true))
     }
 
     /// What rays from the eye through the cells of tile number `number` may meet.

@@ -80,6 +80,7 @@ mod window;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::animation::Transform;
 use crate::changes::{Direction, Motion, Until};
 use crate::cryptomatte::Mattes;
 use crate::film::Film;
@@ -267,7 +268,8 @@ impl<'s> Renderer<'s> {
         let timed = Timed::new(&*tracer);
         let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
         let dynamic_bounds = MovedBounds::ever(self.scene, &self.bounds, &pose);
-        let displaced = displaced(&pose);
+        let displaced = flagged(&pose, |transform| !transform.is_identity);
+        let hidden = flagged(&pose, |transform| !transform.is_visible);
         let base_plan = Plan::of_base_frame(&pose);
         let lights = 0..pose.lights.len();
         let light_change = |light| {
@@ -287,6 +289,7 @@ impl<'s> Renderer<'s> {
             palette: &self.palette,
             pose: &pose,
             displaced: &displaced,
+            hidden: &hidden,
             slots: &self.layout.slots,
             view: &views[0],
             wanted: None,
@@ -567,8 +570,8 @@ fn view_hash(camera: &CameraPose) -> u32 {
     hash_of(axes.as_flattened()) ^ camera.half_height.to_bits() ^ hash_of(&camera.shift)
 }
 
-/// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
-fn displaced(pose: &Pose) -> Vec<bool> {
-    let displaced: Vec<bool> = pose.models.iter().map(|model| !model.is_identity).collect();
-    if displaced.contains(&true) { displaced } else { Vec::new() }
+/// For each model, whether this holds of its place; empty where it holds of none.
+fn flagged(pose: &Pose, holds: impl Fn(&Transform) -> bool) -> Vec<bool> {
+    let flags: Vec<bool> = pose.models.iter().map(holds).collect();
+    if flags.contains(&true) { flags } else { Vec::new() }
 }

@@ -1,7 +1,7 @@
 //! Motion vectors: how far in the picture a pixel's point was in the frame before, and will be in the next.
 //!
 //! Exact from the poses of the shot, as samples are: both cameras project the point of the model. Frames are those of the shot,
-//! whatever frames a run renders. Across a cut nothing moves.
+//! whatever frames a run renders. Across a cut nothing moves, and a model does not where it appears or disappears.
 
 use glam::{Vec2, Vec3};
 
@@ -67,10 +67,13 @@ impl MotionVectors {
         let Neighbours { before, after, cuts } = near;
         let beside = |other: Pose, is_cut: bool| {
             let moves = other.camera != pose.camera || other.models != pose.models;
+            // what is not there has not moved: only the camera has
+            let place = |(other, here): (Transform, &Transform)| if other.is_visible { other } else { *here };
+            let models = || other.models.iter().copied().zip(&pose.models).map(place).collect();
             match (is_cut, moves) {
                 (true, _) => Beside::Cut,
                 (false, false) => Beside::Same,
-                _ => Beside::Moved { view: View::new(&view.grid, other.camera), models: other.models },
+                _ => Beside::Moved { view: View::new(&view.grid, other.camera), models: models() },
             }
         };
         Some(Self { beside: [beside(before, cuts[0]), beside(after, cuts[1])], all_differ, differing })

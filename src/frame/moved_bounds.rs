@@ -58,7 +58,9 @@ impl MovedBounds {
 
     fn around_models(scene: &Scene, bounds: &[Bounds], pose: &Pose, moves: impl Fn(usize) -> bool) -> Self {
         let models = || (0..scene.models.len()).filter(|model| moves(*model));
-        let boxes = models().map(|model| bounds[model].placed(&pose.models[model])).collect();
+        let places = models().map(|model| bounds[model].placed(&pose.models[model]));
+        // what has disappeared is in nobody's way, but its samples are those of a model that moved
+        let boxes = places.filter(|bounds| !bounds.is_empty()).collect();
         let numbers: Vec<u32> = models().map(|model| model as u32).collect();
         Self { models: ModelSet::of(&numbers), ..Self::around(boxes) }
     }

@@ -16,6 +16,7 @@ use crate::scene::LightFrom;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
 use crate::shade::coat::SeenCoat;
+use crate::shade::emitters::NotThere;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -227,7 +228,7 @@ impl LightRays {
     }
 
     /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
-    /// the path has `brought` is told when that place moves.
+    /// the path has `brought` is told when that place moves or appears.
     pub fn ask_emitter(
         &mut self,
         frame: &FrameView,
@@ -236,7 +237,15 @@ impl LightRays {
         brought: &mut Brought,
     ) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let Some(place) = frame.emitters.choose(frame.scene, frame.pose, random) else { return };
+        let place = match frame.emitters.choose(frame.scene, frame.pose, random) {
+            None => return,
+            Some(Err(NotThere { model })) => {
+                // it may appear anywhere
+                brought.until = brought.until.min(frame.first_change_of(model));
+                return;
+            }
+            Some(Ok(place)) => place,
+        };
         let way = place.point - point;
         let squared = way.length_squared();
         let direction = way / squared.sqrt();

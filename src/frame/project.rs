@@ -22,7 +22,8 @@ pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Proje
     project(frame, &models, offsets)
 }
 
-/// Where samples at `offsets` from the eye are projected to. The background is infinitely deep.
+/// Where samples at `offsets` from the eye are projected to. The background is infinitely deep; samples of models that have
+/// disappeared are nowhere.
 #[inline(always)]
 fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
     let seen = frame.view.project(offsets);
@@ -35,7 +36,7 @@ fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
     // no for what is not a number as well
     let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
     Projected8 {
-        which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits(),
+        which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits() & !frame.hidden_bits(models),
         depth: is_background.select(F32x8::splat(f32::INFINITY), frame.view.ranked_depth(seen.depth)),
         x: grid.steps_from_first(seen.x, 0, STEPS),
         y: grid.steps_from_first(seen.y, 1, STEPS),

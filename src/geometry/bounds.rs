@@ -44,8 +44,11 @@ impl Bounds {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
-    /// Around this box after `transform`, with room for what rounding does.
+    /// Around this box after `transform`, with room for what rounding does; empty where nothing is there.
     pub fn placed(&self, transform: &Transform) -> Self {
+        if !transform.is_visible {
+            return Self::EMPTY;
+        }
         let corner = |i: usize| {
             let pick = |axis: usize| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
             transform.point(Vec3::new(pick(0), pick(1), pick(2)))

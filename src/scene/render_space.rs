@@ -194,6 +194,8 @@ impl RenderSpace {
 
 #[cfg(test)]
 mod tests {
+    use glam::{DAffine3, DMat3};
+
     use super::*;
     use crate::animation::Track;
 
@@ -259,6 +261,11 @@ mod tests {
             translate: Track::constant(DVec3::splat(1e5)),
             rotate: Track::constant(DVec3::new(10.0, 20.0, 30.0)),
             scale: Track::constant(DVec3::new(1.0, 2.0, 3.0)),
+            matrix: Some(Track::constant(DAffine3::from_mat3_translation(
+                DMat3::from_cols(DVec3::X, DVec3::new(0.5, -1.0, 0.0), DVec3::new(0.0, 2.0, 1.0)),
+                DVec3::new(7.0, 8.0, 9.0),
+            ))),
+            ..TransformTrack::identity()
         };
         let (before, after) = (track.map_at(1.0), space.track(track).map_at(1.0));
         let point = DVec3::new(3.0, -4.0, 5.0);

@@ -22,7 +22,7 @@ use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
     Background, CameraTrack, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
-    shot_quadric, shot_tracks,
+    shot_model, shot_quadric, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::layers::Layers;
@@ -162,6 +162,8 @@ pub(super) fn from_text_with(
         models.into_iter().map(|model| shot_quadric::spread(model, &with_eye, &space, frames.first()));
     let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
+    // they count for the size of the shot, so that nothing else changes when one is left out
+    models.retain(|model| !model.track.visible.is_never());
     if let Some(table) = &file.floor {
         models.push(floor_model(text, table, &at_first, &mut assembly, &space)?);
     }
@@ -471,7 +473,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
 }
 
 fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let (track, span) = (shot_tracks::model(text, table)?, table.span());
+    let (track, span) = (shot_model::track(text, table)?, table.span());
     let ModelTable { name, obj, quadric, .. } = table.get_ref();
     let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
         (None, Some(_), Some(quadric)) => {

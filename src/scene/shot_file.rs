@@ -324,8 +324,13 @@ pub(crate) struct ModelTable {
     pub translate: Option<Three>,
     /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
     pub rotate: Option<Three>,
-    /// One factor, or one for each axis; applied first (1)
+    /// One factor, or one for each axis; applied first, after the matrix (1)
     pub scale: Option<At<Scale>>,
+    /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
+    #[schemars(length(min = 3, max = 4))]
+    pub matrix: Option<Rows>,
+    /// Whether the model is there, before the first key that says it (true)
+    pub visible: Option<bool>,
     /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
@@ -345,6 +350,11 @@ pub(crate) struct ModelKey {
     pub rotate: Option<Three>,
     /// As of the model, at this frame
     pub scale: Option<At<Scale>>,
+    /// As of the model, at this frame
+    #[schemars(length(min = 3, max = 4))]
+    pub matrix: Option<Rows>,
+    /// Whether the model is there, from this frame on; a key that says nothing else says nothing of its place
+    pub visible: Option<bool>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -495,6 +505,9 @@ impl JsonSchema for LayerName {
 /// One factor, or one an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale(pub [f64; 3]);
+
+/// Of a matrix.
+pub(crate) type Rows = At<Vec<List<f64, 4>>>;
 
 /// Frames per second as a fraction of whole numbers, or what could not be read as one.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,6 +7,7 @@ use super::quadric_table::{QuadricTable, QuadricType};
 use super::render_space::{Extent, RenderSpace};
 use super::toml_text::{At, TomlText};
 use super::{Mesh, Model, SceneError};
+use crate::animation::TransformTrack;
 use crate::geometry::Quadric;
 use crate::geometry::quadric::Shape;
 
@@ -129,14 +130,34 @@ pub(super) fn is_endless(model: &Model) -> bool {
     model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
 }
 
+/// The least and the greatest by which a plane's lengths are stretched, at most. It may be tilted by a matrix.
+fn stretch(track: &TransformTrack) -> [f64; 2] {
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::INFINITY, 0.0], |[least, most], value| {
+            [f64::min(least, value), f64::max(most, value)]
+        })
+    };
+    let Some(matrix) = &track.matrix else {
+        return range(&mut track.scale.values().flat_map(|scale| [scale.x.abs(), scale.z.abs()]));
+    };
+    let of_scale = range(&mut track.scale.values().flat_map(|scale| scale.abs().to_array()));
+    let of_matrix = range(&mut matrix.values().flat_map(|matrix| {
+        // of a map's two columns: the roots of the eigenvalues of their products
+        let [x, z] = [matrix.matrix3.x_axis, matrix.matrix3.z_axis];
+        let (sum, product) = (x.length_squared() + z.length_squared(), x.cross(z).length_squared());
+        let greatest = 0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt());
+        [(product / greatest).sqrt(), greatest.sqrt()]
+    }));
+    [of_scale[0] * of_matrix[0], of_scale[1] * of_matrix[1]]
+}
+
 /// `model`; if it is a plane, drawn as far as anything of the shot could show. `extent`: of all other models and the eye,
 /// in the space of the files; `frame`: the shot's first.
 pub(super) fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) -> Model {
     if !is_endless(&model) {
         return model;
     }
-    let scales = || model.track.scale.values().flat_map(|scale| [scale.x.abs(), scale.z.abs()]);
-    let (least, most) = (scales().fold(f64::INFINITY, f64::min), scales().fold(0.0, f64::max));
+    let [least, most] = stretch(&model.track);
     let center = model.track.map_at(frame.into()).inverse().transform_point3(extent.center());
     let reach = (extent.diagonal() * REACH / least).min(FARTHEST_RIM / space.scale() / most);
     let shape = Shape::Plane { center: [center.x, center.z], reach };

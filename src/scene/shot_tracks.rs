@@ -1,13 +1,13 @@
-//! From the keys of a shot file to tracks: each value checked, each message at the value's own place.
+//! From the keys of cameras and lights in a shot file to tracks, and what all keys have in common: each value checked, each message at the value's own place.
 
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType, ModelTable, Scale};
+use super::shot_file::{CameraKey, CameraTable, LightTable, LightType};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
 use crate::animation::track::Keyed;
-use crate::animation::{Interpolation, Track, TransformTrack};
+use crate::animation::{Interpolation, Track};
 
 /// Vertical field of view where no key has said one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
@@ -204,39 +204,6 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
     }
 }
 
-/// The motion of a model.
-pub(crate) fn model(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrack, SceneError> {
-    let (table, span) = (table.get_ref(), table.span());
-    let keys = in_order(text, &table.key, |key| &key.frame)?;
-    let vector = |key: &str, value: &Three| text.vector(key, value);
-    let factor = |key: &str, value: &At<Scale>| scale(text, key, value);
-    let translate = or(&table.translate, "translate", DVec3::ZERO, vector)?;
-    let rotate = or(&table.rotate, "rotate", DVec3::ZERO, vector)?;
-    let constant = or(&table.scale, "scale", DVec3::ONE, factor)?;
-    let how = table.interpolation;
-    let track = TransformTrack {
-        translate: through_or(translate, &keys, how, |key| {
-            or(&key.translate, "translate", translate, vector)
-        })?,
-        rotate: through_or(rotate, &keys, how, |key| or(&key.rotate, "rotate", rotate, vector))?,
-        scale: through_or(constant, &keys, how, |key| or(&key.scale, "scale", constant, factor))?,
-    };
-    let flat = |frame| track.scale.at(frame).signum() != track.scale.at(keys[0].0).signum();
-    if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
-        let message =
-            format!("the scale of this model passes through zero before frame {frame}: keep it off zero");
-        return Err(text.fault(table.obj.as_ref().map_or(span, At::span), message));
-    }
-    Ok(track)
-}
-
-fn scale(text: TomlText<'_>, key: &str, value: &At<Scale>) -> Result<DVec3, SceneError> {
-    let factors = DVec3::from_array(value.get_ref().0);
-    let fits = factors.to_array().iter().all(|factor| (1e-9..=1e9).contains(&factor.abs()));
-    fits.then_some(factors)
-        .ok_or_else(|| text.bad(key, value, "must not be zero (or below 1e-9, or above 1e9) along any axis"))
-}
-
 /// Degrees: smaller directional lights are points, or their directions would differ by less than they are rounded.
 const LEAST_ANGLE: f64 = 1e-3;
 
@@ -422,7 +389,7 @@ fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), 
 }
 
 /// Keys by rising frame. No two may share one.
-fn in_order<'a, K>(
+pub(super) fn in_order<'a, K>(
     text: TomlText<'_>,
     keys: &'a [At<K>],
     frame: impl Fn(&K) -> &At<f64>,
@@ -451,7 +418,7 @@ fn each<K, T>(
 }
 
 /// The value that is stated, or `default`.
-fn or<V, T>(
+pub(super) fn or<V, T>(
     stated: &Option<V>,
     key: &str,
     default: T,
@@ -469,7 +436,7 @@ fn through<T: Keyed>(keys: Vec<(f64, T)>, interpolation: Interpolation) -> Track
 }
 
 /// A track through one value a key, or, without keys, at rest.
-fn through_or<K, T: Keyed>(
+pub(super) fn through_or<K, T: Keyed>(
     rest: T,
     keys: &[(f64, &At<K>)],
     interpolation: Interpolation,
@@ -480,7 +447,7 @@ fn through_or<K, T: Keyed>(
 }
 
 /// The whole frames from the first key to the last; of very long tracks the first ones.
-fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
+pub(super) fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
     let first = keys.first().map_or(0.0, |(frame, _)| frame.floor());
     let last = keys.last().map_or(-1.0, |(frame, _)| frame.ceil());
     let count = (last - first + 1.0).clamp(0.0, MOST_FRAMES_LOOKED_AT);

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::surface::corners_of;
+use crate::animation::Track;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 
@@ -43,6 +44,13 @@ pub struct EmitterPlace {
     pub radiance: Vec3,
     /// The density with which the place is chosen, for each unit of area; world space.
     pub density: f32,
+}
+
+/// A model that emits light and is not there: it is chosen as often as if it were, and brings nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotThere {
+    /// Its number.
+    pub model: u32,
 }
 
 impl Emitters {
@@ -102,14 +110,22 @@ impl Emitters {
         self.brightness.get(usize::from(material)).is_some_and(|brightness| *brightness > 0.0)
     }
 
-    /// A place, chosen by three numbers from 0 to below 1, if there are any.
-    pub fn choose(&self, scene: &Scene, pose: &Pose, random: [f32; 3]) -> Option<EmitterPlace> {
+    /// A place, chosen by three numbers from 0 to below 1, if there are any; or the model on which it would be, if that is not there.
+    pub fn choose(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        random: [f32; 3],
+    ) -> Option<Result<EmitterPlace, NotThere>> {
         let [choice, along, above] = random;
         let chosen = self.cumulative.partition_point(|end| *end <= choice);
         // rounding may leave the last end below 1
         let EmitterTriangle { model, triangle } = *self.triangles.get(chosen).or(self.triangles.last())?;
         let mesh = &scene.models[model as usize].mesh;
         let transform = &pose.models[model as usize];
+        if !transform.is_visible {
+            return Some(Err(NotThere { model }));
+        }
         let positions = mesh.positions.as_slice();
         let corner = |corner: u32| transform.point(Vec3::from_array(positions[corner as usize]));
         let [a, b, c] = mesh.triangles[triangle as usize].map(corner);
@@ -117,13 +133,13 @@ impl Emitters {
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
         let material = mesh.material_of[triangle as usize];
-        Some(EmitterPlace {
+        Some(Ok(EmitterPlace {
             model,
             point: a * (1.0 - root) + b * (root * (1.0 - above)) + c * (root * above),
             normal,
             radiance: scene.materials[usize::from(material)].emission,
             density: self.density(pose, model, material, normal),
-        })
+        }))
     }
 
     /// The density with which a place on a triangle of `model` with this `material` is chosen, for each unit of area in
@@ -159,15 +175,21 @@ fn luminance(color: Vec3) -> f32 {
 
 /// By how much a model's area is larger in the world than in its file, at most, about: that of an even scale.
 fn growth(model: &Model) -> f64 {
-    let of_scale = |scale: DVec3| (scale.x * scale.y * scale.z).abs().powf(2.0 / 3.0);
-    model.track.scale.values().map(of_scale).fold(0.0, f64::max)
+    let of_volume = |volume: f64| volume.abs().powf(2.0 / 3.0);
+    let of_scale = model.track.scale.values().map(|scale| of_volume(scale.x * scale.y * scale.z));
+    let matrices = model.track.matrix.iter().flat_map(Track::values);
+    let of_matrix = matrices.map(|matrix| of_volume(matrix.matrix3.determinant())).reduce(f64::max);
+    of_scale.fold(0.0, f64::max) * of_matrix.unwrap_or(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
+    use glam::{DAffine3, DMat3};
+
     use super::*;
+    use crate::animation::Visibility;
     use crate::scene;
     use crate::shade::sampling::PathRandom;
 
@@ -179,7 +201,9 @@ mod tests {
         }
         // to be told from what stands in the world as it stands in its file
         for model in scene.models.iter_mut().filter(|model| !model.track.is_constant()) {
-            model.track.scale = crate::animation::Track::constant(DVec3::new(1.0, 3.0, 0.5));
+            model.track.scale = Track::constant(DVec3::new(1.0, 3.0, 0.5));
+            let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, -2.0, 0.0), DVec3::Z);
+            model.track.matrix = Some(Track::constant(DAffine3::from_mat3(shear)));
         }
         scene
     }
@@ -220,6 +244,7 @@ mod tests {
         for index in 0..DRAWN {
             let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
             let place = emitters.choose(&scene, &pose, [choice, along, above]).expect("much glows");
+            let place = place.expect("all are there");
             counts[place.model as usize] += 1;
             assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
         }
@@ -233,6 +258,25 @@ mod tests {
             let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
             assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
         }
+    }
+
+    #[test]
+    fn what_is_not_there_is_chosen_as_often_and_is_no_place() {
+        let mut scene = glowing_city();
+        let count = |scene: &Scene| {
+            let (emitters, pose) = (Emitters::of(scene), Pose::of(scene, 20));
+            let choose = |index| {
+                let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
+                emitters.choose(scene, &pose, [choice, along, above]).expect("much glows")
+            };
+            (0..1024).map(choose).map(|chosen| chosen.map(|place| place.model)).collect::<Vec<_>>()
+        };
+        let before = count(&scene);
+        let away = before[0].expect("all are there");
+        scene.models[away as usize].track.visible =
+            Visibility::through(true, vec![(20.0, false)]).expect("good");
+        let expected = |model: u32| if model == away { Err(NotThere { model }) } else { Ok(model) };
+        assert_eq!(count(&scene), before.into_iter().flatten().map(expected).collect::<Vec<_>>());
     }
 
     #[test]

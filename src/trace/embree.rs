@@ -21,6 +21,7 @@
 
 mod one_by_one;
 mod pieces;
+mod places;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -39,9 +40,12 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
 use pieces::Pieces;
+use places::set_places;
 
 /// Bits of rays and of what they meet. Instances carry one of the first two, geometries one of the others.
 mod mask {
+    /// An instance that is not there: no ray meets it.
+    pub const HIDDEN: u32 = 0;
     /// An instance that is where it was in the frame before.
     pub const RESTS: u32 = 1;
     /// An instance that moved since the frame before.
@@ -262,10 +266,7 @@ fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> 
 
 impl Backend for EmbreeBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
-        for (model, id) in &self.instances {
-            self.movable.set_instance_transform(*id, pose.models[*model].columns())?;
-            self.movable.set_mask(*id, mask_of(moved[*model]))?;
-        }
+        set_places(&mut self.movable, &self.instances, pose, moved)?;
         let has_movable = !self.instances.is_empty();
         Ok(Box::new(EmbreeTracer {
             still: self.still.commit()?,
@@ -280,20 +281,13 @@ impl Backend for EmbreeBackend {
 
 impl Casters {
     fn commit(&mut self, pose: &Pose, moved: &[bool]) -> Result<OpenCasters<'_>, TraceError> {
-        for (model, id) in &self.instances {
-            self.movable.set_instance_transform(*id, pose.models[*model].columns())?;
-            self.movable.set_mask(*id, mask_of(moved[*model]))?;
-        }
+        set_places(&mut self.movable, &self.instances, pose, moved)?;
         let has_movable = !self.instances.is_empty();
         Ok(OpenCasters {
             still: self.still.commit()?,
             movable: has_movable.then(|| self.movable.commit()).transpose()?,
         })
     }
-}
-
-fn mask_of(moved: bool) -> u32 {
-    if moved { mask::MOVED } else { mask::RESTS }
 }
 
 /// What casts shadows, open for rays.

@@ -111,7 +111,9 @@ impl Trees {
 
     /// As they stand in one frame.
     fn open(&self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
+        let is_there = |model: u32| pose.models[model as usize].is_visible;
         let instances: Vec<Instance> = (self.movable.iter())
+            .filter(|(model, _)| is_there(*model))
             .map(|(model, mesh)| Instance {
                 triangles: &self.meshes[*mesh],
                 model: *model,

@@ -49,6 +49,7 @@ pub fn with_flyer(mut scene: Scene) -> Scene {
         translate: goes(DVec3::new(-3.0, 2.0, 1.5), DVec3::new(2.0, 1.5, 1.0)),
         rotate: goes(DVec3::ZERO, DVec3::new(20.0, 90.0, 0.0)),
         scale: rests(DVec3::splat(0.6)),
+        ..TransformTrack::identity()
     };
     scene.models.push(super::moving("flyer", super::octahedron(0, true), track));
     scene

@@ -83,10 +83,11 @@ impl Quadrics {
             to_object: transform(piece).to_object,
             moved: moved[piece.model as usize],
         };
-        let boxes: Vec<Box3> =
-            self.movable.iter().map(|piece| piece.bounds.placed(transform(piece))).collect();
+        let is_there = |piece: &&Piece| transform(piece).is_visible;
+        let pieces: Vec<Piece> = self.movable.iter().filter(is_there).cloned().collect();
+        let boxes: Vec<Box3> = pieces.iter().map(|piece| piece.bounds.placed(transform(piece))).collect();
         let tree = Tree::new(&boxes, 1, |ids| ids[0]);
-        Standing { pieces: self.movable.clone(), places: self.movable.iter().map(place).collect(), tree }
+        Standing { places: pieces.iter().map(place).collect(), pieces, tree }
     }
 }
 

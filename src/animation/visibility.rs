@@ -1,0 +1,82 @@
+//! When something is there, and when it is not.
+
+use super::{Interpolation, Track};
+
+/// Whether something is there, from key to key, without a transition.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Visibility {
+    /// 1 while it is there and 0 while it is not, cut at every key; none: always.
+    track: Option<Track<f64>>,
+}
+
+impl Visibility {
+    /// Always there.
+    pub const ALWAYS: Self = Self { track: None };
+
+    /// As `before` says up to the first of `keys`, pairs of a frame and what holds from that frame on, in any order.
+    ///
+    /// `None` where two keys share a frame, or where a frame is not finite.
+    pub fn through(before: bool, mut keys: Vec<(f64, bool)>) -> Option<Self> {
+        let first = keys.iter().map(|(frame, _)| *frame).fold(f64::INFINITY, f64::min);
+        keys.push((if keys.is_empty() { 0.0 } else { first - 1.0 }, before));
+        if keys.iter().all(|(_, is_there)| *is_there) {
+            return Some(Self::ALWAYS);
+        }
+        let frames: Vec<f64> = keys.iter().map(|(frame, _)| *frame).collect();
+        let values = keys.into_iter().map(|(frame, is_there)| (frame, f64::from(u8::from(is_there))));
+        let track = Track::through(values.collect(), Interpolation::Linear)?;
+        Some(Self { track: Some(track.cut_at(&frames)) })
+    }
+
+    /// Whether it is there at `frame`.
+    pub fn at(&self, frame: f64) -> bool {
+        self.track.as_ref().is_none_or(|track| track.at(frame) != 0.0)
+    }
+
+    /// Whether it is there in all frames.
+    pub fn is_always(&self) -> bool {
+        self.track.is_none()
+    }
+
+    /// Whether it is there in no frame.
+    pub fn is_never(&self) -> bool {
+        self.track.as_ref().is_some_and(|track| track.values().all(|value| value == 0.0))
+    }
+
+    /// Its values, 0 and 1; none where it is always there.
+    pub(crate) fn track(&self) -> Option<&Track<f64>> {
+        self.track.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_changes_at_its_keys_and_nowhere_else() {
+        let visible = Visibility::through(true, vec![(8.5, true), (3.0, false)]).expect("good");
+        let there: Vec<bool> = (0..12).map(|frame| visible.at(f64::from(frame))).collect();
+        let away = 3..9;
+        assert_eq!(there, (0..12).map(|frame| !away.contains(&frame)).collect::<Vec<_>>());
+        assert!(!visible.at(8.25) && visible.at(8.5) && visible.at(-1e9) && visible.at(1e9));
+        assert!(!visible.is_always() && !visible.is_never());
+    }
+
+    #[test]
+    fn always_and_never() {
+        let always = Visibility::through(true, vec![(4.0, true)]).expect("good");
+        assert_eq!(always, Visibility::ALWAYS);
+        assert!(always.at(-3.0) && always.is_always() && !always.is_never());
+        for keys in [vec![], vec![(4.0, false)]] {
+            let never = Visibility::through(false, keys).expect("good");
+            assert!(!never.at(0.0) && !never.at(9.0) && never.is_never() && !never.is_always());
+        }
+    }
+
+    #[test]
+    fn two_keys_in_one_frame_are_refused() {
+        assert_eq!(Visibility::through(true, vec![(1.0, false), (1.0, true)]), None);
+        assert_eq!(Visibility::through(true, vec![(f64::NAN, false)]), None);
+    }
+}
