@@ -155,10 +155,8 @@ fn matrices_may_not_turn_inside_out_between_keys() {
             format!("s.toml:6:7: the `matrix` of this model makes it flat at frame {frame}, or between");
         assert!(message.starts_with(&expected), "{message}, not {expected}");
     }
-    let smooth = format!(
-        "interpolation = \"smooth\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 5\nmatrix = [[1e-3, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]\n\
-         [[model.key]]\nframe = 9\nmatrix = [[2e-3, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]\n"
-    );
+    let smooth = "interpolation = \"smooth\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 5\nmatrix = [[1e-3, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]\n\
+         [[model.key]]\nframe = 9\nmatrix = [[2e-3, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]\n";
     assert!(error(&format!("{REST}{smooth}")).contains("makes it flat at frame"), "the curve overshoots");
 }
 
