@@ -185,7 +185,7 @@ fn what_is_away_is_no_cost() {
     }
 }
 
-/// A model that appears or disappears has no motion of its own beyond that frame.
+/// Where a model was before it appeared, and will be after it has gone, is not known.
 #[test]
 fn motion_vectors_end_where_a_model_does() {
     let mut scene = passing(with_flyer(matt_world()), (false, &[(3.0, true), (5.0, false)]));
@@ -207,6 +207,19 @@ fn motion_vectors_end_where_a_model_does() {
     assert_eq!([2, 5].map(|frame| longest(frame, forward)), [None; 2], "it is not there");
     assert!(longest(3, forward).unwrap() > 1.0 && longest(4, backward).unwrap() > 1.0);
     assert_eq!((longest(3, backward), longest(4, forward)), (Some(0.0), Some(0.0)));
+    // all of its pixels, and no others, have vectors that are not known
+    for (frame, name, is_known) in [(3, "backward.A", false), (3, "forward.A", true), (4, "forward.A", false)]
+    {
+        let film = &frames[frame - 1].film;
+        let models = film.values("object.V").unwrap();
+        for (known, model) in film.values(name).unwrap().iter().zip(&models) {
+            assert_eq!(
+                *known,
+                f32::from(u8::from(is_known || *model != flyer + 1.0)),
+                "{name}, frame {frame}"
+            );
+        }
+    }
 }
 
 /// A shot may lose all that it has, or have nothing from the beginning.

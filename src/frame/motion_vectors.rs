@@ -1,7 +1,7 @@
 //! Motion vectors: how far in the picture a pixel's point was in the frame before, and will be in the next.
 //!
 //! Exact from the poses of the shot, as samples are: both cameras project the point of the model. Frames are those of the shot,
-//! whatever frames a run renders. Across a cut nothing moves, and a model does not where it appears or disappears.
+//! whatever frames a run renders. Across a cut nothing moves.
 
 use glam::{Vec2, Vec3};
 
@@ -67,13 +67,10 @@ impl MotionVectors {
         let Neighbours { before, after, cuts } = near;
         let beside = |other: Pose, is_cut: bool| {
             let moves = other.camera != pose.camera || other.models != pose.models;
-            // what is not there has not moved: only the camera has
-            let place = |(other, here): (Transform, &Transform)| if other.is_visible { other } else { *here };
-            let models = || other.models.iter().copied().zip(&pose.models).map(place).collect();
             match (is_cut, moves) {
                 (true, _) => Beside::Cut,
                 (false, false) => Beside::Same,
-                _ => Beside::Moved { view: View::new(&view.grid, other.camera), models: models() },
+                _ => Beside::Moved { view: View::new(&view.grid, other.camera), models: other.models },
             }
         };
         Some(Self { beside: [beside(before, cuts[0]), beside(after, cuts[1])], all_differ, differing })
@@ -91,7 +88,8 @@ impl MotionVectors {
 
     /// From where a point of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
     /// pixels, x to the right and y upwards. `offset`: from the eye to it. `None` where that is not known: across a cut, where
-    /// either place is behind the eye, and for the background of an orthographic camera that moves, which has no place.
+    /// either place is behind the eye, of a model that is not there in the other frame, and for the background of an orthographic
+    /// camera that moves, which has no place.
     pub fn of(&self, view: &View, offset: Vec3, point: Vec3, model: u32) -> [Option<Vec2>; 2] {
         let here = view.project_one(offset).map(Vec3::truncate);
         let per_pixel = (view.grid.samples as f32).recip();
@@ -106,12 +104,13 @@ impl MotionVectors {
     }
 }
 
-/// Where a point of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, and for
-/// the background of an orthographic view.
+/// Where a point of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, for
+/// the background of an orthographic view, and for a model that is not there.
 fn seen(view: &View, models: &[Transform], point: Vec3, model: u32) -> Option<Vec2> {
     let offset = match model {
         BACKGROUND if view.camera.is_orthographic() => return None,
         BACKGROUND => point,
+        _ if !models[model as usize].is_visible => return None,
         _ => models[model as usize].point(point) - view.camera.eye,
     };
     view.project_one(offset).map(Vec3::truncate)
