@@ -12,7 +12,7 @@ use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::Scene;
 use afterimage::scene::camera::Lens;
-use afterimage::settings::{Budget, Filter, Mode, Reuse, Settings};
+use afterimage::settings::{Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
 use afterimage::stereo::{Eye, Stereo};
 use glam::DVec3;
 use openexr::Attribute;
@@ -84,6 +84,12 @@ fn both_eyes_are_exact_whatever_moves() {
             settings(2),
             Settings { mode: Mode::Auto, filter: Filter::Mitchell, ..settings(2) },
             Settings { reuse: Reuse::Paper, ..settings(2) },
+            Settings { refinement: Some(Refinement { most: 4, threshold: 0.1 }), ..settings(1) },
+            Settings {
+                crop: Some(PixelRect { x: -3, y: 5, width: 60, height: 40 }),
+                overscan: 4,
+                ..settings(2)
+            },
         ] {
             let share = audited(&scene, &settings);
             assert!(share > 0.75, "{name}, {:?}, {}: {share}", settings.mode, settings.samples);
