@@ -27,6 +27,12 @@ pub const MOST_REFLECTIONS: u32 = 64;
 /// Most rays by which a sample finds out how open it is.
 pub const MOST_OCCLUSION_RAYS: u32 = 256;
 
+/// Most that kept ray trees may take, MiB: a tebibyte.
+pub const MOST_TREE_MEMORY: u32 = 1 << 20;
+
+/// What kept ray trees may take where nothing is said, MiB: those of 9.5 million samples.
+pub const DEFAULT_TREE_MEMORY: u32 = 256;
+
 /// How a frame gets its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -318,6 +324,8 @@ pub struct Settings {
     pub occlusion_rays: u32,
     /// How far these reach, in the units of the shot's files.
     pub occlusion_radius: f64,
+    /// What the ray trees of mirrors and glass may take that are kept before a camera at rest, MiB.
+    pub tree_memory: u32,
     /// Two eyes, if there are two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stereo: Option<Stereo>,
@@ -359,6 +367,7 @@ impl Default for Settings {
             bounces: 2,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
+            tree_memory: DEFAULT_TREE_MEMORY,
             stereo: None,
             mode: Mode::default(),
             reuse: Reuse::default(),

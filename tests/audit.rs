@@ -86,7 +86,7 @@ fn an_audit_finds_a_mirror_that_should_not_stand() {
             let frames = (1..LAST_BEFORE_MIRROR).map(|frame| {
                 // while the flyer passes
                 if spoils && (6..8).contains(&frame) {
-                    assert!(renderer.spoil(Spoil::Paths).expect("no rays are cast") > 0);
+                    assert!(renderer.spoil(Spoil::Trees).expect("no rays are cast") > 0);
                 }
                 let finished = renderer.render(frame, true).expect("renders");
                 finished.stats.audit.expect("asked for").differing

@@ -24,6 +24,7 @@ fn defaults_are_as_documented() {
     assert_eq!((settings.filter, settings.mode), (Filter::Box, Mode::Auto));
     assert_eq!((settings.depth, settings.base_every, settings.audit), (4, 48, false));
     assert_eq!((settings.paths, settings.bounces, settings.reflections), (0, 2, 4));
+    assert_eq!(settings.tree_memory, 256);
     // the model is 1 x 1 x 0
     assert_eq!(settings.occlusion_rays, 16);
     assert!((settings.occlusion_radius - 0.1 * 2.0_f64.sqrt()).abs() < 1e-12);
@@ -43,7 +44,7 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\noverscan = 5\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nreflections = 7\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
          mode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\n\
@@ -58,6 +59,7 @@ fn every_key_is_read() {
     assert_eq!((shot.settings.base_place, &shot.scene.camera.cuts[..]), (BasePlace::Middle, &[3][..]));
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
+    assert_eq!(shot.settings.tree_memory, 0);
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
     assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::BACKGROUND));
@@ -289,6 +291,10 @@ fn mistakes_are_told_with_place_and_remedy() {
         (
             "[render]\nreflections = 65\n".into(),
             "s.toml:2:15: `reflections` is 65: it must be a whole number from 0 to 64",
+        ),
+        (
+            "[render]\ntree_memory = -1\n".into(),
+            "s.toml:2:15: `tree_memory` is -1: it must be a whole number from 0 to 1048576",
         ),
         (
             format!("{REST}[[material]]\nname = \"wood\"\npr = 1.5\n"),

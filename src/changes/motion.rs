@@ -101,8 +101,20 @@ impl Motion {
     /// What rests in the way, and the end of the segment on a model that moves later, are seen to: the model touches
     /// the segment when it leaves.
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: i32) -> Until {
-        let (after, end) = (self.count(after), f32::from(end(self.moves_later).to_bits()));
-        let frame = self.tree.first_touch(origin, direction, far, after as f32, end);
+        self.first_touch_before(origin, direction, far, after, Until::FOREVER)
+    }
+
+    /// The same, but `before` if that is earlier: less is looked at then.
+    pub fn first_touch_before(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        far: f32,
+        after: i32,
+        before: Until,
+    ) -> Until {
+        let (after, end) = (self.count(after), end(self.moves_later).min(before));
+        let frame = self.tree.first_touch(origin, direction, far, after as f32, f32::from(end.to_bits()));
         Until::from_bits(frame as u16)
     }
 
@@ -131,6 +143,11 @@ impl Motion {
     pub fn has_expired(&self, until: Until, frame: i32) -> bool {
         let frame = self.since_start(frame);
         until != Until::FOREVER && (until == Until::UNKNOWN || frame >= i64::from(until.to_bits()))
+    }
+
+    /// Whether an answer does not hold in the frame after `frame`, if it does in that.
+    pub fn expires_next(&self, until: Until, frame: i32) -> bool {
+        until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
     }
 
     /// An answer that was found in `frame` as `other` says it, in which time runs the other way: it holds for as many frames.

@@ -26,6 +26,15 @@ impl Until {
         Self(frame.min(Self::LAST))
     }
 
+    /// Has what does not hold forever hold a frame longer: whether it did not. For tests of the audit.
+    pub fn delay(&mut self) -> bool {
+        let ends = *self != Self::FOREVER && *self != Self::UNKNOWN;
+        if ends {
+            self.0 = self.0.saturating_add(1);
+        }
+        ends
+    }
+
     /// To be stored.
     pub fn to_bits(self) -> u16 {
         self.0

@@ -85,6 +85,7 @@ fn settings(job: &Job) -> Digest {
         bounces,
         occlusion_rays,
         occlusion_radius,
+        tree_memory: _, // kept or traced again, trees bring the same
         stereo,
         mode,
         reuse,

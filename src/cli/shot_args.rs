@@ -23,7 +23,7 @@ use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Reuse, Settings,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
 
@@ -80,6 +80,11 @@ pub struct ShotArgs {
     /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not [default: the shot's]
     #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_REFLECTIONS)))]
     pub reflections: Option<u32>,
+
+    /// Memory for what mirrors and glass show while the camera rests, so that only what changes is traced again; 0: none [default:
+    /// the shot's]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_TREE_MEMORY)))]
+    pub tree_memory: Option<u32>,
 
     /// Paths by which each sample gathers light from the sky and from other surfaces; 0: none [default: the shot's]
     #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
@@ -253,6 +258,7 @@ impl ShotArgs {
             bounces: self.bounces.unwrap_or(settings.bounces),
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
+            tree_memory: self.tree_memory.unwrap_or(settings.tree_memory),
             stereo: self.stereo.settle(settings.stereo)?,
             base_every: self.base_every.unwrap_or(settings.base_every),
             base_place: self.base_place.map_or(settings.base_place, BasePlace::from),
@@ -407,6 +413,7 @@ mod tests {
             bounces: 1,
             occlusion_rays: 8,
             occlusion_radius: 3.0,
+            tree_memory: 5,
             stereo: None,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
@@ -427,7 +434,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -446,6 +453,7 @@ mod tests {
             bounces: 1,
             occlusion_rays: 32,
             occlusion_radius: 0.25,
+            tree_memory: 0,
             stereo: None,
             mode: Mode::Auto,
             reuse: Reuse::Target,

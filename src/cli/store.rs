@@ -211,6 +211,7 @@ fn settings(job: &Job) -> Digest {
         bounces,
         occlusion_rays,
         occlusion_radius,
+        tree_memory: _, // no store has trees
         mode,
         reuse,
         base_every: _, // says which ancestry a frame has, which stands apart

@@ -1,5 +1,5 @@
 //! Rays beyond the first surface: what mirrors, glass and rough surfaces show. They depend on the eye and are traced anew, unless
-//! they are known to bring what the film shows ([`path_bounds`](super::path_bounds)); breadth first: all rays of a tile that have
+//! they are known to bring what they brought ([`ray_trees`](super::ray_trees)); breadth first: all rays of a tile that have
 //! bounced equally often go together.
 
 use glam::Vec3;
@@ -14,26 +14,26 @@ use super::lighting::{
 };
 use super::occlusion::{self, Look, OcclusionScratch};
 use super::parts;
-use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::path_ends::PathStart;
 use super::plan::ShadowCheck;
 use super::radiance::Radiance;
 use super::ray_tally::RayTally;
+use super::ray_trees::TreeScratch;
 use super::rough_sky::RoughSky;
 use super::shadow::{ShadowQueue, facing};
 use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
+use super::tree_times::TreeTimes;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
-use crate::samples::Tag;
 use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::sampling::{PathRandom, PathSequence, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
-use crate::trace::{self, Coherence, HitBatch, HitPacket, NO_HIT, SceneSubset};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
 
 /// What a ray met.
 #[derive(Debug, Clone, Copy)]
@@ -74,8 +74,10 @@ pub struct Bounces {
     lit: Vec<u16>,
     gathering: PathScratch,
     occlusion: OcclusionScratch,
-    /// Where the rays of the tile at work went, if the frame records that.
-    pub paths: TilePaths,
+    /// Until when the rays of the tile at work bring what they bring, if that is found out.
+    pub times: TreeTimes,
+    /// What they have brought.
+    pub trees: TreeScratch,
 }
 
 impl Bounces {
@@ -116,13 +118,12 @@ pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
 /// Follows the rays that were [started](Bounces::start), up to the frame's depth, and adds what they bring
 /// to the cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
-    bounces.paths.clear();
     let shows_guides = frame.layers.has(Layers::GUIDES);
     for bounce in 0..frame.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
-        bounces.rough_sky.cast(frame, radiance, &mut bounces.paths, &mut scratch.tally);
+        bounces.rough_sky.cast(frame, radiance, &mut bounces.times, &mut scratch.tally);
         if bounces.now.is_empty() {
             break;
         }
@@ -159,7 +160,9 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
-    frame.tracer.closest(&scratch.rays, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
+    // trees that do not hold any more are traced among others than those that do
+    let coherence = if frame.keeps_trees { Coherence::BouncedAlone } else { Coherence::Bounced };
+    frame.tracer.closest(&scratch.rays, SceneSubset::All, coherence, &mut scratch.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
@@ -168,6 +171,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         for (lane, (bounce, model)) in bounce.iter().zip(models).enumerate() {
             let is_hit = *model != NO_HIT;
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
+            bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
             let of_lights: Vec3 = of_lights.map(|glow| glow.radiance * bounce.weight_of_light(&glow)).sum();
             let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
@@ -176,31 +180,6 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             }
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
-    }
-    if frame.records_paths {
-        record_paths(frame, bounces, &scratch.hits);
-    }
-}
-
-/// Records where the rays went.
-fn record_paths(frame: &FrameView, bounces: &mut Bounces, hits: &HitBatch) {
-    let Bounces { now, met, paths, .. } = bounces;
-    let dynamic = frame.dynamic_bounds.models();
-    let mut met = met.iter();
-    for (first, some) in (0..).step_by(TOGETHER).zip(now.chunks(TOGETHER)) {
-        // mirrors and glass send theirs different ways
-        let mut bounds = [PathBounds::NONE; 2];
-        for (number, bounce) in (first..).zip(some) {
-            let bounds = &mut bounds[bounce.kind as usize];
-            let model = hits.packets[number / trace::LANES].model[number % trace::LANES];
-            if model == NO_HIT {
-                bounds.add_to_sky(bounce.origin, bounce.direction);
-            } else if let Some(met) = met.next() {
-                bounds.add_to_surface(bounce.origin, met.surface.point);
-                paths.note_dynamic(dynamic.may_hold(model));
-            }
-        }
-        bounds.into_iter().for_each(|bounds| paths.add(bounds));
     }
 }
 
@@ -293,20 +272,21 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
 /// Finds out how open the surfaces are that were met, where that dims their ambient light: by fewer rays than samples have.
 fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
-    let Bounces { met, occlusion: scratch, paths, .. } = bounces;
+    let Bounces { met, occlusion: scratch, times, .. } = bounces;
     scratch.looks.clear();
     scratch.looks.extend((0..).zip(&*met).map(|(number, met)| {
         let is_dimmed = frame.palette.has_ambient(met.surface.material);
         Look { start: met.start(number), rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 } }
     }));
     occlusion::look_around(frame, scratch, tally);
-    scratch.found.iter().for_each(|found| paths.note_until(found.until));
+    let found = scratch.looks.iter().zip(&scratch.found);
+    found.for_each(|(look, found)| times.note(look.start.cell, found.until));
 }
 
 /// Adds what the surfaces that were met gather from all around. It is made anew for each frame in which they are seen, by
 /// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
-    let Bounces { met, gathering, paths, .. } = bounces;
+    let Bounces { met, gathering, times, .. } = bounces;
     let count = |met: &Met| met.share_of(frame.first_paths as u32);
     let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
@@ -327,7 +307,7 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
                 frame.palette.coats.seen(material, reflectance, normals, met.bounce.direction, SeenBy::Eye);
             let albedo = seen.map_or(albedo, |seen| albedo * seen.through);
             met.light += albedo * brought.radiance / count(met) as f32;
-            paths.note_until(brought.until);
+            times.note(start.cell, brought.until);
         }
     }
 }
@@ -341,7 +321,7 @@ const GATHER_AT_ONCE: usize = 256;
 
 /// Finds out whether `light`, or which of its points, reach what was met.
 fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {
-    let Bounces { met, eights, queue, lit, paths, .. } = bounces;
+    let Bounces { met, eights, queue, lit, times, .. } = bounces;
     queue.clear();
     lit.clear();
     lit.resize(met.len(), 0);
@@ -352,19 +332,29 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
         let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
         if light.points == 1 {
             let light_sample = light_sample(light, 0, &pattern, eight.point);
             let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
-            queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first as u32);
-            set_bits(asked).for_each(|lane| count(first + lane, 1));
+            queue.push_from(origins, &light_sample, asked, first as u32);
+            for lane in set_bits(asked) {
+                count(first + lane, 1);
+                let cell = met[first + lane].bounce.cell;
+                let to_light = light_sample.to_light.lane(lane);
+                times.note_segment(frame, cell, origins.lane(lane), to_light, light_sample.far);
+            }
             continue;
         }
-        let origins = off_surfaces(eight.point, eight.geometric_normal);
         for lane in set_bits(eight.used) {
             let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
             let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
             queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
             count(first + lane, asked.count_ones());
+            let cell = met[first + lane].bounce.cell;
+            for point in set_bits(asked) {
+                let to_light = light_samples[point / LANES].to_light.lane(point % LANES);
+                times.note_segment(frame, cell, origins.lane(lane), to_light, light_samples[0].far);
+            }
         }
     }
     tally.counts.shadow += queue.count();
@@ -377,13 +367,11 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
             frame.tracer,
             |owner, shadows| {
                 lit[owner as usize] = shadows.asked & !shadows.blocked;
-                paths.note_dynamic(shadows.by_dynamic != 0);
             },
         );
     } else {
         queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
-            paths.note_dynamic(tag == Tag::DynamicOccluder);
         });
     }
 }

@@ -8,7 +8,9 @@ use super::lighting::{Places, add_light, radiance_of_area, shows_highlight};
 use super::parts;
 use super::placed::{Placed, PlacedTile};
 use super::radiance::{Light, Radiance, cut};
+use super::ray_trees::TileTrees;
 use super::trace_scratch::TraceScratch;
+use super::tree_times::Asks;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
@@ -19,16 +21,21 @@ use crate::shade::phong::Gloss;
 use crate::shade::sampling::seed_of;
 use crate::shade::{Surface, phong};
 
-/// Writes what each cell of `tile` shows into `radiance`. The tags must be up to date.
+/// Writes what each cell of `tile` shows into `radiance`. The tags must be up to date. `kept`: of its ray trees, which is brought
+/// up to date; without it all are traced. Whether any tree was traced.
 pub fn enhance(
     frame: &FrameView,
     tile: &Tile,
     radiance: &mut Radiance,
     bounces: &mut Bounces,
+    mut kept: Option<&mut TileTrees>,
     placed: &mut PlacedTile,
     scratch: &mut TraceScratch,
-) {
+) -> bool {
     radiance.begin_tile();
+    bounces.times.begin(frame, kept.as_ref().map_or(Asks::Nothing, |kept| kept.asks(frame)));
+    bounces.trees.begin();
+    let mut any_traced = false;
     let shows_parts = frame.layers.has(Layers::PARTS);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
@@ -81,7 +88,12 @@ pub fn enhance(
                 }
                 if goes_on != 0 {
                     radiance.open_secondary();
-                    start_rays(frame, tile, first, goes_on, &placed, incoming, bounces);
+                    let traced = match &kept {
+                        Some(kept) => bounces.trees.show(frame, kept, (first, goes_on), radiance),
+                        None => goes_on,
+                    };
+                    any_traced |= traced != 0;
+                    start_rays(frame, tile, first, traced, &placed, incoming, bounces);
                 }
             }
         }
@@ -90,6 +102,10 @@ pub fn enhance(
     if radiance.has_secondary {
         radiance.cut_secondary();
     }
+    if let Some(kept) = &mut kept {
+        bounces.trees.keep(frame, kept, &bounces.times, radiance);
+    }
+    any_traced
 }
 
 /// Dims what eight samples show to what their layers let through, where there `is_surface`.

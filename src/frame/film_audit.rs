@@ -70,7 +70,6 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
 
 /// Writes into `film` what the samples of a level of a finished frame give.
 fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &mut Film) {
-    let frame = &FrameView { records_paths: false, ..*frame };
     let grid = &*frame.view.grid;
     let is_wide = frame.kernel.is_some();
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
@@ -89,7 +88,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
             let number = start + place;
             scratch.begin_tile();
             let ThreadScratch { radiance, bounces, placed, trace, filtering, .. } = scratch;
-            enhance::enhance(frame, tile, radiance, bounces, placed, trace);
+            enhance::enhance(frame, tile, radiance, bounces, None, placed, trace);
             if is_wide {
                 filter::sum(frame, number, tile, filtering, radiance, sums);
             }

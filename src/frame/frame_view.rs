@@ -101,8 +101,11 @@ pub struct FrameView<'a> {
     pub chooses: bool,
     /// Which kept samples serve.
     pub reuse: Reuse,
-    /// Whether to record where rays beyond the first surface go: for the next frame, should the camera not move then.
-    pub records_paths: bool,
+    /// Whether to find out until when rays beyond the first surface bring what they bring, for later frames: the camera rests, and no
+    /// light changes in the next frame.
+    pub keeps_trees: bool,
+    /// The first later frame in which any light changes.
+    pub light_change: Until,
     /// What is made of the picture beside its colours.
     pub layers: Layers,
     /// Whether the background is a part of the picture.
@@ -142,6 +145,18 @@ impl<'a> FrameView<'a> {
         self.other_motion.map_or(until, |other| {
             until.min(other.translated(other.first_change_of(model, frame), frame, self.motion))
         })
+    }
+
+    /// The same, but `before` if that is earlier. What does not hold in the next frame is not asked about.
+    #[inline]
+    pub fn first_touch_before(&self, origin: Vec3, direction: Vec3, far: f32, before: Until) -> Until {
+        if self.motion.expires_next(before, self.pose.frame) {
+            return before;
+        }
+        match self.other_motion {
+            Some(_) => before.min(self.first_touch(origin, direction, far)),
+            None => self.motion.first_touch_before(origin, direction, far, self.pose.frame, before),
+        }
     }
 
     /// Whether what holds `until` then does not hold any more.

@@ -160,7 +160,7 @@ impl Level {
                     }
                 }
                 if let Some(state) = self.buffers.states.get_mut(number) {
-                    *state = TileState::default();
+                    state.forget();
                 }
             });
         }

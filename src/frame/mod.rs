@@ -44,7 +44,6 @@ mod need;
 mod next_event;
 mod occlusion;
 mod parts;
-mod path_bounds;
 mod path_ends;
 pub mod pixels;
 mod placed;
@@ -52,6 +51,7 @@ pub mod plan;
 mod project;
 mod radiance;
 mod ray_tally;
+mod ray_trees;
 mod reach;
 mod remake;
 mod reproject;
@@ -72,6 +72,7 @@ mod tile_state;
 mod tiles;
 mod trace_missed;
 mod trace_scratch;
+mod tree_times;
 mod verify;
 pub mod view;
 mod wanted;
@@ -89,7 +90,7 @@ use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, TagLayout};
-use crate::scene::{LightGroups, Scene};
+use crate::scene::{LightGroups, Material, Scene};
 use crate::settings::{Backdrop, BasePlace, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
@@ -111,6 +112,7 @@ use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
 pub use need::{need, with_kept, with_writing};
 use plan::{CameraChange, Plan};
+use ray_trees::TileTrees;
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
@@ -144,10 +146,12 @@ pub struct Renderer<'s> {
     rendered: u32,
     /// Of each model, object space.
     bounds: Vec<Bounds>,
-    /// Whether samples gather light or find out how open they are.
-    keeps_answers: bool,
-    /// All that moves in the shot, if they do.
+    /// Whether rays go on from surfaces of the shot.
+    has_trees: bool,
+    /// All that moves in the shot: once anybody asks when.
     motion: Motion,
+    /// Whether it is known. It always is where samples gather light or find out how open they are.
+    knows_motion: bool,
     /// The same with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
 }
@@ -201,7 +205,8 @@ impl<'s> Renderer<'s> {
             sky: SkyLight::of(scene),
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
-            keeps_answers,
+            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
+            knows_motion: keeps_answers,
             motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
             motion_back: None,
             layout,
@@ -245,6 +250,11 @@ impl<'s> Renderer<'s> {
         if is_lent {
             eyes::lend(&mut self.eyes);
         }
+        let plan = source.plan(&pose);
+        let rests = source.pose().is_some() && plan.camera == CameraChange::None;
+        if self.has_trees && rests && !self.knows_motion {
+            (self.motion, self.knows_motion) = (Motion::of(self.scene), true);
+        }
         let (direction, is_both) = self.turn(eye, source.pose().map(|before| before.frame), frame);
         let memory = &mut self.eyes[eye as usize];
         memory.last = None;
@@ -255,7 +265,6 @@ impl<'s> Renderer<'s> {
             Direction::Forward => (&self.motion, Some(back).filter(|_| is_both)),
             Direction::Backward => (back, None),
         };
-        let plan = source.plan(&pose);
         let shown_pose = source.pose().filter(|_| !is_lent);
         let motion_vectors = views.iter().map(|view| {
             let layers = self.settings.layers;
@@ -281,8 +290,9 @@ impl<'s> Renderer<'s> {
         let light_changes: Vec<Until> = lights.map(light_change).collect();
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
+        let light_change = light_changes.iter().fold(Until::FOREVER, |least, until| least.min(*until));
         let has_finer = views.len() > 1;
-        let frame_view = |plan, records_paths| FrameView {
+        let frame_view = |plan, keeps_trees| FrameView {
             scene: self.scene,
             sky: &self.sky,
             emitters: &self.emitters,
@@ -313,7 +323,8 @@ impl<'s> Renderer<'s> {
             area_light_change,
             chooses: self.settings.mode == Mode::Auto,
             reuse: self.settings.reuse,
-            records_paths,
+            keeps_trees,
+            light_change,
             layers: self.settings.layers,
             shows_background: self.settings.background == Backdrop::Visible,
             motion_vectors: motion_vectors[0].as_ref(),
@@ -337,11 +348,16 @@ impl<'s> Renderer<'s> {
         }
         // not in frames that are traced in full: few are followed by one with the same camera
         let stays = reuses && plan.camera == CameraChange::None;
-        let frame_view = frame_view(plan, stays);
+        let keeps_trees =
+            stays && self.has_trees && !motion.is_none() && !motion.expires_next(light_change, frame);
+        let frame_view = frame_view(plan, keeps_trees);
 
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let memory = &mut self.eyes[eye as usize];
         let levels = &mut memory.levels;
+        if keeps_trees {
+            allow_trees(levels, &self.settings);
+        }
         let shown = memory.film.take().and_then(Arc::into_inner);
         let film_is_last = shown.is_some();
         let mut film = shown.unwrap_or_else(|| develop::blank(&levels[0].grid, &self.channels));
@@ -458,7 +474,7 @@ impl<'s> Renderer<'s> {
         let places = (self.settings.base_place, self.settings.mode);
         // of a base frame with frames on either side answers hold in both directions
         let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
-        if self.keeps_answers && (is_both || direction == Direction::Backward) {
+        if self.knows_motion && (is_both || direction == Direction::Backward) {
             let motion = || Motion::in_direction(self.scene, Direction::Backward);
             self.motion_back.get_or_insert_with(motion);
         }
@@ -510,6 +526,15 @@ fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<O
         radius,
         dims_ambient,
     })
+}
+
+/// Shares what one eye's ray trees may take among the tiles of its `levels`.
+fn allow_trees(levels: &mut [Level], settings: &Settings) {
+    let eyes = if settings.stereo.is_some() { 2 } else { 1 };
+    let states = levels.iter_mut().flat_map(|level| &mut level.buffers.states);
+    let mut tiles: Vec<&mut TileTrees> = states.map(|state| &mut state.trees).collect();
+    let budget = u64::from(settings.tree_memory) << 20;
+    ray_trees::allow(&mut tiles, budget / eyes, ray_trees::bytes_of_tree(settings.layers));
 }
 
 /// The names of the materials in the order of their numbers, for headers: JSON.

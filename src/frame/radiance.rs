@@ -123,6 +123,32 @@ impl Radiance {
         }
     }
 
+    /// What rays beyond the first surface have brought to a cell: reflected and refracted.
+    pub fn secondary(&self, cell: usize) -> [[f32; 3]; 2] {
+        [&self.reflection, &self.refraction].map(|light| light.each_ref().map(|column| column[cell]))
+    }
+
+    /// Shows that in a cell.
+    pub fn set_secondary(&mut self, cell: usize, light: [[f32; 3]; 2]) {
+        for (columns, light) in [&mut self.reflection, &mut self.refraction].into_iter().zip(light) {
+            columns.iter_mut().zip(light).for_each(|(column, light)| column[cell] = light);
+        }
+    }
+
+    /// What denoisers are told of a cell.
+    pub fn guides(&self, cell: usize) -> [[f32; 3]; 2] {
+        let Parts { guide_albedo, guide_normal, .. } = &self.parts;
+        [guide_albedo, guide_normal].map(|guide| guide.each_ref().map(|column| column[cell]))
+    }
+
+    /// Tells them that of a cell.
+    pub fn set_guides(&mut self, cell: usize, guides: [[f32; 3]; 2]) {
+        let Parts { guide_albedo, guide_normal, .. } = &mut self.parts;
+        for (columns, guide) in [guide_albedo, guide_normal].into_iter().zip(guides) {
+            columns.iter_mut().zip(guide).for_each(|(column, value)| column[cell] = value);
+        }
+    }
+
     /// Light is neither negative nor infinite.
     pub fn cut_secondary(&mut self) {
         for value in self.reflection.iter_mut().chain(&mut self.refraction).flatten() {

@@ -40,7 +40,7 @@ pub struct TileFacts {
     /// Whether rays go on from its mirrors and glass.
     pub goes_on: bool,
     /// Whether those rays may bring something else than in the frame before.
-    pub paths_may_differ: bool,
+    pub trees_may_differ: bool,
     /// Whether a neighbour's pixels are made again, to which a wide filter adds this tile's colours.
     pub is_needed: bool,
 }
@@ -48,7 +48,7 @@ pub struct TileFacts {
 impl TileFacts {
     /// What must be made again.
     pub fn remake(&self) -> Remake {
-        let shows_samples = self.film_is_last && !(self.goes_on && self.paths_may_differ);
+        let shows_samples = self.film_is_last && !(self.goes_on && self.trees_may_differ);
         // colours for a neighbour cost the rays of mirrors and glass again, and these are counted
         let casts_rays = self.goes_on && self.is_needed;
         match self.samples {
@@ -111,7 +111,7 @@ mod tests {
         const YES: bool = true;
         const NO: bool = false;
         const TABLE: [(Change, [bool; 5], Remake); 14] = [
-            // samples, film_is_last, was_quiet, goes_on, paths_may_differ, is_needed
+            // samples, film_is_last, was_quiet, goes_on, trees_may_differ, is_needed
             (None, [YES, YES, NO, NO, NO], Age),
             (None, [YES, NO, NO, NO, NO], Counts),
             (Rays, [YES, YES, NO, NO, NO], Counts),
@@ -119,7 +119,7 @@ mod tests {
             // somebody else had the film
             (None, [NO, YES, NO, NO, NO], Picture),
             (Rays, [NO, YES, NO, NO, NO], Picture),
-            // no mirror: nothing is asked about paths
+            // no mirror: nothing is asked about trees
             (None, [YES, YES, NO, YES, NO], Age),
             // mirrors
             (None, [YES, YES, YES, NO, NO], Age),
@@ -131,8 +131,8 @@ mod tests {
             (None, [YES, YES, YES, NO, YES], Picture),
             (Rays, [YES, YES, YES, NO, YES], Picture),
         ];
-        for (samples, [film_is_last, was_quiet, goes_on, paths_may_differ, is_needed], remake) in TABLE {
-            let facts = TileFacts { samples, film_is_last, was_quiet, goes_on, paths_may_differ, is_needed };
+        for (samples, [film_is_last, was_quiet, goes_on, trees_may_differ, is_needed], remake) in TABLE {
+            let facts = TileFacts { samples, film_is_last, was_quiet, goes_on, trees_may_differ, is_needed };
             assert_eq!(facts.remake(), remake, "{facts:?}");
             assert_eq!(TileFacts { samples: Samples, ..facts }.remake(), Remake::Samples);
         }

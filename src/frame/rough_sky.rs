@@ -10,9 +10,9 @@ use glam::Vec3;
 
 use super::bits::bit;
 use super::frame_view::FrameView;
-use super::path_bounds::{PathBounds, TOGETHER, TilePaths};
 use super::radiance::{Layer, Radiance};
 use super::ray_tally::RayTally;
+use super::tree_times::TreeTimes;
 use crate::scene::LightFrom;
 use crate::shade::Surface;
 use crate::shade::coat::SeenCoat;
@@ -78,7 +78,7 @@ impl RoughSky {
         &mut self,
         frame: &FrameView,
         radiance: &mut Radiance,
-        paths: &mut TilePaths,
+        times: &mut TreeTimes,
         tally: &mut RayTally,
     ) {
         let Self { waiting, rays, blocked, by_still } = self;
@@ -100,15 +100,11 @@ impl RoughSky {
         ask(Occluders::Still, blocked);
         by_still.clone_from(blocked);
         ask(Occluders::Movable, blocked);
-        if frame.records_paths {
-            paths.note_dynamic(blocked != by_still);
-            for some in waiting.chunks(TOGETHER) {
-                let mut bounds = PathBounds::NONE;
-                some.iter().for_each(|ray| bounds.add_to_sky(ray.origin, ray.direction));
-                paths.add(bounds);
-            }
-        }
         for (number, ray) in waiting.drain(..).enumerate() {
+            // what is still stays in the way, whatever else comes there or goes
+            if !bit(by_still, number) {
+                times.note_segment(frame, ray.cell, ray.origin, ray.direction, f32::INFINITY);
+            }
             if !bit(blocked, number) {
                 radiance.add_secondary(ray.layer, ray.cell as usize, ray.light);
             }

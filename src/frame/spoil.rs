@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::Vec3;
 use half::f16;
 
-use super::path_bounds::TilePaths;
 use super::tiles::FrameBuffers;
 use super::{RenderError, Renderer};
 use crate::changes::Until;
@@ -19,7 +18,7 @@ use crate::shade::surface::{There, reflectance, uv_at};
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
-/// What is broken. But for [`Paths`](Spoil::Paths) it is broken for every seventh cell that shows a surface, and in
+/// What is broken. But for [`Trees`](Spoil::Trees) it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,21 +43,23 @@ pub enum Spoil {
     Until,
     /// Rays of ambient occlusion are held to find for a frame longer what they found.
     Openness,
-    /// The rays that go on from mirrors and glass are held to bring what they brought, whatever moves.
-    Paths,
+    /// Ray trees of mirrors and glass are held to bring for a frame longer what they brought.
+    Trees,
 }
 
 impl Renderer<'_> {
-    /// Spoils what the frame that the left eye saw last has left. Says how many samples (or, for [`Paths`](Spoil::Paths), tiles) are
+    /// Spoils what the frame that the left eye saw last has left. Says how many samples (or, for [`Trees`](Spoil::Trees), trees and tiles) are
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
         let memory = &mut self.eyes[Eye::Left as usize];
         let Some(pose) = &memory.last else { return Ok(0) };
         let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
-        if what == Spoil::Paths {
-            let states = buffers.flat_map(|buffers| &mut buffers.states).filter(|state| state.goes_on);
-            return Ok(states.map(|state| state.paths = Some(TilePaths::default())).count() as u64);
+        if what == Spoil::Trees {
+            return Ok(buffers
+                .flat_map(|buffers| &mut buffers.states)
+                .map(|state| state.trees.delay())
+                .sum());
         }
         buffers.for_each(FrameBuffers::forget);
         let stores = memory.levels.iter_mut().filter_map(|level| level.store.as_mut());
@@ -138,7 +139,7 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             tile.gathered.update_mean(cell);
             true
         }
-        Spoil::Sight | Spoil::Paths | Spoil::Until | Spoil::Openness => false,
+        Spoil::Sight | Spoil::Trees | Spoil::Until | Spoil::Openness => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -7,6 +7,7 @@ use super::light_paths::PathScratch;
 use super::occlusion::OcclusionScratch;
 use super::placed::PlacedTile;
 use super::radiance::Radiance;
+use super::ray_trees::Root;
 use super::serve::Serving;
 use super::trace_scratch::TraceScratch;
 use crate::samples::Tile;
@@ -52,6 +53,8 @@ pub struct ThreadScratch {
     pub placed: Box<PlacedTile>,
     /// Of the phase that follows rays beyond the first surface.
     pub bounces: Bounces,
+    /// Whose trees were kept when the tile at work was begun.
+    pub roots: Vec<Root>,
     /// What each cell shows in this frame.
     pub radiance: Box<Radiance>,
     /// Of the phase that makes pixels.

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::bins::Bins;
 use super::frame_view::FrameView;
 use super::moved_bounds::ModelSet;
-use super::path_bounds::TilePaths;
 use super::plan::Term;
+use super::ray_trees::TileTrees;
 use super::remake::{SampleFacts, TileFacts};
 use super::tile_bounds::TileBounds;
 use crate::changes::Until;
@@ -24,10 +24,10 @@ pub struct TileState {
     pub was_quiet: bool,
     /// Whether rays went on from it when it was shown last.
     pub goes_on: bool,
-    /// Where they went, if that was noted.
-    pub paths: Option<TilePaths>,
-    /// Whether what moved may be on their way, or a light changed.
-    paths_may_differ: bool,
+    /// What they brought.
+    pub trees: TileTrees,
+    /// Whether they may bring something else.
+    trees_may_differ: bool,
     /// Whether what moved may concern its samples.
     may_be_reached: bool,
     /// The first frame in which what its samples have gathered may not hold any more.
@@ -45,8 +45,8 @@ impl Default for TileState {
             was_written: false,
             was_quiet: false,
             goes_on: false,
-            paths: None,
-            paths_may_differ: false,
+            trees: TileTrees::default(),
+            trees_may_differ: false,
             may_be_reached: false,
             until: Until::UNKNOWN,
             bounds: None,
@@ -56,6 +56,11 @@ impl Default for TileState {
 }
 
 impl TileState {
+    /// Nothing is known any more but what the trees of those samples bring that stay.
+    pub fn forget(&mut self) {
+        *self = Self { trees: std::mem::take(&mut self.trees), ..Self::default() };
+    }
+
     /// Whether the tile may have samples of a model that moved. A `false` is certain.
     pub fn may_have_moved(&self, frame: &FrameView) -> bool {
         self.content.as_ref().is_none_or(|content| content.may_have_moved(frame))
@@ -81,7 +86,7 @@ impl TileState {
             film_is_last: film_is_last && self.is_known && !self.vectors_may_differ(frame),
             was_quiet: self.was_quiet,
             goes_on: self.goes_on,
-            paths_may_differ: self.paths_may_differ,
+            trees_may_differ: self.trees_may_differ,
             is_needed,
         }
     }
@@ -97,9 +102,8 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
             let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds));
             !content.is_out_of_reach(frame, number) || bins.any(number)
         };
-        let may_be_reached = |paths: &TilePaths| !paths.is_out_of_reach(frame);
-        state.paths_may_differ =
-            light_changed || frame.plan.any_moved && state.paths.as_ref().is_none_or(may_be_reached);
+        let any_changed = light_changed || frame.plan.any_moved;
+        state.trees_may_differ = any_changed && frame.has_expired(state.trees.until);
     });
 }
 

@@ -16,7 +16,6 @@ use super::estimate::Estimate;
 use super::filter::{self, Shown};
 use super::frame_view::FrameView;
 use super::grid::Grid;
-use super::path_bounds::TilePaths;
 use super::remake::{Change, Remake, TileFacts};
 use super::spread::TileFilm;
 use super::stay::{self, Detached};
@@ -104,8 +103,7 @@ impl FrameBuffers {
 
     /// Bytes of what is remembered of the tiles.
     pub fn state_bytes(&self) -> usize {
-        let paths = |state: &TileState| state.paths.as_ref().map_or(0, TilePaths::bytes);
-        let states = self.states.iter().map(|state| size_of_val(state) + paths(state)).sum::<usize>();
+        let states = self.states.iter().map(|state| size_of_val(state) + state.trees.bytes()).sum::<usize>();
         states + self.colors.iter().map(|colors| size_of_val(&colors[..])).sum::<usize>()
     }
 
@@ -400,14 +398,10 @@ fn infer_tile(
     if (remake >= Remake::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
         let begin = Instant::now();
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
-        enhance::enhance(frame, tile, radiance, bounces, placed, trace);
+        let casts_rays =
+            enhance::enhance(frame, tile, radiance, bounces, Some(&mut state.trees), placed, trace);
         state.goes_on = radiance.has_secondary;
-        state.was_quiet &= !state.goes_on;
-        if state.goes_on && frame.records_paths {
-            std::mem::swap(state.paths.get_or_insert_default(), &mut bounces.paths);
-        } else {
-            state.paths = None;
-        }
+        state.was_quiet &= !casts_rays;
         scratch.seconds.enhance += begin.elapsed().as_secs_f64();
     }
     remake
@@ -426,11 +420,14 @@ fn update_samples(
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
-    let ThreadScratch { trace, seconds, serving, before, lighting, placed, paths, occlusion, .. } = scratch;
+    let ThreadScratch {
+        trace, seconds, serving, before, lighting, placed, paths, occlusion, roots, ..
+    } = scratch;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let counts_before = trace.tally.counts;
     estimate.count(number, &mut trace.tally);
+    state.trees.note_roots(tile, roots);
     serving.begin();
     let took_cells = match reused {
         Reused::None => {
@@ -480,6 +477,7 @@ fn update_samples(
     let mut flags = serving.flags();
     seconds.verify += lap();
     trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
+    state.trees.forget_others(tile, roots);
     seconds.trace += lap();
     let (gathered_changed, until) = gather::gather(frame, tile, placed, paths, &mut trace.tally);
     let (openness_changed, open_until) =

@@ -96,6 +96,7 @@ pub(crate) mod tests {
             bounces: 2,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
+            tree_memory: 256,
             stereo: None,
             mode: Mode::Auto,
             reuse: Default::default(),

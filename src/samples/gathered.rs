@@ -194,14 +194,14 @@ impl GatheredLight {
     pub fn delay(&mut self) -> u64 {
         let mut count = 0;
         for light in self.of_paths.iter_mut().chain(&mut self.means) {
-            count += u64::from(delay(&mut light.until));
+            count += u64::from(light.until.delay());
         }
         count
     }
 
     /// The same of how open samples are.
     pub fn delay_openness(&mut self) -> u64 {
-        self.openness.iter_mut().map(|openness| u64::from(delay(&mut openness.until))).sum()
+        self.openness.iter_mut().map(|openness| u64::from(openness.until.delay())).sum()
     }
 
     /// Has everything hold until `changed` of what it did.
@@ -255,15 +255,6 @@ impl GatheredLight {
         self.openness.clear();
         self.seeds.clear();
     }
-}
-
-/// Has what does not hold forever hold a frame longer; whether it did not.
-fn delay(until: &mut Until) -> bool {
-    let ends = *until != Until::FOREVER && *until != Until::UNKNOWN;
-    if ends {
-        *until = Until::from_bits(until.to_bits().saturating_add(1));
-    }
-    ends
 }
 
 /// Those that are known: the first ones.

@@ -28,7 +28,7 @@ use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Refinement, Settings,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, MOST_SAMPLES, Refinement, Settings,
 };
 use crate::stereo::Stereo;
 
@@ -257,6 +257,12 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
             &table.reflections,
             default.reflections,
             0..i64::from(MOST_REFLECTIONS) + 1,
+        )?,
+        tree_memory: whole(
+            "tree_memory",
+            &table.tree_memory,
+            default.tree_memory,
+            0..i64::from(MOST_TREE_MEMORY) + 1,
         )?,
         paths: whole("paths", &indirect.paths, default.paths, 0..i64::from(MOST_PATHS) + 1)?,
         paths_per_frame: whole(

@@ -19,7 +19,7 @@ use crate::animation::Interpolation;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, Mode, Reuse,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse,
 };
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
@@ -130,6 +130,9 @@ pub(crate) struct RenderTable {
     /// Maximum number of rays by which each sample of a rough metal-rough surface reflects the scene (4)
     #[schemars(range(min = 0, max = MOST_REFLECTIONS))]
     pub reflections: Option<At<i64>>,
+    /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
+    #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
+    pub tree_memory: Option<At<i64>>,
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,

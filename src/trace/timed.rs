@@ -48,7 +48,10 @@ impl Tracer for Timed<'_> {
     fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
-            Coherence::Bounced | Coherence::SharedOrigin | Coherence::Incoherent => &self.bounced,
+            Coherence::Bounced
+            | Coherence::BouncedAlone
+            | Coherence::SharedOrigin
+            | Coherence::Incoherent => &self.bounced,
         };
         clocked(kind, || self.tracer.closest(rays, among, coherence, hits));
     }

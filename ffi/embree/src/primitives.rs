@@ -133,7 +133,19 @@ impl RaysN {
 /// Embree calls this for geometries that [`Callbacks::set`] has set up.
 unsafe extern "C" fn intersect(arguments: *const sys::RTCIntersectFunctionNArguments) {
     // SAFETY: Embree passes live arguments.
-    let arguments = unsafe { &*arguments };
+    unsafe { intersect_if(&*arguments, |_, _, _| true) };
+}
+
+/// Nearest hits, but for those for which `is_kept(id, t, name)` does not hold: what the caller has written beside the ray, how far away the hit
+/// is, and its instance, geometry and primitive.
+///
+/// # Safety
+/// `arguments` are as Embree passes them, of a geometry that [`Callbacks::set`] has set up.
+#[inline(always)]
+pub(crate) unsafe fn intersect_if(
+    arguments: &sys::RTCIntersectFunctionNArguments,
+    mut is_kept: impl FnMut(u32, f32, [u32; 3]) -> bool,
+) {
     // SAFETY: by contract.
     let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
     let count = arguments.N as usize;
@@ -147,6 +159,10 @@ unsafe extern "C" fn intersect(arguments: *const sys::RTCIntersectFunctionNArgum
         // SAFETY: the lane takes part.
         let ray = unsafe { rays.segment(lane) };
         let Some(hit) = primitives.meet(arguments.primID, &ray, false) else { continue };
+        let name = [context.instID[0], arguments.geomID, arguments.primID];
+        if !is_kept(rays.id(lane), hit.t, name) {
+            continue;
+        }
         // SAFETY: the lane takes part, and the rows are those of a hit.
         let put = |row: usize, value: u32| unsafe { *hits.add(row * count + lane) = value };
         for (axis, part) in ray.direction.into_iter().enumerate() {

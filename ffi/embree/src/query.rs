@@ -77,6 +77,35 @@ impl Committed<'_> {
         }
     }
 
+    /// As [`intersect`](Self::intersect) of coherent rays, except that of several primitives that a ray meets at the same t, to the bit,
+    /// the one with the least instance, geometry and number is hit. Otherwise the last one wins that is looked at, and which
+    /// that is depends on the other rays of the packet. So what a ray hits depends on it alone.
+    ///
+    /// Overwrites `packet.ray.id`. A panic of [`Primitives`](crate::Primitives) ends the program.
+    #[inline]
+    pub fn intersect_least<const N: usize>(&self, valid: &Valid<N>, packet: &mut RayHit<N>) {
+        const { assert!(is_width(N), "Embree has packets of 4, 8 and 16") }
+        // Embree may call back with fewer rays: the id tells the lane
+        packet.ray.id = std::array::from_fn(|lane| lane as u32);
+        let mut context = LeastContext { embrees: sys::init_ray_query_context(), best: [Best::NONE; 16] };
+        let mut arguments = sys::init_intersect_arguments();
+        arguments.flags = Coherence::Coherent.flag() | sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+        arguments.context = (&raw mut context).cast();
+        arguments.filter = Some(keep_least);
+        arguments.intersect = Some(meet_least);
+        let (valid, packet, arguments) =
+            (valid.as_ptr(), ptr::from_mut(packet).cast::<c_void>(), &raw mut arguments);
+        // SAFETY: as in `intersect`; the context begins with Embree's part and outlives the call, and filter and callback get
+        // this context, of the type that they are made for.
+        unsafe {
+            match N {
+                4 => sys::rtcIntersect4(valid, self.scene, packet.cast(), arguments),
+                8 => sys::rtcIntersect8(valid, self.scene, packet.cast(), arguments),
+                _ => sys::rtcIntersect16(valid, self.scene, packet.cast(), arguments),
+            }
+        }
+    }
+
     /// The closest hit of one ray. What it meets depends on no other ray, to the bit: in packets it may, by a rounding.
     #[inline]
     pub fn intersect_one(&self, segment: &Segment, coherence: Coherence) -> Option<OneHit> {
@@ -290,6 +319,82 @@ unsafe extern "C" fn let_pass<F: Fn(usize, PrimId) -> bool>(
             }
         }
     }
+}
+
+/// The nearest hit of a ray so far, in the scene at hand.
+#[derive(Clone, Copy)]
+struct Best {
+    t: f32,
+    /// Instance, geometry and primitive.
+    name: [u32; 3],
+}
+
+impl Best {
+    /// No t is that of another hit.
+    const NONE: Self = Self { t: f32::NAN, name: [INVALID; 3] };
+
+    /// Whether a ray hits this rather than that, which is no nearer.
+    #[inline(always)]
+    fn is_kept(&mut self, t: f32, name: [u32; 3]) -> bool {
+        let is_kept = t != self.t || name < self.name;
+        if is_kept {
+            *self = Self { t, name };
+        }
+        is_kept
+    }
+}
+
+/// What [`keep_least`] and [`meet_least`] are told, behind what Embree itself needs.
+#[repr(C)]
+struct LeastContext {
+    embrees: sys::RTCRayQueryContext,
+    /// By lane.
+    best: [Best; 16],
+}
+
+/// Filter of nearest hits: rejects those that are as near as one with a lesser name.
+///
+/// # Safety
+/// Embree calls this from `intersect_least` alone, with a [`LeastContext`] as context that no other thread knows.
+unsafe extern "C" fn keep_least(arguments: *const sys::RTCFilterFunctionNArguments) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract; the context lives on the stack of the caller.
+    let context = unsafe { &mut *arguments.context.cast::<LeastContext>() };
+    let count = arguments.N as usize;
+    let (ray, hit) = (arguments.ray.cast::<u32>(), arguments.hit.cast::<u32>());
+    for i in 0..count {
+        // SAFETY: as in `let_pass`.
+        unsafe {
+            let valid = arguments.valid.add(i);
+            if *valid == 0 {
+                continue;
+            }
+            let lane = *ray.add(sys::RTC_RAY_N_ID_ROW * count + i) as usize;
+            // Embree has put the end of the ray where the hit is
+            let t = f32::from_bits(*ray.add(sys::RTC_RAY_N_TFAR_ROW * count + i));
+            let name = [sys::RTC_HIT_N_INST_ID_ROW, sys::RTC_HIT_N_GEOM_ID_ROW, sys::RTC_HIT_N_PRIM_ID_ROW]
+                .map(|row| *hit.add(row * count + i));
+            if !context.best[lane].is_kept(t, name) {
+                *valid = 0;
+            }
+        }
+    }
+}
+
+/// Nearest hits with primitives that are no triangles, which Embree asks no filter about: see
+/// [`Committed::intersect_least`].
+///
+/// # Safety
+/// Embree calls this from `intersect_least` alone, with a [`LeastContext`] as context that no other thread knows, and for
+/// geometries that [`primitives::Callbacks`] made.
+unsafe extern "C" fn meet_least(arguments: *const sys::RTCIntersectFunctionNArguments) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract; the context lives on the stack of the caller.
+    let best = unsafe { &mut (*arguments.context.cast::<LeastContext>()).best };
+    // SAFETY: as Embree has passed them.
+    unsafe { primitives::intersect_if(arguments, |id, t, name| best[id as usize].is_kept(t, name)) };
 }
 
 /// Occlusion by primitives that are no triangles, which Embree asks no filter about: see
