@@ -65,7 +65,7 @@ impl Grain {
 
     fn leaves(self, movers: &[Mover<'_>]) -> usize {
         let of = |mover: &Mover<'_>| {
-            mover.places().div_ceil(self.places) * self.boxes.min(mover.model.mesh.triangles.len())
+            mover.places().div_ceil(self.places) * count_of_boxes(&mover.model.mesh, self.boxes)
         };
         movers.iter().map(of).sum()
     }
@@ -137,15 +137,54 @@ fn address(mesh: &Arc<Mesh>) -> usize {
     Arc::as_ptr(mesh).addr()
 }
 
-/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them.
+/// Three corners, object space.
+type Corners = [Vec3; 3];
+
+/// How many boxes [`boxes_of`] makes of `mesh`.
+fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
+    if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
+}
+
+/// Whether triangles of `mesh` are cut to pieces: what stands in for a quadric's pieces has their boxes, and is no surface.
+fn is_cut(mesh: &Mesh, most: usize) -> bool {
+    mesh.quadric.is_none() && !mesh.triangles.is_empty() && mesh.triangles.len() < most
+}
+
+/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them. Where triangles are
+/// few they are cut to as many pieces: a box around a large one that is turned is mostly empty.
 pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
     let positions = mesh.positions.as_slice();
+    let corners = |triangle: &[u32; 3]| -> Corners {
+        triangle.map(|corner| Vec3::from_array(positions[corner as usize]))
+    };
+    if is_cut(mesh, most) {
+        let pieces = pieces(mesh.triangles.iter().map(corners).collect(), most);
+        return pieces.into_iter().map(|piece| piece.into_iter().fold(Bounds::EMPTY, Bounds::with)).collect();
+    }
     let around = |triangle: &[u32; 3]| {
-        let corners = triangle.iter().map(|corner| Vec3::from_array(positions[*corner as usize]));
-        let bounds = corners.fold(Bounds::EMPTY, Bounds::with);
+        let bounds = corners(triangle).into_iter().fold(Bounds::EMPTY, Bounds::with);
         Leaf { bounds, first: 0, second: 0, last: 0 }
     };
     let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
     let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
     parts.iter().map(|part| Around::of(part).bounds).collect()
+}
+
+/// `count` pieces of `triangles`: always that with the longest edge is cut in the middle of it. What rounding does to middles is
+/// far less than the [room](Bounds::placed) around boxes.
+fn pieces(mut triangles: Vec<Corners>, count: usize) -> Vec<Corners> {
+    let edge = |[a, b, c]: &Corners| [a.distance_squared(*b), b.distance_squared(*c), c.distance_squared(*a)];
+    let longest = |triangle: &Corners| edge(triangle).into_iter().fold(0.0, f32::max);
+    while triangles.len() < count {
+        let all = triangles.iter().enumerate();
+        let Some((number, _)) = all.max_by(|a, b| longest(a.1).total_cmp(&longest(b.1))) else { break };
+        let triangle = triangles[number];
+        let edges = edge(&triangle);
+        let first = (0..3).max_by(|a, b| edges[*a].total_cmp(&edges[*b])).unwrap_or(0);
+        let [a, b, c] = [0, 1, 2].map(|corner| triangle[(first + corner) % 3]);
+        let middle = a.midpoint(b);
+        triangles[number] = [a, middle, c];
+        triangles.push([middle, b, c]);
+    }
+    triangles
 }

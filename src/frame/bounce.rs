@@ -27,6 +27,7 @@ use super::tree_times::TreeTimes;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
+use crate::samples::Tag;
 use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
@@ -72,6 +73,8 @@ pub struct Bounces {
     queue: ShadowQueue,
     /// Of `met`: which points of the light at hand reach it, a bit each.
     lit: Vec<u16>,
+    /// The segments of shadow rays, if anybody wants to know until when their answers hold.
+    to_light: Vec<(Vec3, Vec3, f32)>,
     gathering: PathScratch,
     occlusion: OcclusionScratch,
     /// Until when the rays of the tile at work bring what they bring, if that is found out.
@@ -321,8 +324,9 @@ const GATHER_AT_ONCE: usize = 256;
 
 /// Finds out whether `light`, or which of its points, reach what was met.
 fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {
-    let Bounces { met, eights, queue, lit, times, .. } = bounces;
+    let Bounces { met, eights, queue, lit, to_light, times, .. } = bounces;
     queue.clear();
+    to_light.clear();
     lit.clear();
     lit.resize(met.len(), 0);
     let mut count = |number: usize, rays: u32| {
@@ -339,9 +343,9 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
             queue.push_from(origins, &light_sample, asked, first as u32);
             for lane in set_bits(asked) {
                 count(first + lane, 1);
-                let cell = met[first + lane].bounce.cell;
-                let to_light = light_sample.to_light.lane(lane);
-                times.note_segment(frame, cell, origins.lane(lane), to_light, light_sample.far);
+                if times.are_asked() {
+                    to_light.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                }
             }
             continue;
         }
@@ -350,15 +354,21 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
             let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
             queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
             count(first + lane, asked.count_ones());
-            let cell = met[first + lane].bounce.cell;
-            for point in set_bits(asked) {
-                let to_light = light_samples[point / LANES].to_light.lane(point % LANES);
-                times.note_segment(frame, cell, origins.lane(lane), to_light, light_samples[0].far);
+            for point in set_bits(if times.are_asked() { asked } else { 0 }) {
+                let way = light_samples[point / LANES].to_light.lane(point % LANES);
+                to_light.push((origins.lane(lane), way, light_samples[0].far));
             }
         }
     }
     tally.counts.shadow += queue.count();
     let check = ShadowCheck::StillThenMovable;
+    // in the order of the answers; what is still stays in the way, whatever else comes there or goes
+    let mut to_light = to_light.iter();
+    let mut note = |owner: u32, by_still: bool| {
+        if let Some((origin, way, far)) = to_light.next().filter(|_| !by_still) {
+            times.note_segment(frame, met[owner as usize].bounce.cell, *origin, *way, *far);
+        }
+    };
     if light.points > 1 {
         queue.answer_sixteen(
             check,
@@ -367,11 +377,14 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
             frame.tracer,
             |owner, shadows| {
                 lit[owner as usize] = shadows.asked & !shadows.blocked;
+                let by_still = shadows.blocked & !shadows.by_dynamic;
+                set_bits(shadows.asked).for_each(|point| note(owner, by_still >> point & 1 != 0));
             },
         );
     } else {
         queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
+            note(owner, tag == Tag::StaticOccluder);
         });
     }
 }

@@ -44,6 +44,11 @@ impl TreeTimes {
         self.until.resize(count, frame.light_change);
     }
 
+    /// Whether anything is asked.
+    pub fn are_asked(&self) -> bool {
+        self.asks != Asks::Nothing
+    }
+
     /// Until when holds what the rays of `cell` bring; nothing is known where nothing was asked.
     pub fn of(&self, cell: usize) -> Until {
         match self.asks {
