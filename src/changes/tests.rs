@@ -372,6 +372,61 @@ fn a_mesh_has_several_boxes_and_all_triangles_are_in_one() {
     }
 }
 
+#[test]
+fn a_few_large_triangles_have_many_small_boxes_that_hold_them() {
+    let mesh = mesh_of_two();
+    let (two, many) = (boxes_of(&mesh, 2), boxes_of(&mesh, MOST_BOXES));
+    assert_eq!((two.len(), many.len()), (2, MOST_BOXES));
+    let mut dice = Dice(3);
+    // the triangles fill half of a square
+    let mut share = |boxes: &[Bounds]| {
+        let points = (0..4000).map(|_| [dice.between(-1.0, 1.0) as f32, dice.between(-1.0, 1.0) as f32]);
+        let is_in = |[x, y]: [f32; 2], bounds: &Bounds| {
+            (bounds.low.x..=bounds.high.x).contains(&x) && (bounds.low.y..=bounds.high.y).contains(&y)
+        };
+        points.filter(|point| boxes.iter().any(|bounds| is_in(*point, bounds))).count() as f32 / 4000.0
+    };
+    let [of_two, of_many] = [&two, &many].map(|boxes| share(boxes));
+    assert!(of_two > 0.99 && of_many < 0.65, "{of_two} {of_many}");
+    let mut dice = Dice(3);
+    for triangle in mesh.triangles.iter().cycle().take(2000) {
+        let [a, b, c] = triangle.map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]));
+        let (u, v) = (dice.between(0.0, 1.0) as f32, dice.between(0.0, 1.0) as f32);
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        let point = a + u * (b - a) + v * (c - a);
+        let room = Vec3::splat(1e-6);
+        let holds =
+            |bounds: &Bounds| point.cmpge(bounds.low - room).all() && point.cmple(bounds.high + room).all();
+        assert!(many.iter().any(holds), "{point}");
+    }
+}
+
+#[test]
+fn asked_for_what_is_before_a_frame_the_first_touch_is_the_earlier_of_both() {
+    let mut dice = Dice(17);
+    let models = (0..6).map(|_| model(ball(0.4, 8), motion(&mut dice, [1.0, 60.0], 3.0))).collect();
+    let moves = Motion::of(&scene(models, vec![]));
+    let mut earlier = 0;
+    for _ in 0..2000 {
+        let (origin, direction) = (dice.point(4.0).as_vec3(), dice.point(4.0).as_vec3());
+        let after = dice.below(60) as i32;
+        let first = moves.first_touch(origin, direction, 1.0, after);
+        let before = Until::from_bits(1 + dice.below(80) as u16);
+        let expected =
+            if before <= first && !moves.has_expired(before, after) { before } else { first.min(before) };
+        let asked = moves.first_touch_before(origin, direction, 1.0, after, before);
+        assert_eq!(asked, expected);
+        earlier += u32::from(asked != before);
+        assert_eq!(
+            moves.expires_next(first, after),
+            moves.has_expired(first, after + 1),
+            "{first:?} {after}"
+        );
+    }
+    assert!(earlier > 100, "{earlier}");
+    assert!(!moves.expires_next(Until::FOREVER, 7) && moves.expires_next(Until::UNKNOWN, 7));
+}
+
 /// `cargo test --release --lib -- changes::tests::speed --ignored --nocapture`
 #[test]
 #[ignore = "measures"]

@@ -23,7 +23,8 @@ use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
+    Settings,
 };
 use crate::trace::BackendKind;
 

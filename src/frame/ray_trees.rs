@@ -230,3 +230,52 @@ fn replace<T: Copy>(list: &mut Vec<T>, now: &[T]) {
     list.reserve_exact(now.len());
     list.extend_from_slice(now);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_tiles_get_what_they_want_and_the_rest_is_for_what_may_come() {
+        let shared = |wanted: &[u16], trees: u64| {
+            let of = |wanted: &u16| TileTrees { wanted: *wanted, ..TileTrees::default() };
+            let mut tiles: Vec<TileTrees> = wanted.iter().map(of).collect();
+            allow(&mut tiles.iter_mut().collect::<Vec<_>>(), trees * 28 + 27, 28);
+            tiles.iter().map(|trees| trees.allowed).collect::<Vec<_>>()
+        };
+        assert_eq!(shared(&[100, 0, 50], 0), [0, 0, 0]);
+        assert_eq!(shared(&[100, 0, 50], 120), [100, 0, 20]);
+        assert_eq!(shared(&[100, 0, 50], 150), [100, 0, 50]);
+        assert_eq!(shared(&[100, 0, 50], 1100), [1024, 26, 50]);
+        assert_eq!(shared(&[100, 0, 50], 1 << 40), [1024; 3]);
+        assert_eq!(bytes_of_tree(Layers::NONE), 28);
+    }
+
+    #[test]
+    fn what_is_allowed_no_more_is_given_back() {
+        let tree = RayTree { cell: 0, until: Until::FOREVER, light: [[0.0; 3]; 2] };
+        let mut trees =
+            TileTrees { kept: vec![tree; 64], guides: vec![Guides::default(); 64], ..TileTrees::default() };
+        trees.allow(10);
+        assert_eq!((trees.kept.len(), trees.guides.len(), trees.bytes()), (10, 10, 10 * (28 + 24)));
+        trees.allow(100);
+        assert_eq!(trees.kept.len(), 10);
+    }
+
+    #[test]
+    fn a_tree_goes_with_its_sample() {
+        let mut tile = Tile::empty(&crate::samples::TagLayout::default());
+        tile.model[3..9].fill(2);
+        let tree = |cell| RayTree { cell, until: Until::FOREVER, light: [[0.0; 3]; 2] };
+        let mut trees = TileTrees { kept: (3..9).map(tree).collect(), ..TileTrees::default() };
+        let cells = |trees: &TileTrees| trees.kept.iter().map(|tree| tree.cell).collect::<Vec<_>>();
+        // one sample has been taken away, one is replaced by another, one changes its triangle
+        tile.model[4] = EMPTY;
+        let mut roots = Vec::new();
+        trees.note_roots(&tile, &mut roots);
+        assert_eq!(cells(&trees), [3, 5, 6, 7, 8]);
+        (tile.model[4], tile.x[6], tile.record[8].triangle) = (2, 0.5, 7);
+        trees.forget_others(&tile, &roots);
+        assert_eq!(cells(&trees), [3, 5, 7]);
+    }
+}

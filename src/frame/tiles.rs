@@ -420,9 +420,8 @@ fn update_samples(
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
-    let ThreadScratch {
-        trace, seconds, serving, before, lighting, placed, paths, occlusion, roots, ..
-    } = scratch;
+    let ThreadScratch { trace, seconds, serving, before, lighting, placed, paths, occlusion, roots, .. } =
+        scratch;
     let mut clock = Instant::now();
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     let counts_before = trace.tally.counts;

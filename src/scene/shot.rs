@@ -28,7 +28,7 @@ use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, MOST_SAMPLES, Refinement, Settings,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, Settings,
 };
 use crate::stereo::Stereo;
 

@@ -19,7 +19,7 @@ pub enum Coherence {
     /// backend's choice.
     Bounced,
     /// The same, but what such a ray meets depends on no other ray of its batch, to the bit, so that it may be cast again among
-    /// others. Where flat pieces of two quadrics lie in one plane, it may.
+    /// others; but for rays exactly along a plane of two axes that graze a triangle's edge.
     BouncedAlone,
     /// To the points of an area light, from one surface or from neighbours: a bundle for walls and floors. But among
     /// the small triangles of one thing each ray finds its own. What becomes of that is the backend's choice.

@@ -390,7 +390,9 @@ impl EmbreeTracer<'_> {
                 let valid = Valid::from_bits(in_part);
                 both.hit.clear();
                 (both.hit.u, both.hit.v) = ([0.0; N], [0.0; N]);
-                for (scene, way) in std::iter::once((self.still, way)).chain(movable.map(|scene| (scene, movable_way))) {
+                for (scene, way) in
+                    std::iter::once((self.still, way)).chain(movable.map(|scene| (scene, movable_way)))
+                {
                     match coherence {
                         Coherence::BouncedAlone => scene.intersect_least(&valid, &mut both),
                         _ => scene.intersect(&valid, &mut both, way),

@@ -133,18 +133,18 @@ impl RaysN {
 /// Embree calls this for geometries that [`Callbacks::set`] has set up.
 unsafe extern "C" fn intersect(arguments: *const sys::RTCIntersectFunctionNArguments) {
     // SAFETY: Embree passes live arguments.
-    unsafe { intersect_if(&*arguments, |_, _, _| true) };
+    unsafe { intersect_if(&*arguments, |_, t, _| Some(t)) };
 }
 
-/// Nearest hits, but for those for which `is_kept(id, t, name)` does not hold: what the caller has written beside the ray, how far away the hit
-/// is, and its instance, geometry and primitive.
+/// Nearest hits that are kept: `end_at(id, t, name)` says where the ray ends then, by what the caller has written beside the ray, how
+/// far away the hit is, and its instance, geometry and primitive.
 ///
 /// # Safety
 /// `arguments` are as Embree passes them, of a geometry that [`Callbacks::set`] has set up.
 #[inline(always)]
 pub(crate) unsafe fn intersect_if(
     arguments: &sys::RTCIntersectFunctionNArguments,
-    mut is_kept: impl FnMut(u32, f32, [u32; 3]) -> bool,
+    mut end_at: impl FnMut(u32, f32, [u32; 3]) -> Option<f32>,
 ) {
     // SAFETY: by contract.
     let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
@@ -160,9 +160,7 @@ pub(crate) unsafe fn intersect_if(
         let ray = unsafe { rays.segment(lane) };
         let Some(hit) = primitives.meet(arguments.primID, &ray, false) else { continue };
         let name = [context.instID[0], arguments.geomID, arguments.primID];
-        if !is_kept(rays.id(lane), hit.t, name) {
-            continue;
-        }
+        let Some(end) = end_at(rays.id(lane), hit.t, name) else { continue };
         // SAFETY: the lane takes part, and the rows are those of a hit.
         let put = |row: usize, value: u32| unsafe { *hits.add(row * count + lane) = value };
         for (axis, part) in ray.direction.into_iter().enumerate() {
@@ -176,7 +174,7 @@ pub(crate) unsafe fn intersect_if(
         put(sys::RTC_HIT_N_INST_ID_ROW, context.instID[0]);
         put(sys::RTC_HIT_N_INST_PRIM_ID_ROW, context.instPrimID[0]);
         // SAFETY: the lane takes part.
-        unsafe { rays.end_at(lane, hit.t) };
+        unsafe { rays.end_at(lane, end) };
     }
 }
 

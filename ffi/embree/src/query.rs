@@ -78,31 +78,43 @@ impl Committed<'_> {
     }
 
     /// As [`intersect`](Self::intersect) of coherent rays, except that of several primitives that a ray meets at the same t, to the bit,
-    /// the one with the least instance, geometry and number is hit. Otherwise the last one wins that is looked at, and which
+    /// the one with the least instance, geometry and number is hit. Otherwise one wins that is looked at early or late, and which
     /// that is depends on the other rays of the packet. So what a ray hits depends on it alone.
     ///
-    /// Overwrites `packet.ray.id`. A panic of [`Primitives`](crate::Primitives) ends the program.
+    /// What a ray has hit in another scene, of which `packet` tells, comes after what is as near in this one. Overwrites
+    /// `packet.ray.id`. A panic of [`Primitives`](crate::Primitives) ends the program.
     #[inline]
     pub fn intersect_least<const N: usize>(&self, valid: &Valid<N>, packet: &mut RayHit<N>) {
         const { assert!(is_width(N), "Embree has packets of 4, 8 and 16") }
         // Embree may call back with fewer rays: the id tells the lane
         packet.ray.id = std::array::from_fn(|lane| lane as u32);
-        let mut context = LeastContext { embrees: sys::init_ray_query_context(), best: [Best::NONE; 16] };
+        let mut best = [Best::NONE; 16];
+        for (lane, best) in best[..N].iter_mut().enumerate() {
+            // met in another scene: what is as near in this one comes first
+            if packet.hit.geom_id[lane] != INVALID {
+                best.t = packet.ray.tfar[lane];
+                packet.ray.tfar[lane] *= ROUNDING;
+            }
+        }
+        let mut context = LeastContext { embrees: sys::init_ray_query_context(), best };
         let mut arguments = sys::init_intersect_arguments();
         arguments.flags = Coherence::Coherent.flag() | sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
         arguments.context = (&raw mut context).cast();
         arguments.filter = Some(keep_least);
         arguments.intersect = Some(meet_least);
-        let (valid, packet, arguments) =
-            (valid.as_ptr(), ptr::from_mut(packet).cast::<c_void>(), &raw mut arguments);
+        let (valid, both, arguments) =
+            (valid.as_ptr(), ptr::from_mut(&mut *packet).cast::<c_void>(), &raw mut arguments);
         // SAFETY: as in `intersect`; the context begins with Embree's part and outlives the call, and filter and callback get
         // this context, of the type that they are made for.
         unsafe {
             match N {
-                4 => sys::rtcIntersect4(valid, self.scene, packet.cast(), arguments),
-                8 => sys::rtcIntersect8(valid, self.scene, packet.cast(), arguments),
-                _ => sys::rtcIntersect16(valid, self.scene, packet.cast(), arguments),
+                4 => sys::rtcIntersect4(valid, self.scene, both.cast(), arguments),
+                8 => sys::rtcIntersect8(valid, self.scene, both.cast(), arguments),
+                _ => sys::rtcIntersect16(valid, self.scene, both.cast(), arguments),
             }
+        }
+        for (end, best) in packet.ray.tfar.iter_mut().zip(&context.best) {
+            *end = if best.t < f32::INFINITY { best.t } else { *end };
         }
     }
 
@@ -321,6 +333,9 @@ unsafe extern "C" fn let_pass<F: Fn(usize, PrimId) -> bool>(
     }
 }
 
+/// Of the distances of boxes and hits.
+const ROUNDING: f32 = 1.0 + 6e-7;
+
 /// The nearest hit of a ray so far, in the scene at hand.
 #[derive(Clone, Copy)]
 struct Best {
@@ -330,17 +345,17 @@ struct Best {
 }
 
 impl Best {
-    /// No t is that of another hit.
-    const NONE: Self = Self { t: f32::NAN, name: [INVALID; 3] };
+    const NONE: Self = Self { t: f32::INFINITY, name: [INVALID; 3] };
 
-    /// Whether a ray hits this rather than that, which is no nearer.
+    /// If a ray hits what is there rather than the best so far: where the ray is to end then. Behind it, so that Embree still looks
+    /// into boxes that begin where the ray ends, but for rounding: another primitive may be as near.
     #[inline(always)]
-    fn is_kept(&mut self, t: f32, name: [u32; 3]) -> bool {
-        let is_kept = t != self.t || name < self.name;
-        if is_kept {
+    fn end_at(&mut self, t: f32, name: [u32; 3]) -> Option<f32> {
+        let is_hit = t < self.t || t == self.t && name < self.name;
+        is_hit.then(|| {
             *self = Self { t, name };
-        }
-        is_kept
+            t * ROUNDING
+        })
     }
 }
 
@@ -352,7 +367,7 @@ struct LeastContext {
     best: [Best; 16],
 }
 
-/// Filter of nearest hits: rejects those that are as near as one with a lesser name.
+/// Filter of nearest hits: rejects those that are behind another, or as near and have a greater name.
 ///
 /// # Safety
 /// Embree calls this from `intersect_least` alone, with a [`LeastContext`] as context that no other thread knows.
@@ -364,7 +379,7 @@ unsafe extern "C" fn keep_least(arguments: *const sys::RTCFilterFunctionNArgumen
     let count = arguments.N as usize;
     let (ray, hit) = (arguments.ray.cast::<u32>(), arguments.hit.cast::<u32>());
     for i in 0..count {
-        // SAFETY: as in `let_pass`.
+        // SAFETY: as in `let_pass`; Embree lets a filter that keeps a hit say where the ray ends.
         unsafe {
             let valid = arguments.valid.add(i);
             if *valid == 0 {
@@ -372,11 +387,13 @@ unsafe extern "C" fn keep_least(arguments: *const sys::RTCFilterFunctionNArgumen
             }
             let lane = *ray.add(sys::RTC_RAY_N_ID_ROW * count + i) as usize;
             // Embree has put the end of the ray where the hit is
-            let t = f32::from_bits(*ray.add(sys::RTC_RAY_N_TFAR_ROW * count + i));
+            let end = ray.add(sys::RTC_RAY_N_TFAR_ROW * count + i);
+            let t = f32::from_bits(*end);
             let name = [sys::RTC_HIT_N_INST_ID_ROW, sys::RTC_HIT_N_GEOM_ID_ROW, sys::RTC_HIT_N_PRIM_ID_ROW]
                 .map(|row| *hit.add(row * count + i));
-            if !context.best[lane].is_kept(t, name) {
-                *valid = 0;
+            match context.best[lane].end_at(t, name) {
+                Some(behind) => *end = behind.to_bits(),
+                None => *valid = 0,
             }
         }
     }
@@ -394,7 +411,7 @@ unsafe extern "C" fn meet_least(arguments: *const sys::RTCIntersectFunctionNArgu
     // SAFETY: by contract; the context lives on the stack of the caller.
     let best = unsafe { &mut (*arguments.context.cast::<LeastContext>()).best };
     // SAFETY: as Embree has passed them.
-    unsafe { primitives::intersect_if(arguments, |id, t, name| best[id as usize].is_kept(t, name)) };
+    unsafe { primitives::intersect_if(arguments, |id, t, name| best[id as usize].end_at(t, name)) };
 }
 
 /// Occlusion by primitives that are no triangles, which Embree asks no filter about: see

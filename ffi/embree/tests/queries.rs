@@ -24,6 +24,7 @@ macro_rules! in_each_width {
 in_each_width! {
     lanes_that_are_off_are_left_alone
     of_two_coincident_triangles_one_is_closest_and_both_occlude
+    of_equally_near_triangles_the_least_is_hit
     no_ray_is_occluded_by_its_own_primitive
     own_primitives_are_known_by_their_instance
     an_empty_scene_answers_no
@@ -162,6 +163,25 @@ fn of_two_coincident_triangles_one_is_closest_and_both_occlude<const N: usize>(d
         let mut rays = down::<N>(|_| [0.25, 0.25, 1.0]);
         tracer.occluded_past(&Valid::ALL, &mut rays, Coherence::Coherent, &|_, met| met == own);
         assert!((0..N).all(|lane| rays.is_occluded(lane)));
+    }
+}
+
+fn of_equally_near_triangles_the_least_is_hit<const N: usize>(device: &Device) {
+    let mut scene = medium(device);
+    let both = [0, 1, 2].map(|_| scene.attach(&mesh(device, &[UNIT_TRIANGLE], u32::MAX)).unwrap().0);
+    let least = both.into_iter().min().unwrap();
+    let tracer = scene.commit().unwrap();
+    for lanes in [1, N / 2, N] {
+        let mut packet = RayHit::new(down::<N>(|_| [0.25, 0.25, 1.0]));
+        tracer.intersect_least(&Valid::first(lanes), &mut packet);
+        for lane in 0..N {
+            let expected = if lane < lanes { (least, 0) } else { (INVALID, INVALID) };
+            let met = (packet.hit.geom_id[lane], packet.hit.prim_id[lane]);
+            assert_eq!(met, expected, "lane {lane} of {lanes}");
+            // not all instruction sets round alike
+            let t = packet.ray.tfar[lane];
+            assert!(if lane < lanes { (t - 1.0).abs() < 2e-7 } else { t == f32::INFINITY }, "{t}");
+        }
     }
 }
 
