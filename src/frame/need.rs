@@ -4,10 +4,11 @@
 
 use super::channels::channels;
 use super::grid::Grid;
+use super::ray_trees::bytes_of_tree;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Spare, TagLayout, Tile};
-use crate::scene::{LightGroups, Scene, Shot};
+use crate::scene::{CameraTrack, LightGroups, Material, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
 
@@ -86,7 +87,30 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         BackendKind::Embree => [EMBREE_RESERVED, THREAD_RESERVED * embree_threads(threads)],
         BackendKind::Rust => [0, 0],
     };
-    Need { parts, reserved }
+    let trees = trees(&shot.scene, settings, samples);
+    let parts = parts
+        .into_iter()
+        .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")));
+    Need { parts: parts.collect(), reserved }
+}
+
+/// Whether a camera may stand still from one frame to the next.
+fn may_rest(camera: &CameraTrack) -> bool {
+    let rests = |frame: f64| {
+        let end = camera.eye.rests_until(frame);
+        end.is_finite() && end >= frame + 1.0
+    };
+    camera.eye.is_constant() || camera.eye.frames().any(rests)
+}
+
+/// Of ray trees, if any can be kept: as if all samples had one, up to what is allowed.
+fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
+    let moves = scene.models.iter().any(|model| !model.track.is_constant());
+    let goes_on = scene.materials.iter().any(Material::has_secondary_rays);
+    let can =
+        moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
+    let all = eyes(settings) * samples * bytes_of_tree(settings.layers) as u64;
+    can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
 }
 
 /// `need` and that of writing frames of `scene` with `settings` while the next one is rendered: a second film, and one more
