@@ -67,8 +67,11 @@ impl Level {
         }
     }
 
-    /// Drops the samples of the frame before, and what was known of them.
+    /// Drops the samples of the frame before, and what was known of them; those that are lent it keeps for who has lent them.
     pub fn drop_samples(&mut self) {
+        if std::mem::take(&mut self.is_lent) {
+            self.lent = self.store.take();
+        }
         self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
         self.buffers.states.clear();
     }

@@ -70,12 +70,13 @@ impl Renderer<'_> {
             return Ok(tiles.map(|tile| tile.gathered.delay_openness()).sum());
         }
         if what == Spoil::Sight {
-            return hide(self.scene, &mut *self.backend, tiles, pose);
+            return hide(self.prepared.scene, &mut *self.backend, tiles, pose);
         }
         let mut count = 0;
         for tile in tiles {
             for cell in spoilt_cells(tile) {
-                count += u64::from(spoil_cell(what, &self.layout.slots, self.scene, tile, cell));
+                count +=
+                    u64::from(spoil_cell(what, &self.prepared.layout.slots, self.prepared.scene, tile, cell));
             }
         }
         Ok(count)
