@@ -7,6 +7,7 @@ use clap::Args;
 use rayon::ThreadPool;
 
 use super::bare_model::{UpArg, is_model, turntable_options};
+use super::blur_args::{self, BlurArgs};
 use super::failure::Failure;
 use super::samples_args::{self, SamplesArg};
 use super::target::Target;
@@ -111,6 +112,10 @@ pub struct ShotArgs {
     #[command(flatten)]
     pub stereo: StereoArgs,
 
+    /// Motion blur and depth of field.
+    #[command(flatten)]
+    pub blur: BlurArgs,
+
     /// Which kept samples a cell shows [default: the shot's]
     #[arg(long, value_enum, value_name = "RULE")]
     pub reuse: Option<ReuseArg>,
@@ -203,8 +208,9 @@ pub struct Job {
 impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
-        let shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
-        let settings = self.settled(&shot.settings)?;
+        let mut shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
+        let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
+        blur_args::check(&settings, &shot.scene)?;
         two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
@@ -408,6 +414,8 @@ mod tests {
             occlusion_rays: 8,
             occlusion_radius: 3.0,
             stereo: None,
+            shutter: None,
+            exposures: 9,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
@@ -447,6 +455,8 @@ mod tests {
             occlusion_rays: 32,
             occlusion_radius: 0.25,
             stereo: None,
+            shutter: None,
+            exposures: 9,
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,

@@ -90,6 +90,13 @@ impl Level {
         self.is_lent = false;
     }
 
+    /// Takes what the same level of other pictures has to work in.
+    pub fn take_room_from(&mut self, other: &mut Self) {
+        self.buffers.take_room_from(&mut other.buffers);
+        std::mem::swap(&mut self.bins, &mut other.bins);
+        std::mem::swap(&mut self.detached, &mut other.detached);
+    }
+
     /// Forgets what samples have gathered.
     pub fn forget_gathered(&mut self) {
         let tiles = self.store.iter_mut().flat_map(|store| &mut store.tiles);

@@ -15,6 +15,7 @@ pub mod audit;
 mod axis;
 mod bins;
 mod bits;
+mod blur;
 mod bounce;
 mod bounced_ray;
 mod candidates;
@@ -38,6 +39,7 @@ mod light_paths;
 mod lighting;
 mod lobes;
 mod mattes;
+mod mean;
 mod motion_vectors;
 mod moved_bounds;
 mod need;
@@ -83,16 +85,19 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::changes::Direction;
+use crate::exposure::Clock;
 use crate::film::Film;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, TagLayout};
 use crate::scene::Scene;
 use crate::settings::{BasePlace, Mode, Settings};
-use crate::stats::{FrameStats, Memory};
+use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::Eye;
 use crate::trace::{Backend, BackendKind, TraceError};
 
+use blur::Blur;
+pub use blur::exposures;
 use eyes::{EyeMemory, Source};
 use level::Level;
 pub use need::{need, with_kept, with_writing};
@@ -110,6 +115,8 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Left and right: what is kept of each. The left one is alone where there is no stereo.
     eyes: [EyeMemory; 2],
+    /// Of a shot with a shutter or a lens: it has one eye, of which nothing is kept above.
+    blur: Option<Blur>,
     /// Frames rendered so far.
     rendered: u32,
 }
@@ -143,15 +150,18 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build(scene, settings.build)?;
-        let prepared = Prepared::new(scene, settings);
+        let exposures = blur::exposures(scene, settings);
+        let clock = exposures.as_ref().map_or(Clock::FRAMES, |exposures| exposures.clock.clone());
+        let prepared = Prepared::new(scene, settings, clock);
         let to_world = |length| f64::from(scene.space.length(length));
         let size = [settings.width, settings.height];
         let eyes = Eye::BOTH.map(|eye| {
             let place = settings.stereo.map(|stereo| stereo.place(eye, to_world, size));
             EyeMemory::new(place, settings, &prepared.layout)
         });
+        let blur = exposures.map(|exposures| Blur::new(exposures, &prepared));
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { prepared, kind, backend, build_seconds, eyes, rendered: 0 })
+        Ok(Self { prepared, kind, backend, build_seconds, eyes, blur, rendered: 0 })
     }
 
     /// Which eyes see each frame, in order.
@@ -170,6 +180,9 @@ impl<'s> Renderer<'s> {
     /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        if let Some(blur) = self.blur.take() {
+            return self.render_blurred(blur, frame, reuse);
+        }
         let start = Instant::now();
         let scene = self.prepared.scene;
         let place = self.eyes[eye as usize].place;
@@ -177,53 +190,62 @@ impl<'s> Renderer<'s> {
         let may_be_lent = self.prepared.settings.mode != Mode::Full;
         let last = self.eyes.each_ref().map(|memory| memory.last.as_ref());
         let source = Source::of(last, eye, &pose, reuse, may_be_lent);
-        let is_lent = matches!(source, Source::Left(_));
-        if is_lent {
-            eyes::lend(&mut self.eyes);
-        }
+        let is_lent = matches!(source, Source::Lent(_));
         // both eyes count as one frame
         self.rendered += u32::from(eye == Eye::Left);
+        if is_lent {
+            let [left, right] = &mut self.eyes;
+            right.borrow_from(left);
+        }
         let memory = &mut self.eyes[eye as usize];
         let order = Order {
             pose: &pose,
             reuse: source.pose().is_some(),
             plan: source.plan(&pose),
             shown: source.pose().filter(|_| !is_lent),
-            time: turn(&mut self.prepared, memory, source.pose().map(|before| before.frame), frame),
+            time: turn(&mut self.prepared, memory, source.pose().map(|before| before.moment), pose.moment),
             rendered: self.rendered,
+            channels: &self.prepared.channels,
+            at_frame: Some(frame),
             start,
         };
         let made = picture::make(&self.prepared, &mut *self.backend, memory, &order)?;
         if is_lent {
-            eyes::give_back(&mut self.eyes);
+            let [left, right] = &mut self.eyes;
+            right.give_back_to(left);
         }
         let stats = FrameStats {
             eye: self.prepared.settings.stereo.map(|_| eye),
             from_left: is_lent && made.reuses,
-            ..self.stats(frame, &made)
+            ..stats(&self.prepared, frame, &made)
         };
         Ok(self.finished(made.film, stats, &pose.camera))
     }
 
-    /// What is said of frame number `frame`, which is `made`.
-    fn stats(&self, frame: i32, made: &Made) -> FrameStats {
-        let mode = match (made.reuses, self.prepared.settings.mode) {
-            (false, Mode::Full) => "full",
-            (false, _) => "base",
-            (true, _) => "reproject",
-        };
-        let is_marked = mode == "base" && self.prepared.scene.camera.cuts.contains(&frame);
-        FrameStats {
-            frame,
-            mode,
-            cut: made.is_cut || is_marked,
-            seconds: made.seconds,
-            samples: made.sum.samples,
-            rays: made.sum.rays,
-            tracing: made.tracing,
-            audit: made.audit,
-            ..FrameStats::default()
-        }
+    /// The same of a frame that is the mean of several exposures: with `reuse` they are made of the samples of an earlier frame, and
+    /// those after the first one of each other's in any case, unless every frame is to be traced in full.
+    fn render_blurred(&mut self, mut blur: Blur, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        let start = Instant::now();
+        self.rendered += 1;
+        let mut sum: Option<FrameStats> = None;
+        let film = blur.render(&self.prepared, &mut *self.backend, (frame, reuse), self.rendered, |made| {
+            let of_exposure = stats(&self.prepared, frame, &made);
+            match &mut sum {
+                Some(sum) => sum.add_exposure(&of_exposure),
+                None => {
+                    let full = FullEstimate::from_base(&of_exposure);
+                    sum = Some(FrameStats { full, ..of_exposure });
+                }
+            }
+        });
+        self.blur = Some(blur);
+        let mut stats = sum.unwrap_or_default();
+        let total = start.elapsed().as_secs_f64();
+        // the mean
+        stats.seconds.filter += total - stats.seconds.total;
+        stats.seconds.total = total;
+        let camera = CameraPose::of(&self.prepared.scene.camera, f64::from(frame));
+        Ok(self.finished(Arc::new(film?), stats, &camera))
     }
 
     /// What is handed out of a frame that `camera` has seen.
@@ -266,7 +288,7 @@ impl<'s> Renderer<'s> {
 
     /// Forgets what the film shows: the next frame is made anew in it, from the samples that there are.
     pub fn forget_film(&mut self) {
-        for memory in &mut self.eyes {
+        for memory in self.memories() {
             memory.film = None;
             memory.levels.iter_mut().for_each(|level| level.buffers.states.clear());
         }
@@ -280,12 +302,19 @@ impl<'s> Renderer<'s> {
     /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
-        self.eyes.iter_mut().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
+        self.memories().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
+    }
+
+    /// All that is kept of eyes and exposures.
+    fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
+        self.eyes.iter_mut().chain(self.blur.iter_mut().flat_map(Blur::memories))
     }
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let levels = || self.eyes[..self.eyes().len()].iter().flat_map(|memory| &memory.levels);
+        let exposures = || self.blur.iter().flat_map(Blur::kept);
+        let kept = || self.eyes[..self.eyes().len()].iter().chain(exposures());
+        let levels = || kept().flat_map(|memory| &memory.levels).filter(|level| level.store.is_some());
         let bytes = levels().map(|level| level.bytes(&self.prepared.layout)).sum::<usize>() as u64;
         let samples: u64 = levels().map(Level::samples).sum();
         Memory {
@@ -296,16 +325,32 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// In which direction time runs to `frame` from the frame `before`, and whether what is found out in it is to hold in both. What
+/// What is said of frame number `frame`, which is `made`.
+fn stats(prepared: &Prepared, frame: i32, made: &Made) -> FrameStats {
+    let mode = match (made.reuses, prepared.settings.mode) {
+        (false, Mode::Full) => "full",
+        (false, _) => "base",
+        (true, _) => "reproject",
+    };
+    let is_marked = mode == "base" && prepared.scene.camera.cuts.contains(&frame);
+    FrameStats {
+        frame,
+        mode,
+        cut: made.is_cut || is_marked,
+        seconds: made.seconds,
+        samples: made.sum.samples,
+        rays: made.sum.rays,
+        tracing: made.tracing,
+        audit: made.audit,
+        ..FrameStats::default()
+    }
+}
+
+/// In which direction time runs `now` from the moment `before`, and whether what is found out in it is to hold in both. What
 /// the samples of `memory` have found out holds in that direction then, or is forgotten.
-fn turn(
-    prepared: &mut Prepared,
-    memory: &mut EyeMemory,
-    before: Option<i32>,
-    frame: i32,
-) -> (Direction, bool) {
+fn turn(prepared: &mut Prepared, memory: &mut EyeMemory, before: Option<i64>, now: i64) -> (Direction, bool) {
     let EyeMemory { levels, holds, .. } = memory;
-    let direction = before.map_or(Direction::Forward, |before| way_from(before, frame, *holds));
+    let direction = before.map_or(Direction::Forward, |before| way_from(before, now, *holds));
     let places = (prepared.settings.base_place, prepared.settings.mode);
     // of a base frame with frames on either side answers hold in both directions
     let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
@@ -325,8 +370,8 @@ fn turn(
     (direction, is_both)
 }
 
-/// In which direction time runs from one frame to the other; from a frame to itself as before.
-fn way_from(before: i32, now: i32, holds: Holds) -> Direction {
+/// In which direction time runs from one moment to the other; from a moment to itself as before.
+fn way_from(before: i64, now: i64, holds: Holds) -> Direction {
     if now < before || now == before && holds == Holds::To(Direction::Backward) {
         Direction::Backward
     } else {

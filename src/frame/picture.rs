@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::audit::audit_tiles;
+use super::channels::Channel;
 use super::develop;
 use super::estimate::{Estimate, estimate};
 use super::eyes::EyeMemory;
@@ -21,6 +22,7 @@ use super::wanted::Wanted;
 use crate::animation::Transform;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
+use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
 use crate::settings::{Backdrop, Mode};
@@ -43,6 +45,10 @@ pub struct Order<'a> {
     pub time: (Direction, bool),
     /// Frames rendered so far, with this one.
     pub rendered: u32,
+    /// Its planes.
+    pub channels: &'a [Channel],
+    /// The frame whose motion vectors it shows, if it shows any.
+    pub at_frame: Option<i32>,
     /// When work on it began.
     pub start: Instant,
 }
@@ -146,8 +152,10 @@ impl<'a> Setup<'a> {
         let views: Vec<View> =
             memory.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
         let place = memory.place.as_ref();
+        let has_motion = order.at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
+        let last = order.shown.map(|shown| shown.frame);
         let motion_vectors =
-            |view| MotionVectors::about(scene, (pose, view), place, settings.layers, order.shown);
+            |view: &View| has_motion.map(|frame| MotionVectors::about(scene, frame, &view.grid, place, last));
         let motions = motions(prepared, order.time);
         let light_changes = light_changes(pose, motions);
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
@@ -209,7 +217,7 @@ impl<'a> Setup<'a> {
             shows_background: settings.background == Backdrop::Visible,
             motion_vectors: self.motion_vectors[0].as_ref(),
             kernel: Kernel::of(settings.filter, settings.filter_radius()),
-            channels: &prepared.channels,
+            channels: order.channels,
             light_groups: &prepared.light_groups,
             mattes: prepared.mattes.as_ref(),
             rendered: order.rendered,
@@ -243,11 +251,11 @@ fn motions<'a>(
 
 /// For each light, the first later frame in which it changes.
 fn light_changes(pose: &Pose, (motion, other_motion): (&Motion, Option<&Motion>)) -> Vec<Until> {
-    let frame = pose.frame;
+    let moment = pose.moment;
     let change = |light| {
-        let until = motion.first_light_change(light, frame);
+        let until = motion.first_light_change(light, moment);
         other_motion.map_or(until, |other| {
-            until.min(other.translated(other.first_light_change(light, frame), frame, motion))
+            until.min(other.translated(other.first_light_change(light, moment), moment, motion))
         })
     };
     (0..pose.lights.len()).map(change).collect()

@@ -6,6 +6,7 @@ use super::channels::{Channel, channels};
 use super::frame_view::Occlusion;
 use crate::changes::{Direction, Motion};
 use crate::cryptomatte::Mattes;
+use crate::exposure::Clock;
 use crate::geometry::Bounds;
 use crate::layers::Layers;
 use crate::samples::TagLayout;
@@ -35,7 +36,9 @@ pub struct Prepared<'s> {
     /// Of each model, object space.
     pub bounds: Vec<Bounds>,
     /// Whether samples gather light or find out how open they are.
-    pub keeps_answers: bool,
+    keeps_answers: bool,
+    /// The moments that it counts.
+    clock: Clock,
     /// All that moves in the shot, if they do.
     pub motion: Motion,
     /// The same with time running backwards, once a frame was inferred so.
@@ -43,8 +46,9 @@ pub struct Prepared<'s> {
 }
 
 impl<'s> Prepared<'s> {
-    /// For frames of `scene` with `settings`.
-    pub fn new(scene: &'s Scene, settings: &Settings) -> Self {
+    /// For frames of `scene` with `settings`, which are seen at the moments of `clock`.
+    pub fn new(scene: &'s Scene, settings: &Settings, clock: Clock) -> Self {
+        let motion = || Motion::in_direction(scene, &clock, Direction::Forward);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
         let keeps_answers = layout.paths > 0 || occlusion.is_some();
@@ -60,7 +64,8 @@ impl<'s> Prepared<'s> {
             emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
             keeps_answers,
-            motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
+            motion: if keeps_answers { motion() } else { Motion::default() },
+            clock,
             motion_back: None,
             layout,
             occlusion,
@@ -75,7 +80,7 @@ impl<'s> Prepared<'s> {
     /// Has [`motion_back`](Self::motion_back) know the shot.
     pub fn look_back(&mut self) {
         if self.keeps_answers {
-            let motion = || Motion::in_direction(self.scene, Direction::Backward);
+            let motion = || Motion::in_direction(self.scene, &self.clock, Direction::Backward);
             self.motion_back.get_or_insert_with(motion);
         }
     }

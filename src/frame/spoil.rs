@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use half::f16;
 
+use super::blur::Blur;
 use super::path_bounds::TilePaths;
 use super::tiles::FrameBuffers;
 use super::{RenderError, Renderer};
@@ -53,7 +54,8 @@ impl Renderer<'_> {
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let memory = &mut self.eyes[Eye::Left as usize];
+        let of_exposure = self.blur.as_mut().and_then(Blur::newest);
+        let memory = of_exposure.unwrap_or(&mut self.eyes[Eye::Left as usize]);
         let Some(pose) = &memory.last else { return Ok(0) };
         let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
         if what == Spoil::Paths {

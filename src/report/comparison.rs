@@ -97,6 +97,8 @@ pub(crate) mod tests {
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             stereo: None,
+            shutter: None,
+            exposures: 16,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,

@@ -28,6 +28,7 @@ mod samples_table;
 pub mod shot;
 mod shot_environment;
 mod shot_file;
+mod shot_lens;
 mod shot_model;
 mod shot_quadric;
 mod shot_tracks;

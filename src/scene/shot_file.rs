@@ -16,6 +16,7 @@ use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
+use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
@@ -80,6 +81,8 @@ pub(crate) struct ShotFile {
     pub camera: Option<At<CameraTable>>,
     /// Two eyes instead of one
     pub stereo: Option<At<StereoTable>>,
+    /// Motion blur: when the shutter is open
+    pub shutter: Option<At<ShutterTable>>,
     /// Each moves as a rigid whole
     #[serde(default)]
     #[schemars(length(min = 1))]
@@ -114,6 +117,9 @@ pub(crate) struct RenderTable {
     pub overscan: Option<At<i64>>,
     /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
     pub samples: Option<At<SamplesValue>>,
+    /// With a shutter or a lens: pictures of which each frame is the mean (16)
+    #[schemars(range(min = 1, max = MOST_EXPOSURES))]
+    pub exposures: Option<At<i64>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
     pub frames: Option<At<String>>,
     /// Frames per second, such as 24 or "24000/1001" (24)
@@ -183,6 +189,17 @@ pub(crate) struct StereoTable {
     /// Distance from the camera at which both pictures agree, in the units of the models (infinity)
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub convergence: Option<At<f64>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ShutterTable {
+    /// When it opens, in frames from each frame's own time (-0.25)
+    #[schemars(range(min = -1, max = 1))]
+    pub open: Option<At<f64>>,
+    /// When it closes; at most 1 after it opens (0.25)
+    #[schemars(range(min = -1, max = 1))]
+    pub close: Option<At<f64>>,
 }
 
 /// `"full"`, or a number of rays.
@@ -305,6 +322,14 @@ pub(crate) struct CameraKey {
     /// Lens shift to the right and upwards, as shares of the picture's longer side (the previous key's; [0, 0] in the first key)
     #[schemars(inner(range(min = -100, max = 100)))]
     pub shift: Option<At<List<f64, 2>>>,
+    /// Perspective cameras: radius of the lens, in the units of the models; 0: everything is sharp (the previous key's; 0 in the
+    /// first key)
+    #[schemars(range(min = 0, max = 1e18))]
+    pub aperture: Option<At<f64>>,
+    /// With `aperture`: distance along the view axis of what is sharp, in the units of the models (the previous key's; the
+    /// target's distance)
+    #[schemars(range(min = 1e-18, max = 1e18))]
+    pub focus: Option<At<f64>>,
     /// A camera cut: no interpolation from the previous key
     #[serde(default)]
     pub cut: bool,
