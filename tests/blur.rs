@@ -1,6 +1,7 @@
 //! Motion blur and depth of field: are all exposures exact, is their mean what formulas say, and does it depend on nothing else?
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
+mod program;
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
@@ -9,8 +10,9 @@ use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::scene::camera::Lens;
 use afterimage::scene::{Background, Material, Scene};
-use afterimage::settings::{Backdrop, Budget, Filter, Mode, Refinement, Reuse, Settings};
+use afterimage::settings::{Backdrop, Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
 use glam::{DVec3, Vec3};
+use program::{Place, assert_same as assert_same_files};
 use toy::worlds::*;
 
 /// Half of the time, about each frame's own.
@@ -373,5 +375,103 @@ fn every_pixel_sees_every_time() {
         let frame = toy::render(&scene, &settings, 3).pop().unwrap();
         let alpha = frame.film.values("A").unwrap();
         assert!(alpha.iter().all(|alpha| *alpha == 0.125), "{part}");
+    }
+}
+
+/// Traced in full: what is reused in a crop lacks what comes from beside it.
+#[test]
+fn a_crop_is_the_part_of_the_picture() {
+    let scene = with_lens(with_flyer(world()), 0.2);
+    for filter in [Filter::Box, Filter::Gaussian] {
+        let settings = Settings { filter, mode: Mode::Full, audit: false, ..settings(2) };
+        let crop = PixelRect { x: 20, y: 30, width: 40, height: 20 };
+        let render = |crop| toy::render(&scene, &Settings { crop, ..settings.clone() }, 1).pop().unwrap();
+        let (whole, part) = (render(None), render(Some(crop)));
+        for plane in ["R", "A", "Z", "CryptoObject00.G", "N.X", "forward.U"] {
+            for (x, y) in (0..40).flat_map(|x| (0..20).map(move |y| (x, y))) {
+                let [part, whole] =
+                    [toy::pixel(&part, plane, x, y), toy::pixel(&whole, plane, x + 20, y + 30)];
+                assert_eq!(part, whole, "{plane} {x} {y}");
+            }
+        }
+    }
+}
+
+/// Runs of the binary, with frames that are blurred.
+fn run(place: &Place, options: &str) -> program::Ran {
+    place.render(&format!("--size 48x27 --progress none {options}"))
+}
+
+#[test]
+fn chunks_and_resumed_runs_are_blurred_alike() {
+    let place = Place::new();
+    let blurred = "--shutter -0.25,0.25 --exposures 3 --base-every 4 --layers all";
+    run(&place, &format!("{blurred} --frames 1-8 --audit -o whole/f.####.exr")).done();
+    for chunk in ["7-8", "1-2", "3-6"] {
+        run(&place, &format!("{blurred} --frames {chunk} -o chunks/f.####.exr")).done();
+    }
+    for frame in 1..=8 {
+        let [one, other] =
+            ["whole", "chunks"].map(|folder| place.path(&format!("{folder}/f.{frame:04}.exr")));
+        assert_same_files(&one, &other);
+    }
+    let again = |options: &str| {
+        run(&place, &format!("{options} --frames 1-8 --resume -o whole/f.####.exr")).done().stderr
+    };
+    assert!(again(blurred).contains("8 frames are there"));
+    assert!(again(&blurred.replace("3", "4")).contains("settings"));
+}
+
+#[test]
+fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
+    let place = Place::new();
+    let text = std::fs::read_to_string(program::analytic()).unwrap();
+    let shot = program::analytic().canonicalize().unwrap();
+    let folder = shot.parent().unwrap();
+    let text = text.replace("obj = \"", &format!("obj = \"{}/", folder.display()));
+    std::fs::write(place.path("s.toml"), format!("{text}\n[shutter]\n")).unwrap();
+    let rays = |options: &str| {
+        let options = format!("--size 48x27 --frames 2 --mode full --stats s.json --progress none {options}");
+        program::Ran::of(place.command("s.toml", &options).output().unwrap()).done();
+        let json = std::fs::read(place.path("s.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        json["totals"]["rays"]["primary"].as_u64().unwrap()
+    };
+    let sharp = rays("--sharp");
+    assert_eq!(rays(""), 16 * sharp);
+    assert_eq!((rays("--exposures 5"), rays("--exposures 1")), (5 * sharp, sharp));
+    assert_eq!(rays("--shutter 0.25,0.25"), sharp, "it does not open");
+}
+
+#[test]
+fn what_does_not_go_with_exposures_is_refused_with_a_way_out() {
+    let place = Place::new();
+    for (options, word) in [
+        ("--shutter 0,0.5 --separation 0.1", "--mono"),
+        ("--shutter 0,0.5 --base-place middle", "--base-place first"),
+        ("--shutter 0,0.5 --save-store a.store", "--sharp"),
+        ("--shutter 0,0.5 --load-store a.store", "--sharp"),
+        ("--shutter 0.5,0", "before it opens"),
+        ("--shutter 0,1.5", "-1 to 1"),
+        ("--shutter -0.75,0.5", "360 degrees"),
+        ("--shutter nan,1", "-1 to 1"),
+        ("--shutter 180", "comma"),
+        ("--exposures 0", "1..=256"),
+        ("--sharp --exposures 4", "cannot be used"),
+    ] {
+        let ran = run(&place, options);
+        assert!(ran.code == 2 && ran.stderr.contains(word), "{options}: {}", ran.stderr);
+    }
+}
+
+/// A lens as large as the scene, and one whose points are inside of things.
+#[test]
+fn a_lens_as_large_as_the_scene_is_exact() {
+    for radius in [3.0, 12.0] {
+        let scene = with_lens(with_flyer(world()), radius);
+        for finished in toy::render(&scene, &Settings { mode: Mode::Auto, ..settings(1) }, 3) {
+            assert_eq!(finished.stats.audit.unwrap().differing, 0, "{radius}");
+            assert!(finished.film.values("R").unwrap().iter().all(|value| value.is_finite()));
+        }
     }
 }
