@@ -4,7 +4,7 @@
 mod program;
 mod toy;
 
-use afterimage::animation::{Track, TransformTrack};
+use afterimage::animation::{Track, TransformTrack, Visibility};
 use afterimage::exposure::Shutter;
 use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer, Spoil};
@@ -32,6 +32,13 @@ fn dolly(scene: Scene) -> Scene {
     with_camera(scene, goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET))
 }
 
+/// With a flyer that is there for parts of some shutters.
+fn comes_and_goes(mut scene: Scene) -> Scene {
+    let flyer = scene.models.last_mut().unwrap();
+    flyer.track.visible = Visibility::through(false, vec![(2.1, true), (3.05, false), (3.9, true)]).unwrap();
+    scene
+}
+
 /// Demands an audit without a difference; gives the share of samples that were reused after the first frame.
 fn audited(name: &str, scene: &Scene, settings: &Settings) -> f64 {
     let (mut reused, mut all) = (0, 0);
@@ -57,6 +64,7 @@ fn every_exposure_is_exact_whatever_moves() {
         ("dolly", dolly(flyer.clone())),
         ("dolly, with a lens", with_lens(dolly(flyer.clone()), 0.2)),
         ("turns", turns),
+        ("comes and goes", comes_and_goes(dolly(flyer.clone()))),
         ("area lights", with_lens(with_area_lights(flyer), 0.1)),
     ] {
         for settings in [
@@ -76,7 +84,11 @@ fn every_exposure_is_exact_whatever_moves() {
 /// Answers hold until some moment, and not until some frame.
 #[test]
 fn what_samples_gather_is_exact_at_every_moment() {
-    let scenes = [("at rest", with_flyer(world())), ("dolly", dolly(with_flyer(world())))];
+    let scenes = [
+        ("at rest", with_flyer(world())),
+        ("dolly", dolly(with_flyer(world()))),
+        ("comes and goes", comes_and_goes(with_flyer(world()))),
+    ];
     for (name, mut scene) in scenes {
         scene.ambient_is_occluded = true;
         for budget in [Budget::None, Budget::Full] {
