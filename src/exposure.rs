@@ -353,7 +353,7 @@ mod tests {
                 .chain(lens.iter().flat_map(|lens| shifts.iter().map(move |shift| (lens, shift))))
             {
                 let correlation = correlation(one, other);
-                let most = if count < 12 { 0.6 } else { 0.4 };
+                let most = if count < 16 { 0.6 } else { 0.4 };
                 assert!(correlation.abs() < most, "{count}: {correlation}");
             }
         }

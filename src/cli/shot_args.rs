@@ -23,13 +23,10 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Reuse, Settings,
+    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
-
-/// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
-const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -268,8 +265,8 @@ impl ShotArgs {
             reuse: self.reuse.map_or(settings.reuse, Reuse::from),
             ..settings.clone()
         };
-        check_window(&settled)?;
-        check_samples(&settled, "--samples")?;
+        samples_args::check_window(&settled)?;
+        samples_args::check_samples(&settled, "--samples")?;
         if settled.stereo.is_some() && settled.base_place == BasePlace::Middle {
             return Err(Failure::Usage(String::from(
                 "base frames in the middle are for one eye, and this shot has two: add --base-place first, or --mono",
@@ -277,40 +274,6 @@ impl ShotArgs {
         }
         Ok(settled)
     }
-}
-
-/// Refuses pixels that are not there.
-fn check_window(settings: &Settings) -> Result<(), Failure> {
-    let Settings { width, height, overscan, crop, .. } = settings;
-    if !settings.fits() {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with an overscan of {overscan} pixels is more than {LONGEST_SIDE} pixels wide or high: take a \
-             smaller --size or a smaller --overscan"
-        )));
-    }
-    let around = settings.overscanned();
-    let Some(crop) = crop.filter(|crop| !around.holds(crop)) else { return Ok(()) };
-    let of_what = match overscan {
-        0 => format!("the picture is {width}x{height}"),
-        _ => format!("the picture is {width}x{height}, and with its overscan {around}"),
-    };
-    Err(Failure::Usage(format!(
-        "--crop {crop}: {of_what}, and a crop must lie in it and have a pixel at least"
-    )))
-}
-
-/// Refuses what no renderer can number. `option` is the one that says how many samples.
-pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
-    let PixelRect { width, height, .. } = settings.data_window();
-    let samples = settings.levels().last().unwrap_or(settings.samples);
-    let count = settings.data_window().pixels() * u64::from(samples).pow(2);
-    if count > MOST_IN_A_FRAME {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-             {MOST_IN_A_FRAME} are the most: take a smaller --size or a smaller {option}"
-        )));
-    }
-    Ok(())
 }
 
 impl Job {

@@ -6,6 +6,7 @@
 mod assemble;
 mod bake;
 pub mod camera;
+mod camera_table;
 pub mod environment;
 pub mod error;
 mod floor;

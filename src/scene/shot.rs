@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override, ReadModel};
 use super::camera::Projection;
+use super::camera_table::{ShutterTable, StereoTable};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
@@ -16,7 +17,7 @@ use super::render_space::{Extent, RenderSpace};
 use super::samples_table::{AdaptiveTable, SamplesValue};
 use super::shot_file::{
     BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
-    OutputTable, Rate, RenderTable, ShotFile, ShutterTable, StereoTable,
+    OutputTable, Rate, RenderTable, ShotFile,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};

@@ -1,7 +1,7 @@
 //! The keys of a lens that has an opening: depth of field.
 
 use super::SceneError;
-use super::shot_file::CameraKey;
+use super::camera_table::CameraKey;
 use super::toml_text::{At, TomlText};
 use crate::exposure::LensPose;
 

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType};
+use super::camera_table::{CameraKey, CameraTable};
+use super::shot_file::{LightTable, LightType};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit, shot_lens};
 use crate::animation::track::Keyed;

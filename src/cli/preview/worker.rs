@@ -10,7 +10,7 @@ use super::board::{Board, Shown};
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};
 use crate::cli::failure::{Failure, one_line};
-use crate::cli::shot_args::check_samples;
+use crate::cli::samples_args::check_samples;
 use crate::frame::{self, Renderer};
 use crate::layers::Layers;
 use crate::memory;
