@@ -56,6 +56,7 @@ pub mod cli;
 pub mod cryptomatte;
 pub mod denoise;
 pub mod digest;
+pub mod exposure;
 pub mod film;
 pub mod frame;
 pub mod geometry;

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
 use crate::animation::Transform;
+use crate::exposure::{Exposures, LensPose};
 use crate::scene::camera::{Aim, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
 use crate::stereo::EyePlace;
@@ -12,6 +13,8 @@ use crate::stereo::EyePlace;
 pub struct Pose {
     /// The frame's number.
     pub frame: i32,
+    /// Which of the shot's [moments](crate::exposure::Clock) it is: the frame's number, where each frame has one.
+    pub moment: i64,
     /// The eye and what it sees.
     pub camera: CameraPose,
     /// Object to world, one for each of [`Scene::models`].
@@ -28,9 +31,27 @@ impl Pose {
 
     /// The same with the camera in one eye's place, if it is given.
     pub fn seen_from(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
-        let at = f64::from(frame);
+        Self::at(scene, (frame, frame.into()), f64::from(frame), eye)
+    }
+
+    /// The same of exposure number `index` of the frame, in a picture of `size` pixels of `cells` x `cells` cells.
+    pub fn exposed(
+        scene: &Scene,
+        frame: i32,
+        exposures: &Exposures,
+        index: usize,
+        (size, cells): ([u32; 2], u32),
+    ) -> Self {
+        let moment = exposures.clock.moment(frame, index);
+        let time = exposures.clock.time(moment);
+        let place = LensPose::place(scene.camera.lens_at(time), &exposures.all[index], size, cells);
+        Self::at(scene, (frame, moment), time, Some(&place))
+    }
+
+    fn at(scene: &Scene, (frame, moment): (i32, i64), at: f64, eye: Option<&EyePlace>) -> Self {
         Self {
             frame,
+            moment,
             camera: CameraPose::seen_from(&scene.camera, at, eye),
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
             lights: scene.lights.iter().map(|light| LightPose::of(light, at)).collect(),
@@ -74,8 +95,9 @@ impl CameraPose {
         let half_height = track.half_height(frame);
         let mut shift = track.lens.shift.each_ref().map(|shift| shift.at(frame));
         if let Some(place) = place {
-            eye += axes.x_axis * place.aside;
-            shift[0] += place.shift(f64::from(half_height));
+            eye += axes.x_axis * place.aside[0] + axes.y_axis * place.aside[1];
+            let more = place.shift(f64::from(half_height));
+            shift = [shift[0] + more[0], shift[1] + more[1]];
         }
         Self {
             eye: eye.as_vec3(),

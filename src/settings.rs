@@ -1,5 +1,6 @@
 //! What decides a picture beside the scene: size, samples, filter, depth, mode.
 
+use crate::exposure::Shutter;
 use crate::layers::Layers;
 use crate::stereo::Stereo;
 use schemars::JsonSchema;
@@ -329,6 +330,11 @@ pub struct Settings {
     /// Two eyes, if there are two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stereo: Option<Stereo>,
+    /// When the shutter is open, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shutter: Option<Shutter>,
+    /// Of a frame, if there is a shutter or a lens.
+    pub exposures: u32,
     /// Reuse or not.
     pub mode: Mode,
     /// Which kept samples serve the cells of an inferred frame.
@@ -369,6 +375,8 @@ impl Default for Settings {
             occlusion_radius: 1.0,
             tree_memory: DEFAULT_TREE_MEMORY,
             stereo: None,
+            shutter: None,
+            exposures: 16,
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,

@@ -120,6 +120,9 @@ pub struct FrameStats {
     /// Only where an audit was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
+    /// Of a frame with several exposures the first of which was traced in full: what is told by that one.
+    #[serde(skip)]
+    pub full: Option<FullEstimate>,
 }
 
 fn is_false(holds: &bool) -> bool {
@@ -235,6 +238,17 @@ pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
 }
 
 impl FrameStats {
+    /// Adds an exposure after the first one, of the same frame.
+    pub fn add_exposure(&mut self, other: &Self) {
+        self.seconds += other.seconds;
+        self.samples += other.samples;
+        self.rays += other.rays;
+        self.tracing += other.tracing;
+        if let Some(audit) = other.audit {
+            *self.audit.get_or_insert_default() += audit;
+        }
+    }
+
     /// How the frame came about, in a word for people: its mode, or `cut`.
     pub fn kind(&self) -> &'static str {
         if self.cut { "cut" } else { self.mode }
@@ -277,7 +291,7 @@ impl FullEstimate {
         let samples = frame.samples.total();
         let full = samples > 0 && frame.samples.base == samples;
         let lighting = (frame.rays.shadow + frame.rays.gathering) as f64;
-        full.then(|| Self { lighting_per_sample: lighting / samples as f64 })
+        full.then(|| Self { lighting_per_sample: lighting / samples as f64 }).or(frame.full)
     }
 
     /// Rays of `frame`, had it been traced in full.
@@ -469,6 +483,8 @@ mod tests {
             occlusion_radius: 1.0,
             tree_memory: 256,
             stereo: None,
+            shutter: None,
+            exposures: 16,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,

@@ -38,15 +38,17 @@ impl Eye {
     }
 }
 
-/// Where an eye is beside a camera.
+/// Where an eye, or a point of a lens, is beside a camera, and what it sees through its window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EyePlace {
-    /// To the right of the camera, world units.
-    pub aside: f64,
-    /// By how much the middle of its picture lies right of the view axis at distance 1.
-    shift: f64,
+    /// To the right of the camera and up, world units.
+    pub aside: [f64; 2],
+    /// By how much the middle of its picture lies right of the view axis, and above it, at distance 1.
+    pub window: [f64; 2],
     /// Width of the picture over its height, or 1 if that is less: over the longer side, shifts are counted.
-    longer: f64,
+    pub longer: f64,
+    /// What is added to the shift of the lens in any case: shares of the picture's longer side.
+    pub shift: [f64; 2],
 }
 
 impl Stereo {
@@ -87,18 +89,20 @@ impl Stereo {
         };
         let [width, height] = size.map(f64::from);
         EyePlace {
-            aside: to_world(half),
-            shift: self.convergence.map_or(0.0, |distance| -half / distance),
+            aside: [to_world(half), 0.0],
+            window: [self.convergence.map_or(0.0, |distance| -half / distance), 0.0],
             longer: (width / height).max(1.0),
+            shift: [0.0; 2],
         }
     }
 }
 
 impl EyePlace {
-    /// What the eye adds to the lens shift to the right of a camera that sees as far as `half_height` above its axis at
-    /// distance 1: a share of the picture's longer side.
-    pub fn shift(&self, half_height: f64) -> f64 {
-        self.shift / (2.0 * half_height * self.longer)
+    /// What the eye adds to the lens shift, to the right and upwards, of a camera that sees as far as `half_height` above its
+    /// axis at distance 1: shares of the picture's longer side.
+    pub fn shift(&self, half_height: f64) -> [f64; 2] {
+        let at_window = self.window.map(|window| window / (2.0 * half_height * self.longer));
+        [at_window[0] + self.shift[0], at_window[1] + self.shift[1]]
     }
 }
 
@@ -111,12 +115,12 @@ mod tests {
         let stereo = Stereo { separation: 0.5, convergence: Some(4.0) };
         for size in [[200, 100], [100, 200]] {
             let [left, right] = Eye::BOTH.map(|eye| stereo.place(eye, |length| length * 2.0, size));
-            assert_eq!((left.aside, right.aside), (-0.5, 0.5), "world units");
+            assert_eq!((left.aside, right.aside), ([-0.5, 0.0], [0.5, 0.0]), "world units");
             // 53 degrees from top to bottom: at distance 4 the picture is 4 high
             let half_height = 0.5;
             let longer = 4.0 * f64::max(f64::from(size[0]) / f64::from(size[1]), 1.0);
             for (eye, aside) in [(left, -0.25), (right, 0.25)] {
-                let middle = aside + eye.shift(half_height) * longer;
+                let middle = aside + eye.shift(half_height)[0] * longer;
                 assert!(middle.abs() < 1e-12, "{size:?}: {middle}");
             }
         }
@@ -135,6 +139,6 @@ mod tests {
             assert!(fault.contains(word), "{fault}");
         }
         let parallel = Stereo { convergence: None, ..stereo };
-        assert_eq!(parallel.place(Eye::Left, |length| length, [4, 3]).shift(1.0), 0.0);
+        assert_eq!(parallel.place(Eye::Left, |length| length, [4, 3]).shift(1.0), [0.0; 2]);
     }
 }

@@ -70,3 +70,75 @@ fn orbits_go_around_their_target() {
     assert!((1..=13).all(|frame| (place(f64::from(frame)).length() - 2.0).abs() < 1e-9));
     assert!(camera.cuts == [17] && place(17.0).abs_diff_eq(glam::DVec3::new(out, up, 0.0), 1e-9));
 }
+
+#[test]
+fn lenses_have_an_opening_and_a_focus() {
+    let shot = |first: &str, second: &str| {
+        load(&format!(
+            "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{first}\n\
+             [[camera.key]]\nframe = 3\neye = [0, 0, 4]\ntarget = [0, 0, 0]\n{second}\n[[model]]\nobj = \"m.obj\"\n"
+        ))
+    };
+    let at = |shot: &afterimage::scene::Shot, frame| {
+        shot.scene.camera.lens_at(frame).map(|lens| (lens.radius, lens.focus))
+    };
+    let lens = shot("aperture = 0.25", "");
+    assert!(lens.scene.camera.has_lens());
+    assert_eq!(
+        [1.0, 2.0, 3.0].map(|frame| at(&lens, frame)),
+        [(0.25, 5.0), (0.25, 4.5), (0.25, 4.0)].map(Some)
+    );
+    let lens = shot("", "aperture = 0.5\nfocus = 2");
+    assert_eq!(
+        [1.0, 2.0, 3.0].map(|frame| at(&lens, frame)),
+        [(0.0, 5.0), (0.25, 3.5), (0.5, 2.0)].map(Some)
+    );
+    assert!(!shot("aperture = 0", "").scene.camera.has_lens() && at(&shot("", ""), 1.0).is_none());
+    // what is tiny is rendered at another scale, with its lens
+    let tiny = load(
+        "[[camera.key]]\nframe = 1\neye = [0, 0, 5e-7]\ntarget = [0, 0, 0]\naperture = 1e-8\n\
+         [[model]]\nobj = \"m.obj\"\nscale = 1e-7\n",
+    );
+    let (radius, focus) = at(&tiny, 1.0).unwrap();
+    assert!(!tiny.scene.space.is_of_files() && (focus / radius - 50.0).abs() < 1e-9);
+    assert!((radius / f64::from(tiny.scene.space.length(1e-8)) - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn lenses_and_shutters_that_make_no_sense_are_told_with_their_place() {
+    let key = |more: &str| {
+        let text = format!("[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{more}\n");
+        error(&format!("{text}[[model]]\nobj = \"m.obj\"\n"))
+    };
+    for (more, words) in [
+        ("aperture = -1", ["s.toml:5:", "from 0 to 1e18"]),
+        ("aperture = nan", ["s.toml:5:", "from 0 to 1e18"]),
+        ("aperture = 1\nfocus = 0", ["s.toml:6:", "from 1e-18"]),
+        ("focus = 3", ["s.toml:5:", "goes with `aperture`"]),
+        ("aperture = 51", ["s.toml:5:", "10 times the distance at most"]),
+        ("aperture = 1\nfocus = 0.05", ["s.toml:5:", "10 times"]),
+    ] {
+        let error = key(more);
+        assert!(words.iter().all(|word| error.contains(word)), "{more}: {error}");
+    }
+    let text = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\nrotation = [0, 0, 0]\naperture = 1\n[[model]]\nobj = \"m.obj\"\n";
+    assert!(error(text).contains("needs `focus`"), "{}", error(text));
+    let text = text.replace("rotation", "height = 2\nrotation").replace("aperture", "focus = 1\naperture");
+    let orthographic = error(&format!("[camera]\nprojection = \"orthographic\"\n{text}"));
+    assert!(orthographic.contains("s.toml:9:") && orthographic.contains("perspective"), "{orthographic}");
+    for (keys, word) in [
+        ("open = 0.5\nclose = 0", "before it opens"),
+        ("open = -0.6\nclose = 0.6", "360 degrees"),
+        ("close = 2", "from -1 to 1"),
+        ("open = nan", "from -1 to 1"),
+    ] {
+        let error = error(&format!("[shutter]\n{keys}\n{REST}"));
+        assert!(error.starts_with("s.toml:1:") && error.contains(word), "{keys}: {error}");
+    }
+    for exposures in ["0", "257", "1.5"] {
+        let error = error(&format!("[render]\nexposures = {exposures}\n{REST}"));
+        assert!(error.starts_with("s.toml:2:"), "{error}");
+    }
+    let shutter = load(&format!("[shutter]\nopen = 0\n{REST}")).settings.shutter.unwrap();
+    assert_eq!((shutter.open, shutter.close), (0.0, 0.25));
+}

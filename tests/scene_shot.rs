@@ -35,8 +35,9 @@ fn defaults_are_as_documented() {
     assert_eq!(shot.scene.environment, None);
     assert_eq!(shot.scene.models[0].name, "m");
     assert_eq!(shot.scene.camera.fov.at(1.0), 40.0);
-    let Lens { height, shift } = &shot.scene.camera.lens;
-    assert!(height.is_none() && shift.iter().all(|shift| shift.at(1.0) == 0.0));
+    let Lens { height, shift, aperture, focus } = &shot.scene.camera.lens;
+    assert!(height.is_none() && aperture.is_none() && focus.is_none());
+    assert!(shift.iter().all(|shift| shift.at(1.0) == 0.0));
     assert_eq!(shot.scene.camera.projection(), Projection::Perspective);
 }
 

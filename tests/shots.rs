@@ -90,8 +90,9 @@ fn check_status(film: &Film, stats: &FrameStats, what: &str) {
         let sum: f32 = planes.iter().map(|plane| plane[pixel]).sum();
         assert_eq!(sum, 1.0, "{what}: pixel {pixel}");
     }
-    let counted = planes.map(|plane| plane.iter().map(|share| f64::from(*share) * 4.0).sum::<f64>());
     let counts = &stats.samples;
+    let of_pixel = counts.total() as f64 / planes[0].len() as f64;
+    let counted = planes.map(|plane| plane.iter().map(|share| f64::from(*share) * of_pixel).sum::<f64>());
     let expected = [counts.base, counts.good, counts.overlapped, counts.missed, counts.obscured];
     assert_eq!(counted, expected.map(|count| count as f64), "{what}");
 }
@@ -126,6 +127,15 @@ fn lights_that_move_and_change() {
 fn a_still_life_of_quadrics() {
     let share = audited(&own("quadrics/quadrics.toml"), (96, 54), &[10, 11, 12, 30, 31, 32]);
     assert!(share > 0.5, "{share}");
+}
+
+#[test]
+fn a_lens_and_a_shutter() {
+    let mut shot = own("blur/blur.toml");
+    shot.settings.exposures = 4;
+    // the camera rests, starts to move, and moves
+    let share = audited(&shot, (96, 54), &[10, 11, 12, 13, 14]);
+    assert!(share > 2.5, "of four exposures: {share}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
-//! The frames in which something differs from the frame before.
+//! The moments at which something differs from the moment before: frames, where each is seen at its own time alone.
 
 use crate::animation::{Keyed, Track, TransformTrack};
+use crate::exposure::Clock;
 use crate::pose::LightPose;
 use crate::scene::{Light, LightKind};
 
@@ -19,11 +20,11 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// From a frame's number to what counts up as time goes on, or back.
-    pub fn count(self, frame: i64) -> i64 {
+    /// From a moment's number to what counts up as time goes on, or back.
+    pub fn count(self, moment: i64) -> i64 {
         match self {
-            Self::Forward => frame,
-            Self::Backward => -frame,
+            Self::Forward => moment,
+            Self::Backward => -moment,
         }
     }
 }
@@ -53,17 +54,25 @@ impl<T: Keyed> Keys for Track<T> {
     }
 }
 
-/// The frames g in which a model's transform differs from that of the frame that comes before it in `direction`, or in which it
-/// appears or disappears: rising, as [counts](Direction::count).
-pub fn of_model(track: &TransformTrack, direction: Direction) -> impl Iterator<Item = i64> + '_ {
+/// The moments g of `clock` at which a model's transform differs from that of the moment that comes before it in `direction`, or
+/// at which it appears or disappears: rising, as [counts](Direction::count).
+pub fn of_model<'a>(
+    track: &'a TransformTrack,
+    clock: &'a Clock,
+    direction: Direction,
+) -> impl Iterator<Item = i64> + 'a {
     let mut tracks: Vec<&dyn Keys> = vec![&track.translate, &track.rotate, &track.scale];
     tracks.extend(track.matrix.iter().map(|matrix| matrix as &dyn Keys));
     tracks.extend(track.visible.track().map(|visible| visible as &dyn Keys));
-    changes(tracks, direction, |frame| track.at(frame))
+    changes(tracks, clock, direction, |time| track.at(time))
 }
 
 /// The same of a light's pose, in anything.
-pub fn of_light(light: &Light, direction: Direction) -> impl Iterator<Item = i64> + '_ {
+pub fn of_light<'a>(
+    light: &'a Light,
+    clock: &'a Clock,
+    direction: Direction,
+) -> impl Iterator<Item = i64> + 'a {
     let mut tracks: Vec<&dyn Keys> = vec![&light.color, &light.power];
     match &light.kind {
         LightKind::Point { position } | LightKind::Sphere { position, .. } => tracks.push(position),
@@ -75,51 +84,51 @@ pub fn of_light(light: &Light, direction: Direction) -> impl Iterator<Item = i64
             tracks.push(target);
         }
     }
-    changes(tracks, direction, |frame| LightPose::of(light, frame))
+    changes(tracks, clock, direction, |time| LightPose::of(light, time))
 }
 
-/// The counts of frames in which `at(frame)`, a function of the values of `tracks`, differs from that of the count before.
+/// The counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the count before.
 fn changes<'a, T: PartialEq + 'a>(
     tracks: Vec<&'a dyn Keys>,
+    clock: &'a Clock,
     direction: Direction,
     at: impl Fn(f64) -> T + 'a,
 ) -> impl Iterator<Item = i64> + 'a {
     let first = tracks.iter().fold(f64::INFINITY, |least, track| least.min(track.span().0));
     let last = tracks.iter().fold(f64::NEG_INFINITY, |most, track| most.max(track.span().1));
-    // outside of these all tracks rest; frames have 32 bits
-    let whole = |frame: f64| (frame as i64).clamp(i32::MIN.into(), i32::MAX.into());
-    let ends = [whole(first.floor()), whole(last.ceil())].map(|frame| direction.count(frame));
-    let (mut frame, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-    // a count's frame is found as a frame's count is
-    let at = move |count: i64| at(direction.count(count) as f64);
-    let mut value = at(frame);
+    // outside of these all tracks rest
+    let [earliest, latest] = clock.bounds();
+    let ends = [clock.at_or_before(first), clock.at_or_after(last)]
+        .map(|moment| direction.count(moment.clamp(earliest, latest)));
+    let (mut count, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    // a count's moment is found as a moment's count is
+    let time = move |count: i64| clock.time(direction.count(count));
+    let mut value = at(time(count));
     std::iter::from_fn(move || {
         for equal in 1.. {
-            // the value is the same in all frames before this
+            // the value is the same at all moments before this
             let rest = match direction {
                 Direction::Forward => {
-                    let ends = tracks.iter().map(|track| track.rests_until(frame as f64));
-                    ends.fold(f64::INFINITY, f64::min).ceil() as i64
+                    let ends = tracks.iter().map(|track| track.rests_until(time(count)));
+                    clock.at_or_after(ends.fold(f64::INFINITY, f64::min))
                 }
                 Direction::Backward => {
-                    let begins = tracks.iter().map(|track| track.rests_since(-frame as f64));
-                    (begins.fold(f64::NEG_INFINITY, f64::max).ceil() as i64)
-                        .saturating_neg()
-                        .saturating_add(1)
+                    let begins = tracks.iter().map(|track| track.rests_since(time(count)));
+                    1 - clock.at_or_after(begins.fold(f64::NEG_INFINITY, f64::max))
                 }
             };
-            let next = (frame + 1).max(rest);
+            let next = (count + 1).max(rest);
             if next > last {
                 break;
             }
-            let new = at(next);
+            let new = at(time(next));
             let differs = new != value;
-            (frame, value) = (next, new);
+            (count, value) = (next, new);
             if differs || equal == MOST_EQUAL {
-                return Some(frame);
+                return Some(count);
             }
         }
-        frame = last;
+        count = last;
         None
     })
 }
@@ -139,10 +148,13 @@ mod tests {
     #[test]
     fn rests_are_skipped_and_fractions_round_outwards() {
         let track = sliding(&[(-3.5, 0.0), (-1.5, 1.0), (6.0, 1.0), (8.25, 2.0)]);
-        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 7, 8, 9]);
-        assert_eq!(of_model(&TransformTrack::identity(), Direction::Forward).count(), 0);
+        assert_eq!(
+            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
+            [-3, -2, -1, 7, 8, 9]
+        );
+        assert_eq!(of_model(&TransformTrack::identity(), &Clock::FRAMES, Direction::Forward).count(), 0);
         let jump = TransformTrack { translate: track.translate.cut_at(&[8.25]), ..track };
-        assert_eq!(of_model(&jump, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 9]);
+        assert_eq!(of_model(&jump, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 9]);
     }
 
     #[test]
@@ -159,7 +171,7 @@ mod tests {
         for track in tracks.iter().cloned().chain(tracks.iter().map(cut)) {
             let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
             let expected: Vec<i64> = (-40..40).filter(differs).collect();
-            assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), expected);
+            assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), expected);
         }
     }
 
@@ -169,10 +181,13 @@ mod tests {
             visible: Visibility::through(true, vec![(4.0, false), (8.0, true), (20.0, false)]).expect("good"),
             ..sliding(&[(2.0, 0.0), (10.0, 1.0)])
         };
-        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [3, 4, 8, 9, 10, 20]);
+        assert_eq!(
+            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
+            [3, 4, 8, 9, 10, 20]
+        );
         let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
         let expected: Vec<i64> = (-40..40).filter(differs).collect();
-        assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), expected);
+        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), expected);
     }
 
     #[test]
@@ -180,7 +195,7 @@ mod tests {
         let keys = vec![(2.0, DAffine3::IDENTITY), (4.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 2.0)))];
         let matrix = Track::through(keys, Interpolation::Linear).expect("keys are good");
         let track = TransformTrack { matrix: Some(matrix), ..TransformTrack::identity() };
-        assert_eq!(of_model(&track, Direction::Forward).collect::<Vec<_>>(), [3, 4]);
+        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [3, 4]);
     }
 
     #[test]
@@ -188,16 +203,22 @@ mod tests {
         let (early, late) = (f64::from(i32::MIN), f64::from(i32::MAX));
         let track = sliding(&[(early, 0.0), (late - 2.0, 0.0), (late, 1.0)]);
         assert_eq!(
-            of_model(&track, Direction::Forward).collect::<Vec<_>>(),
+            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
             [i64::from(i32::MAX) - 1, i64::from(i32::MAX)]
         );
         let track = sliding(&[(early, 0.0), (late, 1.0)]);
-        assert_eq!(of_model(&track, Direction::Forward).next(), Some(i64::from(i32::MIN) + 1));
+        assert_eq!(
+            of_model(&track, &Clock::FRAMES, Direction::Forward).next(),
+            Some(i64::from(i32::MIN) + 1)
+        );
         let back = sliding(&[(early, 1.0), (late, 0.0)]);
-        assert_eq!(of_model(&back, Direction::Backward).next(), Some(1 - i64::from(i32::MAX)));
+        assert_eq!(
+            of_model(&back, &Clock::FRAMES, Direction::Backward).next(),
+            Some(1 - i64::from(i32::MAX))
+        );
         let track = sliding(&[(early, 1.0), (early + 2.0, 0.0), (late, 0.0)]);
         let ends = [-1 - i64::from(i32::MIN), -i64::from(i32::MIN)];
-        assert_eq!(of_model(&track, Direction::Backward).collect::<Vec<_>>(), ends);
+        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), ends);
     }
 
     #[test]
@@ -212,6 +233,6 @@ mod tests {
             samples: 1,
             group: None,
         };
-        assert_eq!(of_light(&light, Direction::Forward).collect::<Vec<_>>(), [4, 9, 10]);
+        assert_eq!(of_light(&light, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [4, 9, 10]);
     }
 }

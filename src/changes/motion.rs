@@ -9,13 +9,15 @@ use super::frames::{self, Direction};
 use super::leaves::{Mover, leaves};
 use super::tree::Tree;
 use super::until::Until;
+use crate::exposure::Clock;
 use crate::scene::{Light, Model, Scene};
 
 /// Leaves at most: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
 
 /// When what moves in a shot touches a segment, and when its lights change. Time runs forwards in it, or backwards: "later" is what
-/// comes later in its direction, and "before" what came before.
+/// comes later in its direction, and "before" what came before. Where frames are seen at several times, it counts their
+/// [moments](Clock) instead of frames.
 ///
 /// Never later than the truth. Earlier where a box around a part of a model is touched and the model is not, and in
 /// shots with so much motion that boxes are shared by parts, or by places of several frames.
@@ -48,20 +50,21 @@ struct Changes {
 impl Motion {
     /// Of all models and lights of `scene`; time runs forwards.
     pub fn of(scene: &Scene) -> Self {
-        Self::in_direction(scene, Direction::Forward)
+        Self::in_direction(scene, &Clock::FRAMES, Direction::Forward)
     }
 
-    /// Of all models and lights of `scene`.
-    pub fn in_direction(scene: &Scene, direction: Direction) -> Self {
-        Self::with_limit(scene, direction, MOST_LEAVES)
+    /// Of all models and lights of `scene`, at the moments of `clock`.
+    pub fn in_direction(scene: &Scene, clock: &Clock, direction: Direction) -> Self {
+        Self::with_limit(scene, clock, direction, MOST_LEAVES)
     }
 
     /// With not many more than `limit` leaves.
-    pub(super) fn with_limit(scene: &Scene, direction: Direction, limit: usize) -> Self {
+    pub(super) fn with_limit(scene: &Scene, clock: &Clock, direction: Direction, limit: usize) -> Self {
         let moving = (0..).zip(&scene.models).filter(|(_, model)| !model.track.is_constant());
         let models: Vec<(u32, &Model)> = moving.collect();
-        let first_of_model = |(_, model): &(u32, &Model)| frames::of_model(&model.track, direction).next();
-        let first_of_light = |light: &Light| frames::of_light(light, direction).next();
+        let first_of_model =
+            |(_, model): &(u32, &Model)| frames::of_model(&model.track, clock, direction).next();
+        let first_of_light = |light: &Light| frames::of_light(light, clock, direction).next();
         let first_changes = (
             models.par_iter().filter_map(first_of_model).min(),
             scene.lights.par_iter().filter_map(first_of_light).min(),
@@ -72,7 +75,7 @@ impl Motion {
         // counted from the frame before it, so that 0 is no frame of motion
         let start = start - 1;
         let of_model =
-            |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, direction), start);
+            |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, clock, direction), start);
         let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
         let moves_later = changes.iter().any(|changes| changes.changes_later);
         let passing = models.iter().zip(&changes).filter(|((_, model), _)| !model.track.visible.is_always());
@@ -81,14 +84,14 @@ impl Motion {
         let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
         let place =
-            |mover: &Mover<'_>, count: i64| mover.model.track.at(direction.count(start + count) as f64);
+            |mover: &Mover<'_>, count: i64| mover.model.track.at(clock.time(direction.count(start + count)));
         Self {
             start,
             direction,
             tree: Tree::of(leaves(&movers, place, limit)),
             moves_later,
             lights: (scene.lights.iter())
-                .map(|light| Changes::of(frames::of_light(light, direction), start))
+                .map(|light| Changes::of(frames::of_light(light, clock, direction), start))
                 .collect(),
             passing,
         }
@@ -100,7 +103,7 @@ impl Motion {
     ///
     /// What rests in the way, and the end of the segment on a model that moves later, are seen to: the model touches
     /// the segment when it leaves.
-    pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: i32) -> Until {
+    pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: impl Into<i64>) -> Until {
         self.first_touch_before(origin, direction, far, after, Until::FOREVER)
     }
 
@@ -110,7 +113,7 @@ impl Motion {
         origin: Vec3,
         direction: Vec3,
         far: f32,
-        after: i32,
+        after: impl Into<i64>,
         before: Until,
     ) -> Until {
         let (after, end) = (self.count(after), end(self.moves_later).min(before));
@@ -120,7 +123,7 @@ impl Motion {
 
     /// How many nodes [`Motion::first_touch`] looks at.
     #[cfg(test)]
-    pub(super) fn visits(&self, origin: Vec3, direction: Vec3, far: f32, after: i32) -> usize {
+    pub(super) fn visits(&self, origin: Vec3, direction: Vec3, far: f32, after: impl Into<i64>) -> usize {
         let (after, end) = (self.count(after), f32::from(end(self.moves_later).to_bits()));
         let mut visits = 0;
         self.tree.search(origin, direction, far, after as f32, end, || visits += 1);
@@ -128,30 +131,31 @@ impl Motion {
     }
 
     /// The first frame after `after` in which light number `light` differs in anything from the frame before.
-    pub fn first_light_change(&self, light: usize, after: i32) -> Until {
+    pub fn first_light_change(&self, light: usize, after: impl Into<i64>) -> Until {
         self.lights.get(light).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
     /// The first frame after `after` in which a model that appears or disappears in some frame does so, or is elsewhere. Of other
     /// models nothing is known.
-    pub fn first_change_of(&self, model: u32, after: i32) -> Until {
+    pub fn first_change_of(&self, model: u32, after: impl Into<i64>) -> Until {
         self.passing.get(&model).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
     /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
     /// before this is true.
-    pub fn has_expired(&self, until: Until, frame: i32) -> bool {
+    pub fn has_expired(&self, until: Until, frame: impl Into<i64>) -> bool {
         let frame = self.since_start(frame);
         until != Until::FOREVER && (until == Until::UNKNOWN || frame >= i64::from(until.to_bits()))
     }
 
     /// Whether an answer does not hold in the frame after `frame`, if it does in that.
-    pub fn expires_next(&self, until: Until, frame: i32) -> bool {
+    pub fn expires_next(&self, until: Until, frame: impl Into<i64>) -> bool {
         until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
     }
 
     /// An answer that was found in `frame` as `other` says it, in which time runs the other way: it holds for as many frames.
-    pub fn translated(&self, until: Until, frame: i32, other: &Self) -> Until {
+    pub fn translated(&self, until: Until, frame: impl Into<i64>, other: &Self) -> Until {
+        let frame = frame.into();
         if until == Until::FOREVER || until == Until::UNKNOWN {
             return until;
         }
@@ -173,11 +177,11 @@ impl Motion {
 
     /// A frame counted from the first frame of motion: -1 for all that are before it, and [`Until::LAST`] for those
     /// that cannot be named.
-    fn count(&self, frame: i32) -> i32 {
+    fn count(&self, frame: impl Into<i64>) -> i32 {
         self.since_start(frame).clamp(-1, Until::LAST.into()) as i32
     }
 
-    fn since_start(&self, frame: i32) -> i64 {
+    fn since_start(&self, frame: impl Into<i64>) -> i64 {
         self.direction.count(frame.into()) - self.start
     }
 }

@@ -8,6 +8,7 @@ use super::leaves::{MOST_BOXES, boxes_of};
 use super::world::*;
 use super::{Direction, Motion, Until};
 use crate::animation::{Interpolation, Track, Transform, TransformTrack};
+use crate::exposure::{Clock, Exposures, Shutter};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::Scene;
@@ -20,9 +21,15 @@ fn count(direction: Direction, frame: i32) -> i32 {
     direction.count(frame.into()) as i32
 }
 
-/// The counts of these frames, rising.
-fn counts(direction: Direction) -> Vec<i32> {
-    let mut counts: Vec<i32> = FRAMES.map(|frame| count(direction, frame)).collect();
+/// The number of a frame's first moment.
+fn first_moment(clock: &Clock, frame: i32) -> i32 {
+    clock.moment(frame, 0) as i32
+}
+
+/// The counts of the moments of these frames, rising.
+fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
+    let moments = first_moment(clock, *FRAMES.start())..first_moment(clock, FRAMES.end() + 1);
+    let mut counts: Vec<i32> = moments.map(|moment| count(direction, moment)).collect();
     counts.sort_unstable();
     counts
 }
@@ -44,9 +51,13 @@ fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Opti
 }
 
 /// In the order of time that runs in `direction`; their frames are counts.
-fn poses(scene: &Scene, direction: Direction) -> Vec<Pose> {
-    let pose = |frame| Pose { frame, ..Pose::of(scene, count(direction, frame)) };
-    counts(direction).into_iter().map(pose).collect()
+fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
+    let pose = |counted: i32| {
+        let time = clock.time(count(direction, counted).into());
+        let models = scene.models.iter().map(|model| model.track.at(time)).collect();
+        Pose { frame: counted, models, ..Pose::of(scene, 0) }
+    };
+    counts(clock, direction).into_iter().map(pose).collect()
 }
 
 /// Boxes of all models, object space.
@@ -93,12 +104,12 @@ fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment)
 
 /// The frame of an answer; none if it holds forever.
 fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
-    count_of(motion, Direction::Forward, until)
+    count_of(motion, &Clock::FRAMES, Direction::Forward, until)
 }
 
 /// Its count.
-fn count_of(motion: &Motion, direction: Direction, until: Until) -> Option<i32> {
-    counts(direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
+fn count_of(motion: &Motion, clock: &Clock, direction: Direction, until: Until) -> Option<i32> {
+    counts(clock, direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
 /// Frames in their order, never last.
@@ -126,11 +137,11 @@ impl Tally {
     /// Asks random questions about `scene`. `answer` has the count of the first frame of a touch.
     fn of(
         scene: &Scene,
-        direction: Direction,
+        (clock, direction): (&Clock, Direction),
         dice: &mut Dice,
         answer: impl Fn(&Segment) -> Option<i32>,
     ) -> Self {
-        let (poses, boxes) = (poses(scene, direction), boxes(scene));
+        let (poses, boxes) = (poses(scene, clock, direction), boxes(scene));
         let by_box = |room: f64| {
             let boxes = &boxes;
             move |model: usize, place: &Transform, segment: &Segment| {
@@ -143,7 +154,8 @@ impl Tally {
         let mut tally = Self::default();
         for _ in 0..60 {
             let segment = random_segment(dice);
-            let segment = Segment { after: count(direction, segment.after), ..segment };
+            let after = count(direction, first_moment(clock, segment.after));
+            let segment = Segment { after, ..segment };
             let got = rank(answer(&segment));
             let truth = |touches: &Touches<'_>| rank(first_frame(&poses, &segment, touches));
             let (exact, roomy, mesh) = (truth(&exactly), truth(&roomy), truth(&by_mesh));
@@ -170,14 +182,20 @@ impl Tally {
 
     /// Of many random scenes; `change` is done to each answer.
     fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
+        Self::at_moments(limit, &Clock::FRAMES, direction, change)
+    }
+
+    /// The same at the moments of `clock`.
+    fn at_moments(limit: usize, clock: &Clock, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
-        let tallies = (0..200).map(|_| {
+        let scenes = if *clock == Clock::FRAMES { 200 } else { 30 };
+        let tallies = (0..scenes).map(|_| {
             let scene = random_scene(&mut dice);
-            let motion = Motion::with_limit(&scene, direction, limit);
-            Self::of(&scene, direction, &mut dice, |segment| {
+            let motion = Motion::with_limit(&scene, clock, direction, limit);
+            Self::of(&scene, (clock, direction), &mut dice, |segment| {
                 let after = count(direction, segment.after);
                 let until = motion.first_touch(segment.origin, segment.direction, segment.far, after);
-                count_of(&motion, direction, until).map(&change)
+                count_of(&motion, clock, direction, until).map(&change)
             })
         });
         tallies.fold(Self::default(), Self::and)
@@ -192,6 +210,23 @@ fn answers_are_those_of_looking_at_each_frame_and_box() {
         assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0));
         assert!(tally.touched > tally.asked / 20, "{tally:?}");
         assert!(tally.false_alarms < tally.asked * 3 / 10, "{tally:?}");
+    }
+}
+
+/// Frames that are exposed several times: half of the time between them, all of it, and with cuts.
+#[test]
+fn answers_are_those_of_looking_at_each_moment_and_box() {
+    let clock = |count, open, close, cuts: &[i32]| {
+        Exposures::new(count, Some(Shutter { open, close }), cuts, false).clock
+    };
+    for clock in [clock(4, -0.25, 0.25, &[]), clock(3, -1.0, 0.0, &[4, 20]), clock(2, 0.0, 1.0, &[7])] {
+        for direction in [Direction::Forward, Direction::Backward] {
+            let tally = Tally::at_moments(1 << 20, &clock, direction, |moment| moment);
+            assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0), "{clock:?}, {direction:?}");
+            assert!(tally.touched > tally.asked / 20, "{tally:?}");
+        }
+        let later = Tally::at_moments(1 << 20, &clock, Direction::Forward, |moment| moment + 1);
+        assert!(later.late > later.asked / 10, "{later:?}");
     }
 }
 
@@ -300,7 +335,8 @@ fn frames_that_two_bytes_cannot_name_are_never_late() {
 fn an_answer_can_be_told_in_the_other_direction() {
     let keys = [(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0), (400.0, 90.0), (401.0, 0.0)];
     let world = slider(&keys);
-    let (forward, back) = (Motion::of(&world), Motion::in_direction(&world, Direction::Backward));
+    let (forward, back) =
+        (Motion::of(&world), Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward));
     let length = |motion: &Motion, direction: Direction, until, frame: i32| {
         let holds = |ahead: &i32| !motion.has_expired(until, frame + ahead * count(direction, 1));
         (0..500).take_while(holds).count()
@@ -344,9 +380,11 @@ fn changes_of_lights_are_told_one_after_the_other() {
     assert_eq!(after(0), [Some(21), Some(21), Some(21), Some(21), Some(21), None, None]);
     assert_eq!(after(1), [Some(8), Some(8), Some(9), None, None, None, None]);
     assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
-    let back = Motion::in_direction(&world, Direction::Backward);
+    let back = Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward);
     let before = |light| {
-        let count = |frame| count_of(&back, Direction::Backward, back.first_light_change(light, frame));
+        let count = |frame| {
+            count_of(&back, &Clock::FRAMES, Direction::Backward, back.first_light_change(light, frame))
+        };
         [i32::MAX, 21, 20, 9, 8, 7, i32::MIN].map(|frame| count(frame).map(|count| -count))
     };
     assert_eq!(before(0), [Some(20), Some(20), None, None, None, None, None]);

@@ -10,6 +10,8 @@ use super::info_exr;
 use super::shot_args::{default_output, on_threads, open};
 use super::terminal::Terminal;
 use crate::denoise::Denoiser;
+use crate::exposure::Shutter;
+use crate::frame;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
@@ -107,6 +109,13 @@ fn described(shot: &Shot, path: &Path) -> String {
         let where_to =
             convergence.map_or_else(|| String::from("parallel"), |at| format!("converging at {at}"));
         line(&mut text, "stereo", format!("two eyes {separation} apart, {where_to}"));
+    }
+    if let Some(exposures) = frame::exposures(scene, settings) {
+        let shutter =
+            settings.shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}"));
+        let lens = scene.camera.has_lens().then(|| String::from("a lens"));
+        let what: Vec<String> = shutter.into_iter().chain(lens).collect();
+        line(&mut text, "exposures", format!("{} a frame, with {}", exposures.all.len(), what.join(" and ")));
     }
     if !scene.camera.cuts.is_empty() {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));

@@ -5,6 +5,7 @@
 
 mod backend_table;
 mod bare_model;
+mod blur_args;
 pub mod compare;
 mod compare_table;
 pub mod diff;

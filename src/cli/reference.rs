@@ -1,7 +1,8 @@
 //! `compare --reference N`: how far both ways are from frames of more samples.
 
 use super::failure::Failure;
-use super::shot_args::{Job, check_samples};
+use super::samples_args::check_samples;
+use super::shot_args::Job;
 use crate::frame::{Finished, Renderer};
 use crate::layers::Layers;
 use crate::report::error::{BothErrors, PictureError};

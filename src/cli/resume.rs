@@ -13,6 +13,7 @@ use super::schedule::{self, Ancestry, Rule};
 use super::shot_args::Job;
 use super::target::{Left, Target};
 use crate::digest::Digest;
+use crate::frame;
 use crate::output::Fingerprint;
 use crate::report::versions;
 use crate::settings::{FileFormat, Mode, Settings};
@@ -87,6 +88,8 @@ fn settings(job: &Job) -> Digest {
         occlusion_radius,
         tree_memory: _, // kept or traced again, trees bring the same
         stereo,
+        shutter: _, // these say how a frame is exposed, if it is blurred
+        exposures: _,
         mode,
         reuse,
         base_every: _, // these say which ancestry a frame has, which stands apart
@@ -102,10 +105,11 @@ fn settings(job: &Job) -> Digest {
     let reuse = (*mode != Mode::Full).then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
+    let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

@@ -1,7 +1,10 @@
-//! `--samples` and `--threshold`.
+//! `--samples` and `--threshold`, and how large pictures and their samples may be.
 
 use super::failure::Failure;
-use crate::settings::{Filter, MOST_SAMPLES, Refinement, Settings};
+use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Refinement, Settings};
+
+/// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
+const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 
 /// Samples along a pixel's edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,4 +58,38 @@ pub fn settled(
         Failure::Usage(format!("{fewest} to {most} samples along a pixel's edge: {message}"))
     })?;
     Ok((fewest, Some(refinement)))
+}
+
+/// Refuses pixels that are not there.
+pub fn check_window(settings: &Settings) -> Result<(), Failure> {
+    let Settings { width, height, overscan, crop, .. } = settings;
+    if !settings.fits() {
+        return Err(Failure::Usage(format!(
+            "{width}x{height} with an overscan of {overscan} pixels is more than {LONGEST_SIDE} pixels wide or high: take a \
+             smaller --size or a smaller --overscan"
+        )));
+    }
+    let around = settings.overscanned();
+    let Some(crop) = crop.filter(|crop| !around.holds(crop)) else { return Ok(()) };
+    let of_what = match overscan {
+        0 => format!("the picture is {width}x{height}"),
+        _ => format!("the picture is {width}x{height}, and with its overscan {around}"),
+    };
+    Err(Failure::Usage(format!(
+        "--crop {crop}: {of_what}, and a crop must lie in it and have a pixel at least"
+    )))
+}
+
+/// Refuses what no renderer can number. `option` is the one that says how many samples.
+pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
+    let PixelRect { width, height, .. } = settings.data_window();
+    let samples = settings.levels().last().unwrap_or(settings.samples);
+    let count = settings.data_window().pixels() * u64::from(samples).pow(2);
+    if count > MOST_IN_A_FRAME {
+        return Err(Failure::Usage(format!(
+            "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
+             {MOST_IN_A_FRAME} are the most: take a smaller --size or a smaller {option}"
+        )));
+    }
+    Ok(())
 }

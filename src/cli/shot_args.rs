@@ -7,6 +7,7 @@ use clap::Args;
 use rayon::ThreadPool;
 
 use super::bare_model::{UpArg, is_model, turntable_options};
+use super::blur_args::{self, BlurArgs};
 use super::failure::Failure;
 use super::samples_args::{self, SamplesArg};
 use super::target::Target;
@@ -22,14 +23,10 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
-    Settings,
+    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings,
 };
 use crate::trace::BackendKind;
-
-/// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
-const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -116,6 +113,10 @@ pub struct ShotArgs {
     /// Two eyes, or one.
     #[command(flatten)]
     pub stereo: StereoArgs,
+
+    /// Motion blur and depth of field.
+    #[command(flatten)]
+    pub blur: BlurArgs,
 
     /// Which kept samples a cell shows [default: the shot's]
     #[arg(long, value_enum, value_name = "RULE")]
@@ -209,8 +210,9 @@ pub struct Job {
 impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
-        let shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
-        let settings = self.settled(&shot.settings)?;
+        let mut shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
+        let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
+        blur_args::check(&settings, &shot.scene)?;
         two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
@@ -269,8 +271,8 @@ impl ShotArgs {
             reuse: self.reuse.map_or(settings.reuse, Reuse::from),
             ..settings.clone()
         };
-        check_window(&settled)?;
-        check_samples(&settled, "--samples")?;
+        samples_args::check_window(&settled)?;
+        samples_args::check_samples(&settled, "--samples")?;
         if settled.stereo.is_some() && settled.base_place == BasePlace::Middle {
             return Err(Failure::Usage(String::from(
                 "base frames in the middle are for one eye, and this shot has two: add --base-place first, or --mono",
@@ -278,40 +280,6 @@ impl ShotArgs {
         }
         Ok(settled)
     }
-}
-
-/// Refuses pixels that are not there.
-fn check_window(settings: &Settings) -> Result<(), Failure> {
-    let Settings { width, height, overscan, crop, .. } = settings;
-    if !settings.fits() {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with an overscan of {overscan} pixels is more than {LONGEST_SIDE} pixels wide or high: take a \
-             smaller --size or a smaller --overscan"
-        )));
-    }
-    let around = settings.overscanned();
-    let Some(crop) = crop.filter(|crop| !around.holds(crop)) else { return Ok(()) };
-    let of_what = match overscan {
-        0 => format!("the picture is {width}x{height}"),
-        _ => format!("the picture is {width}x{height}, and with its overscan {around}"),
-    };
-    Err(Failure::Usage(format!(
-        "--crop {crop}: {of_what}, and a crop must lie in it and have a pixel at least"
-    )))
-}
-
-/// Refuses what no renderer can number. `option` is the one that says how many samples.
-pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
-    let PixelRect { width, height, .. } = settings.data_window();
-    let samples = settings.levels().last().unwrap_or(settings.samples);
-    let count = settings.data_window().pixels() * u64::from(samples).pow(2);
-    if count > MOST_IN_A_FRAME {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-             {MOST_IN_A_FRAME} are the most: take a smaller --size or a smaller {option}"
-        )));
-    }
-    Ok(())
 }
 
 impl Job {
@@ -416,6 +384,8 @@ mod tests {
             occlusion_radius: 3.0,
             tree_memory: 5,
             stereo: None,
+            shutter: None,
+            exposures: 9,
             mode: Mode::Auto,
             reuse: Reuse::Paper,
             base_every: 7,
@@ -456,6 +426,8 @@ mod tests {
             occlusion_radius: 0.25,
             tree_memory: 0,
             stereo: None,
+            shutter: None,
+            exposures: 9,
             mode: Mode::Auto,
             reuse: Reuse::Target,
             base_every: 0,

@@ -11,7 +11,7 @@ use super::shot_args::Job;
 use super::terminal::Terminal;
 use crate::changes::Direction;
 use crate::digest::Digest;
-use crate::frame::{Holds, Moment, Renderer, Snapshot};
+use crate::frame::{self, Holds, Moment, Renderer, Snapshot};
 use crate::memory::Bytes;
 use crate::output::Fingerprint;
 use crate::output::fingerprint::Kind;
@@ -67,6 +67,12 @@ impl StoreArgs {
         if job.settings.stereo.is_some() {
             return Err(Failure::Usage(format!(
                 "{option}: a store has the samples of one eye, and this shot has two: leave it out, or add --mono"
+            )));
+        }
+        if frame::exposures(&job.shot.scene, &job.settings).is_some() {
+            return Err(Failure::Usage(format!(
+                "{option}: a store has the samples of one exposure, and frames with a shutter or a lens have several: leave it out, or \
+                 add --sharp"
             )));
         }
         match self.save_store.as_deref().map(destination) {
@@ -218,7 +224,9 @@ fn settings(job: &Job) -> Digest {
         base_place,    // the same, and how long answers of base frames hold
         layers,        // but for what they ask of samples they only show them
         background: _,
-        stereo: _, // has none: a store is of one eye
+        stereo: _,  // has none: a store is of one eye
+        shutter: _, // the same: of one exposure
+        exposures: _,
         audit: _,
         build,
     } = &job.settings;

@@ -20,7 +20,7 @@ use crate::samples::TagLayout;
 use crate::settings::Settings;
 use crate::stereo::{Eye, EyePlace};
 
-/// What is kept of one eye.
+/// What is kept of one eye, or of one exposure.
 pub struct EyeMemory {
     /// Beside the shot's camera, if there are two.
     pub place: Option<EyePlace>,
@@ -40,19 +40,25 @@ impl EyeMemory {
         let holds = Holds::To(Direction::Forward);
         Self { place, levels: Level::all(settings, layout), last: None, holds, film: None }
     }
-}
 
-/// Lends the left eye's samples to the right one.
-pub fn lend([left, right]: &mut [EyeMemory; 2]) {
-    let levels = right.levels.iter_mut().zip(&mut left.levels);
-    levels.for_each(|(level, of_left)| level.borrow_from(of_left));
-    right.holds = left.holds;
-}
+    /// Takes what `other` has to work in.
+    pub fn take_room_from(&mut self, other: &mut Self) {
+        let levels = self.levels.iter_mut().zip(&mut other.levels);
+        levels.for_each(|(level, of_other)| level.take_room_from(of_other));
+    }
 
-/// Gives them back.
-pub fn give_back([left, right]: &mut [EyeMemory; 2]) {
-    let levels = right.levels.iter_mut().zip(&mut left.levels);
-    levels.for_each(|(level, of_left)| level.give_back_to(of_left));
+    /// Takes the samples of `lender` for one picture, and drops its own.
+    pub fn borrow_from(&mut self, lender: &mut Self) {
+        let levels = self.levels.iter_mut().zip(&mut lender.levels);
+        levels.for_each(|(level, of_lender)| level.borrow_from(of_lender));
+        self.holds = lender.holds;
+    }
+
+    /// Gives them back.
+    pub fn give_back_to(&mut self, lender: &mut Self) {
+        let levels = self.levels.iter_mut().zip(&mut lender.levels);
+        levels.for_each(|(level, of_lender)| level.give_back_to(of_lender));
+    }
 }
 
 /// Whose samples a frame may reuse.
@@ -62,8 +68,8 @@ pub enum Source {
     None,
     /// The eye's own, of the frame before, in which everything was where this says.
     Own(Pose),
-    /// The left eye's of the same frame. They go back to it.
-    Left(Pose),
+    /// Of the left eye, or of the exposure before, in the same frame. They go back to it.
+    Lent(Pose),
 }
 
 impl Source {
@@ -74,7 +80,7 @@ impl Source {
         let of_left = last[Eye::Left as usize].filter(|seen| eye == Eye::Right && seen.frame == pose.frame);
         match (own.filter(|_| reuse), of_left.filter(|_| may_be_lent)) {
             (Some(before), _) => Self::Own(before.clone()),
-            (None, Some(seen)) => Self::Left(seen.clone()),
+            (None, Some(seen)) => Self::Lent(seen.clone()),
             (None, None) => Self::None,
         }
     }
@@ -83,7 +89,7 @@ impl Source {
     pub fn pose(&self) -> Option<&Pose> {
         match self {
             Self::None => None,
-            Self::Own(pose) | Self::Left(pose) => Some(pose),
+            Self::Own(pose) | Self::Lent(pose) => Some(pose),
         }
     }
 
@@ -92,7 +98,7 @@ impl Source {
         match self {
             Self::None => Plan::of_base_frame(pose),
             Self::Own(before) => Plan::between(before, pose),
-            Self::Left(seen) => {
+            Self::Lent(seen) => {
                 let plan = Plan::between(seen, pose);
                 // lent samples are not changed in place, however near the eyes are
                 let is_at_rest = plan.camera == CameraChange::None;
@@ -111,7 +117,13 @@ mod tests {
     use crate::frame::view::tests::camera;
 
     fn pose(frame: i32, x: f32) -> Pose {
-        Pose { frame, camera: camera(Vec3::X * x), models: Vec::new(), lights: Vec::new() }
+        Pose {
+            frame,
+            moment: frame.into(),
+            camera: camera(Vec3::X * x),
+            models: Vec::new(),
+            lights: Vec::new(),
+        }
     }
 
     /// After frames in which the left eye was at 0 and the right one at 1: the frame whose samples are reused, and whether they
@@ -125,7 +137,7 @@ mod tests {
     ) -> (Option<i32>, bool) {
         let last = [pose(frames[0], 0.0), pose(frames[1], 1.0)];
         let source = Source::of(last.each_ref().map(Some), eye, pose_now, reuse, may_be_lent);
-        (source.pose().map(|pose| pose.frame), matches!(source, Source::Left(_)))
+        (source.pose().map(|pose| pose.frame), matches!(source, Source::Lent(_)))
     }
 
     #[test]
@@ -146,8 +158,8 @@ mod tests {
     #[test]
     fn lent_samples_are_projected_even_between_eyes_in_one_place() {
         let change = |source: Source, x| source.plan(&pose(2, x)).camera;
-        assert_eq!(change(Source::Left(pose(2, 0.0)), 0.0), CameraChange::SamePlace);
+        assert_eq!(change(Source::Lent(pose(2, 0.0)), 0.0), CameraChange::SamePlace);
         assert_eq!(change(Source::Own(pose(1, 0.0)), 0.0), CameraChange::None);
-        assert_eq!(change(Source::Left(pose(2, 0.0)), 1.0), CameraChange::Moved);
+        assert_eq!(change(Source::Lent(pose(2, 0.0)), 1.0), CameraChange::Moved);
     }
 }

@@ -129,40 +129,40 @@ impl<'a> FrameView<'a> {
     /// which earlier frames are inferred as well: the later frame that is as far away as the nearest one on either side.
     #[inline]
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32) -> Until {
-        let frame = self.pose.frame;
-        let until = self.motion.first_touch(origin, direction, far, frame);
+        let moment = self.pose.moment;
+        let until = self.motion.first_touch(origin, direction, far, moment);
         self.other_motion.map_or(until, |other| {
-            let other_until = other.first_touch(origin, direction, far, frame);
-            until.min(other.translated(other_until, frame, self.motion))
+            let other_until = other.first_touch(origin, direction, far, moment);
+            until.min(other.translated(other_until, moment, self.motion))
         })
     }
 
     /// The first later frame in which `model` is elsewhere, appears or disappears, for one that is not there in all frames; counted as in
     /// [`first_touch`](Self::first_touch).
     pub fn first_change_of(&self, model: u32) -> Until {
-        let frame = self.pose.frame;
-        let until = self.motion.first_change_of(model, frame);
+        let moment = self.pose.moment;
+        let until = self.motion.first_change_of(model, moment);
         self.other_motion.map_or(until, |other| {
-            until.min(other.translated(other.first_change_of(model, frame), frame, self.motion))
+            until.min(other.translated(other.first_change_of(model, moment), moment, self.motion))
         })
     }
 
     /// The same, but `before` if that is earlier. What does not hold in the next frame is not asked about.
     #[inline]
     pub fn first_touch_before(&self, origin: Vec3, direction: Vec3, far: f32, before: Until) -> Until {
-        if self.motion.expires_next(before, self.pose.frame) {
+        if self.motion.expires_next(before, self.pose.moment) {
             return before;
         }
         match self.other_motion {
             Some(_) => before.min(self.first_touch(origin, direction, far)),
-            None => self.motion.first_touch_before(origin, direction, far, self.pose.frame, before),
+            None => self.motion.first_touch_before(origin, direction, far, self.pose.moment, before),
         }
     }
 
     /// Whether what holds `until` then does not hold any more.
     #[inline]
     pub fn has_expired(&self, until: Until) -> bool {
-        self.motion.has_expired(until, self.pose.frame)
+        self.motion.has_expired(until, self.pose.moment)
     }
 
     /// The cells of tile number `number` that are asked for, those beyond the picture's rim perhaps among them.

@@ -67,8 +67,11 @@ impl Level {
         }
     }
 
-    /// Drops the samples of the frame before, and what was known of them.
+    /// Drops the samples of the frame before, and what was known of them; those that are lent it keeps for who has lent them.
     pub fn drop_samples(&mut self) {
+        if std::mem::take(&mut self.is_lent) {
+            self.lent = self.store.take();
+        }
         self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
         self.buffers.states.clear();
     }
@@ -85,6 +88,13 @@ impl Level {
         let unused = if self.is_lent { self.store.take() } else { None };
         other.store = self.lent.take().or(unused).or(other.store.take());
         self.is_lent = false;
+    }
+
+    /// Takes what the same level of other pictures has to work in.
+    pub fn take_room_from(&mut self, other: &mut Self) {
+        self.buffers.take_room_from(&mut other.buffers);
+        std::mem::swap(&mut self.bins, &mut other.bins);
+        std::mem::swap(&mut self.detached, &mut other.detached);
     }
 
     /// Forgets what samples have gathered.

@@ -15,6 +15,7 @@ pub mod audit;
 mod axis;
 mod bins;
 mod bits;
+mod blur;
 mod bounce;
 mod bounced_ray;
 mod candidates;
@@ -38,6 +39,7 @@ mod light_paths;
 mod lighting;
 mod lobes;
 mod mattes;
+mod mean;
 mod motion_vectors;
 mod moved_bounds;
 mod need;
@@ -45,9 +47,11 @@ mod next_event;
 mod occlusion;
 mod parts;
 mod path_ends;
+mod picture;
 pub mod pixels;
 mod placed;
 pub mod plan;
+mod prepared;
 mod project;
 mod radiance;
 mod ray_tally;
@@ -81,79 +85,42 @@ mod window;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::animation::Transform;
-use crate::changes::{Direction, Motion, Until};
-use crate::cryptomatte::Mattes;
+use crate::changes::Direction;
+use crate::exposure::Clock;
 use crate::film::Film;
-use crate::geometry::Bounds;
-use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::saved::LevelSamples;
 use crate::samples::{SampleStore, TagLayout};
-use crate::scene::{LightGroups, Material, Scene};
-use crate::settings::{Backdrop, BasePlace, Mode, Settings};
-use crate::shade::emitters::Emitters;
-use crate::shade::phong::Palette;
-use crate::shade::sampling::hash_of;
-use crate::shade::sky::SkyLight;
-use crate::stats::{AuditCounts, FrameStats, Memory, Seconds};
+use crate::scene::Scene;
+use crate::settings::{BasePlace, Mode, Settings};
+use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::Eye;
-use crate::trace::timed::Timed;
 use crate::trace::{Backend, BackendKind, TraceError};
 
-use audit::audit_tiles;
-use channels::{Channel, channels};
-use estimate::{Estimate, estimate};
+use blur::Blur;
+pub use blur::exposures;
 use eyes::{EyeMemory, Source};
-use frame_view::{FrameView, Occlusion};
-use kernel::Kernel;
 use level::Level;
-use motion_vectors::MotionVectors;
-use moved_bounds::MovedBounds;
 pub use need::{need, with_kept, with_writing};
-use plan::{CameraChange, Plan};
-use ray_trees::TileTrees;
+use picture::{Made, Order};
+use plan::CameraChange;
+use prepared::Prepared;
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
-use tiles::Shows;
-use view::View;
-use wanted::Wanted;
 
 /// Renders the frames of a shot, one after the other.
 pub struct Renderer<'s> {
-    scene: &'s Scene,
-    settings: Settings,
-    sky: SkyLight,
-    emitters: Emitters,
-    palette: Palette,
-    /// Of the store's tags.
-    layout: TagLayout,
-    occlusion: Option<Occlusion>,
-    /// If a layer shows any.
-    mattes: Option<Mattes>,
-    /// What headers say of layers.
-    about_layers: Arc<[(String, String)]>,
-    /// The planes of the picture.
-    channels: Vec<Channel>,
-    light_groups: LightGroups,
+    prepared: Prepared<'s>,
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
     /// Left and right: what is kept of each. The left one is alone where there is no stereo.
     eyes: [EyeMemory; 2],
+    /// Of a shot with a shutter or a lens: it has one eye, of which nothing is kept above.
+    blur: Option<Blur>,
     /// Frames rendered so far.
     rendered: u32,
-    /// Of each model, object space.
-    bounds: Vec<Bounds>,
-    /// Whether rays go on from surfaces of the shot.
-    has_trees: bool,
-    /// All that moves in the shot: once anybody asks when.
-    motion: Motion,
-    /// Whether it is known. It always is where samples gather light or find out how open they are.
-    knows_motion: bool,
-    /// The same with time running backwards, once a frame was inferred so.
-    motion_back: Option<Motion>,
 }
 
 /// A frame that is done.
@@ -185,48 +152,23 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build(scene, settings.build)?;
-        let layout = TagLayout::for_scene(scene, settings);
-        let occlusion = occlusion(scene, settings, &layout);
-        let keeps_answers = layout.paths > 0 || occlusion.is_some();
-        let mattes = mattes(scene, settings);
-        let mut about_layers =
-            mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
-        about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
-        let light_groups = LightGroups::of(&scene.lights);
+        let exposures = blur::exposures(scene, settings);
+        let clock = exposures.as_ref().map_or(Clock::FRAMES, |exposures| exposures.clock.clone());
+        let prepared = Prepared::new(scene, settings, clock);
         let to_world = |length| f64::from(scene.space.length(length));
         let size = [settings.width, settings.height];
         let eyes = Eye::BOTH.map(|eye| {
             let place = settings.stereo.map(|stereo| stereo.place(eye, to_world, size));
-            EyeMemory::new(place, settings, &layout)
+            EyeMemory::new(place, settings, &prepared.layout)
         });
-        Ok(Self {
-            scene,
-            settings: settings.clone(),
-            sky: SkyLight::of(scene),
-            emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
-            palette: Palette::of(scene),
-            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
-            knows_motion: keeps_answers,
-            motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
-            motion_back: None,
-            layout,
-            occlusion,
-            mattes,
-            about_layers: about_layers.into(),
-            channels: channels(settings.layers, &light_groups).collect(),
-            light_groups,
-            kind,
-            backend,
-            build_seconds: start.elapsed().as_secs_f64(),
-            eyes,
-            rendered: 0,
-            bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
-        })
+        let blur = exposures.map(|exposures| Blur::new(exposures, &prepared));
+        let build_seconds = start.elapsed().as_secs_f64();
+        Ok(Self { prepared, kind, backend, build_seconds, eyes, blur, rendered: 0 })
     }
 
     /// Which eyes see each frame, in order.
     pub fn eyes(&self) -> &'static [Eye] {
-        if self.settings.stereo.is_some() { &Eye::BOTH } else { &Eye::BOTH[..1] }
+        if self.prepared.settings.stereo.is_some() { &Eye::BOTH } else { &Eye::BOTH[..1] }
     }
 
     /// Renders frame number `frame`, as the left eye sees it if there are two. With `reuse` it is inferred from the frame
@@ -240,191 +182,88 @@ impl<'s> Renderer<'s> {
     /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        if let Some(blur) = self.blur.take() {
+            return self.render_blurred(blur, frame, reuse);
+        }
         let start = Instant::now();
+        let scene = self.prepared.scene;
         let place = self.eyes[eye as usize].place;
-        let pose = Pose::seen_from(self.scene, frame, place.as_ref());
-        let may_be_lent = self.settings.mode != Mode::Full;
+        let pose = Pose::seen_from(scene, frame, place.as_ref());
+        let may_be_lent = self.prepared.settings.mode != Mode::Full;
         let last = self.eyes.each_ref().map(|memory| memory.last.as_ref());
         let source = Source::of(last, eye, &pose, reuse, may_be_lent);
-        let is_lent = matches!(source, Source::Left(_));
-        if is_lent {
-            eyes::lend(&mut self.eyes);
-        }
-        let plan = source.plan(&pose);
-        let rests = source.pose().is_some() && plan.camera == CameraChange::None;
-        if self.has_trees && rests && !self.knows_motion {
-            (self.motion, self.knows_motion) = (Motion::of(self.scene), true);
-        }
-        let (direction, is_both) = self.turn(eye, source.pose().map(|before| before.frame), frame);
-        let memory = &mut self.eyes[eye as usize];
-        memory.last = None;
-        let views: Vec<View> =
-            memory.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
-        let back = self.motion_back.as_ref().unwrap_or(&self.motion);
-        let (motion, other_motion) = match direction {
-            Direction::Forward => (&self.motion, Some(back).filter(|_| is_both)),
-            Direction::Backward => (back, None),
-        };
-        let shown_pose = source.pose().filter(|_| !is_lent);
-        let motion_vectors = views.iter().map(|view| {
-            let layers = self.settings.layers;
-            MotionVectors::about(self.scene, (&pose, view), place.as_ref(), layers, shown_pose)
-        });
-        let motion_vectors: Vec<Option<MotionVectors>> = motion_vectors.collect();
+        let is_lent = matches!(source, Source::Lent(_));
         // both eyes count as one frame
         self.rendered += u32::from(eye == Eye::Left);
-        let tracer = self.backend.commit(&pose, &plan.moved)?;
-        let timed = Timed::new(&*tracer);
-        let moved_bounds = MovedBounds::of(self.scene, &self.bounds, &pose, &plan);
-        let dynamic_bounds = MovedBounds::ever(self.scene, &self.bounds, &pose);
-        let displaced = flagged(&pose, |transform| !transform.is_identity);
-        let hidden = flagged(&pose, |transform| !transform.is_visible);
-        let base_plan = Plan::of_base_frame(&pose);
-        let lights = 0..pose.lights.len();
-        let light_change = |light| {
-            let until = motion.first_light_change(light, frame);
-            other_motion.map_or(until, |other| {
-                until.min(other.translated(other.first_light_change(light, frame), frame, motion))
-            })
-        };
-        let light_changes: Vec<Until> = lights.map(light_change).collect();
-        let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
-        let area_light_change = areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until));
-        let light_change = light_changes.iter().fold(Until::FOREVER, |least, until| least.min(*until));
-        let has_finer = views.len() > 1;
-        let frame_view = |plan, keeps_trees| FrameView {
-            scene: self.scene,
-            sky: &self.sky,
-            emitters: &self.emitters,
-            palette: &self.palette,
-            pose: &pose,
-            displaced: &displaced,
-            hidden: &hidden,
-            slots: &self.layout.slots,
-            view: &views[0],
-            wanted: None,
-            notes_colors: has_finer,
-            view_hash: view_hash(&pose.camera),
-            plan,
-            moved_bounds: &moved_bounds,
-            dynamic_bounds: &dynamic_bounds,
-            tracer: &timed,
-            depth: self.settings.depth,
-            reflections: self.settings.reflections,
-            paths: self.layout.paths,
-            first_paths: self.layout.paths.min(self.settings.first_paths() as usize),
-            budget: self.settings.budget,
-            samples: self.settings.samples_a_frame(),
-            bounces: self.settings.bounces,
-            occlusion: self.occlusion,
-            motion,
-            other_motion,
-            light_changes: &light_changes,
-            area_light_change,
-            chooses: self.settings.mode == Mode::Auto,
-            reuse: self.settings.reuse,
-            keeps_trees,
-            light_change,
-            layers: self.settings.layers,
-            shows_background: self.settings.background == Backdrop::Visible,
-            motion_vectors: motion_vectors[0].as_ref(),
-            kernel: Kernel::of(self.settings.filter, self.settings.filter_radius()),
-            channels: &self.channels,
-            light_groups: &self.light_groups,
-            mattes: self.mattes.as_ref(),
-            rendered: self.rendered,
-        };
-
-        // what will not pay is not begun
-        let (reuses, estimate) =
-            choose(source.pose().is_some(), memory.levels[0].store.as_ref(), &frame_view(&plan, false));
-        let is_cut = estimate.is_cut;
-        let plan = if reuses { &plan } else { &base_plan };
-        if !reuses {
-            if is_lent {
-                eyes::give_back(&mut self.eyes);
-            }
-            self.eyes[eye as usize].levels.iter_mut().for_each(Level::drop_samples);
+        if is_lent {
+            let [left, right] = &mut self.eyes;
+            right.borrow_from(left);
         }
-        // not in frames that are traced in full: few are followed by one with the same camera
-        let stays = reuses && plan.camera == CameraChange::None;
-        let keeps_trees =
-            stays && self.has_trees && !motion.is_none() && !motion.expires_next(light_change, frame);
-        let frame_view = frame_view(plan, keeps_trees);
-
-        let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
+        let plan = source.plan(&pose);
+        if source.pose().is_some() && plan.camera == CameraChange::None {
+            self.prepared.look_ahead();
+        }
+        let sharers = self.eyes().len();
         let memory = &mut self.eyes[eye as usize];
-        let levels = &mut memory.levels;
-        if keeps_trees {
-            allow_trees(levels, &self.settings);
-        }
-        let shown = memory.film.take().and_then(Arc::into_inner);
-        let film_is_last = shown.is_some();
-        let mut film = shown.unwrap_or_else(|| develop::blank(&levels[0].grid, &self.channels));
-        let mut sum = levels[0].render(
-            &frame_view,
-            estimate,
-            &mut film,
-            if film_is_last { Shows::Last } else { Shows::Nothing },
-        );
-        sum.share_time(&mut seconds);
-        let mut all_wanted: Vec<Wanted> = Vec::new();
-        for finer in 1..levels.len() {
-            let begin = Instant::now();
-            let (coarser, finest) = levels.split_at_mut(finer);
-            let (coarser, level) = (&coarser[finer - 1], &mut finest[0]);
-            let before = of_level(&frame_view, finer - 1, &views, &motion_vectors, &all_wanted);
-            let threshold = self.settings.refinement.map_or(f32::INFINITY, |refinement| refinement.threshold);
-            level.want(&coarser.flag(&before, threshold), stays);
-            all_wanted.extend(level.wanted.take());
-            let written = coarser.written(level);
-            let frame_view = of_level(&frame_view, finer, &views, &motion_vectors, &all_wanted);
-            seconds.reproject += begin.elapsed().as_secs_f64();
-            let shows = Shows::Coarser { is_last: film_is_last, written: &written };
-            let of_level = level.render(&frame_view, Estimate::default(), &mut film, shows);
-            of_level.share_time(&mut seconds);
-            sum = sum.plus(of_level);
-        }
-        let mode = match (reuses, self.settings.mode) {
-            (false, Mode::Full) => "full",
-            (false, _) => "base",
-            (true, _) => "reproject",
+        let order = Order {
+            pose: &pose,
+            reuse: source.pose().is_some(),
+            plan,
+            shown: source.pose().filter(|_| !is_lent),
+            time: turn(&mut self.prepared, memory, source.pose().map(|before| before.moment), pose.moment),
+            rendered: self.rendered,
+            channels: &self.prepared.channels,
+            at_frame: Some(frame),
+            sharers,
+            start,
         };
-        seconds.total = start.elapsed().as_secs_f64();
-        let tracing = timed.seconds();
-        let audit = self.settings.audit.then(|| {
-            let frames = (0..levels.len())
-                .map(|level| of_level(&frame_view, level, &views, &motion_vectors, &all_wanted));
-            let stores = levels.iter().filter_map(|level| level.store.as_ref());
-            let levels: Vec<(FrameView, &SampleStore)> = frames.zip(stores).collect();
-            // nothing was left in a film that is new
-            let differs = match film_is_last {
-                true => film_audit::differing_pixels(&levels, &film),
-                false => Vec::new(),
-            };
-            let mut counts = AuditCounts::default();
-            levels.iter().for_each(|(frame, store)| counts += audit_tiles(frame, store, &differs));
-            counts
+        let made = picture::make(&self.prepared, &mut *self.backend, memory, &order)?;
+        if is_lent {
+            let [left, right] = &mut self.eyes;
+            right.give_back_to(left);
+        }
+        let stats = FrameStats {
+            eye: self.prepared.settings.stereo.map(|_| eye),
+            from_left: is_lent && made.reuses,
+            ..stats(&self.prepared, frame, &made)
+        };
+        Ok(self.finished(made.film, stats, &pose.camera))
+    }
+
+    /// The same of a frame that is the mean of several exposures: with `reuse` they are made of the samples of an earlier frame, and
+    /// those after the first one of each other's in any case, unless every frame is to be traced in full.
+    fn render_blurred(&mut self, mut blur: Blur, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        let start = Instant::now();
+        self.rendered += 1;
+        let mut sum: Option<FrameStats> = None;
+        if blur.rests(&self.prepared, frame) {
+            self.prepared.look_ahead();
+        }
+        let film = blur.render(&self.prepared, &mut *self.backend, (frame, reuse), self.rendered, |made| {
+            let of_exposure = stats(&self.prepared, frame, &made);
+            match &mut sum {
+                Some(sum) => sum.add_exposure(&of_exposure),
+                None => {
+                    let full = FullEstimate::from_base(&of_exposure);
+                    sum = Some(FrameStats { full, ..of_exposure });
+                }
+            }
         });
-        drop(tracer);
-        for (level, wanted) in levels[1..].iter_mut().zip(all_wanted) {
-            level.wanted = Some(wanted);
-        }
-        let camera = self.scene.space.camera_of_files(&pose.camera);
-        memory.last = Some(pose);
-        let film = Arc::new(film);
-        memory.film = Some(Arc::clone(&film));
-        let from_left = is_lent && reuses;
-        if from_left {
-            eyes::give_back(&mut self.eyes);
-        }
-        let is_marked = mode == "base" && self.scene.camera.cuts.contains(&frame);
-        let cut = is_cut || is_marked;
-        let eye = self.settings.stereo.map(|_| eye);
-        let (samples, rays) = (sum.samples, sum.rays);
-        let stats = FrameStats { frame, eye, from_left, mode, cut, seconds, samples, rays, tracing, audit };
-        let about_layers = Arc::clone(&self.about_layers);
-        Ok(Finished { film, stats, camera, backend: self.kind, about_layers })
+        self.blur = Some(blur);
+        let mut stats = sum.unwrap_or_default();
+        let total = start.elapsed().as_secs_f64();
+        // the mean
+        stats.seconds.filter += total - stats.seconds.total;
+        stats.seconds.total = total;
+        let camera = CameraPose::of(&self.prepared.scene.camera, f64::from(frame));
+        Ok(self.finished(Arc::new(film?), stats, &camera))
+    }
+
+    /// What is handed out of a frame that `camera` has seen.
+    fn finished(&self, film: Arc<Film>, stats: FrameStats, camera: &CameraPose) -> Finished {
+        let camera = self.prepared.scene.space.camera_of_files(camera);
+        let about_layers = Arc::clone(&self.prepared.about_layers);
+        Finished { film, stats, camera, backend: self.kind, about_layers }
     }
 
     /// A copy of the samples of the frame that the left eye saw last, to [go on](Self::restore) from them later; none before the first frame.
@@ -442,7 +281,7 @@ impl<'s> Renderer<'s> {
 
     /// How many tiles each level of the picture has, and what their samples keep.
     pub fn shape(&self) -> (Vec<usize>, &TagLayout) {
-        (self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(), &self.layout)
+        (self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(), &self.prepared.layout)
     }
 
     /// Goes on from `snapshot`, as if its frame were the one rendered last; it must be of a renderer of the same scene and settings.
@@ -451,7 +290,7 @@ impl<'s> Renderer<'s> {
         let Snapshot { moment, levels } = snapshot;
         let [left, right] = &mut self.eyes;
         left.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
-        left.last = Some(Pose::seen_from(self.scene, moment.frame, left.place.as_ref()));
+        left.last = Some(Pose::seen_from(self.prepared.scene, moment.frame, left.place.as_ref()));
         // it takes the left one's samples next
         right.last = None;
         (self.rendered, left.holds) = (moment.rendered, moment.holds);
@@ -460,35 +299,10 @@ impl<'s> Renderer<'s> {
 
     /// Forgets what the film shows: the next frame is made anew in it, from the samples that there are.
     pub fn forget_film(&mut self) {
-        for memory in &mut self.eyes {
+        for memory in self.memories() {
             memory.film = None;
             memory.levels.iter_mut().for_each(|level| level.buffers.states.clear());
         }
-    }
-
-    /// In which direction time runs to `frame` of `eye` from the frame `before`, and whether what is found out in it is to hold in
-    /// both. What the samples have found out holds in that direction then, or is forgotten.
-    fn turn(&mut self, eye: Eye, before: Option<i32>, frame: i32) -> (Direction, bool) {
-        let EyeMemory { levels, holds, .. } = &mut self.eyes[eye as usize];
-        let direction = before.map_or(Direction::Forward, |before| way_from(before, frame, *holds));
-        let places = (self.settings.base_place, self.settings.mode);
-        // of a base frame with frames on either side answers hold in both directions
-        let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
-        if self.knows_motion && (is_both || direction == Direction::Backward) {
-            let motion = || Motion::in_direction(self.scene, Direction::Backward);
-            self.motion_back.get_or_insert_with(motion);
-        }
-        if let Some(before) = before.filter(|_| !holds.includes(direction)) {
-            let back = self.motion_back.as_ref().unwrap_or(&self.motion);
-            let translated = |until| self.motion.translated(until, before, back);
-            let is_known = *holds == Holds::Both;
-            levels.iter_mut().for_each(|level| match is_known {
-                true => level.change_validity(translated),
-                false => level.forget_gathered(),
-            });
-        }
-        *holds = if is_both { Holds::Both } else { Holds::To(direction) };
-        (direction, is_both)
     }
 
     /// Seconds that the acceleration structures took.
@@ -499,13 +313,20 @@ impl<'s> Renderer<'s> {
     /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
-        self.eyes.iter_mut().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
+        self.memories().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
+    }
+
+    /// All that is kept of eyes and exposures.
+    fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
+        self.eyes.iter_mut().chain(self.blur.iter_mut().flat_map(Blur::memories))
     }
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let levels = || self.eyes[..self.eyes().len()].iter().flat_map(|memory| &memory.levels);
-        let bytes = levels().map(|level| level.bytes(&self.layout)).sum::<usize>() as u64;
+        let exposures = || self.blur.iter().flat_map(Blur::kept);
+        let kept = || self.eyes[..self.eyes().len()].iter().chain(exposures());
+        let levels = || kept().flat_map(|memory| &memory.levels).filter(|level| level.store.is_some());
+        let bytes = levels().map(|level| level.bytes(&self.prepared.layout)).sum::<usize>() as u64;
         let samples: u64 = levels().map(Level::samples).sum();
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
@@ -515,88 +336,56 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// How samples of `scene` find out how open they are, if anybody asks for it.
-fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<Occlusion> {
-    /// Far beyond every shot in the space in which it is rendered, and far below what overflows.
-    const FARTHEST: f32 = 1e30;
-    let radius = scene.space.length(settings.occlusion_radius).clamp(f32::MIN_POSITIVE, FARTHEST);
-    let dims_ambient = scene.occludes_ambient();
-    (layout.occlusion_rays > 0).then_some(Occlusion {
-        rays: layout.occlusion_rays as u32,
-        radius,
-        dims_ambient,
-    })
-}
-
-/// Shares what one eye's ray trees may take among the tiles of its `levels`.
-fn allow_trees(levels: &mut [Level], settings: &Settings) {
-    let eyes = if settings.stereo.is_some() { 2 } else { 1 };
-    let states = levels.iter_mut().flat_map(|level| &mut level.buffers.states);
-    let mut tiles: Vec<&mut TileTrees> = states.map(|state| &mut state.trees).collect();
-    let budget = u64::from(settings.tree_memory) << 20;
-    ray_trees::allow(&mut tiles, budget / eyes, ray_trees::bytes_of_tree(settings.layers));
-}
-
-/// The names of the materials in the order of their numbers, for headers: JSON.
-fn numbers_of_materials(scene: &Scene) -> (String, String) {
-    let names = scene.materials.iter().map(|material| material.name.clone().into());
-    (String::from("materials"), serde_json::Value::Array(names.collect()).to_string())
-}
-
-/// What the mattes of `scene` are, if a layer shows any.
-fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
-    let shows_background = settings.background == Backdrop::Visible;
-    settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
-}
-
-/// Whether the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
-/// `--mode auto` not where that would not pay. And what it took to choose.
-fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, Estimate) {
-    match store {
-        Some(store) if can && frame.plan.camera != CameraChange::None => {
-            let estimate = estimate(store, frame);
-            let is_traced = estimate.is_cut || frame.chooses && !estimate.pays;
-            (!is_traced, estimate)
-        }
-        _ => (can, Estimate::default()),
+/// What is said of frame number `frame`, which is `made`.
+fn stats(prepared: &Prepared, frame: i32, made: &Made) -> FrameStats {
+    let mode = match (made.reuses, prepared.settings.mode) {
+        (false, Mode::Full) => "full",
+        (false, _) => "base",
+        (true, _) => "reproject",
+    };
+    let is_marked = mode == "base" && prepared.scene.camera.cuts.contains(&frame);
+    FrameStats {
+        frame,
+        mode,
+        cut: made.is_cut || is_marked,
+        seconds: made.seconds,
+        samples: made.sum.samples,
+        rays: made.sum.rays,
+        tracing: made.tracing,
+        audit: made.audit,
+        ..FrameStats::default()
     }
 }
 
-/// What the phases of level number `level` read, where `frame` is what those of the coarsest one do. `wanted`: of the
-/// levels after it.
-fn of_level<'a>(
-    frame: &FrameView<'a>,
-    level: usize,
-    views: &'a [View],
-    motion_vectors: &'a [Option<MotionVectors>],
-    wanted: &'a [Wanted],
-) -> FrameView<'a> {
-    FrameView {
-        view: &views[level],
-        motion_vectors: motion_vectors[level].as_ref(),
-        wanted: level.checked_sub(1).map(|finer| &wanted[finer]),
-        notes_colors: level + 1 < views.len(),
-        ..*frame
+/// In which direction time runs `now` from the moment `before`, and whether what is found out in it is to hold in both. What
+/// the samples of `memory` have found out holds in that direction then, or is forgotten.
+fn turn(prepared: &mut Prepared, memory: &mut EyeMemory, before: Option<i64>, now: i64) -> (Direction, bool) {
+    let EyeMemory { levels, holds, .. } = memory;
+    let direction = before.map_or(Direction::Forward, |before| way_from(before, now, *holds));
+    let places = (prepared.settings.base_place, prepared.settings.mode);
+    // of a base frame with frames on either side answers hold in both directions
+    let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
+    if is_both || direction == Direction::Backward {
+        prepared.look_back();
     }
+    if let Some(before) = before.filter(|_| !holds.includes(direction)) {
+        let (motion, back) = (&prepared.motion, prepared.motion_back());
+        let translated = |until| motion.translated(until, before, back);
+        let is_known = *holds == Holds::Both;
+        levels.iter_mut().for_each(|level| match is_known {
+            true => level.change_validity(translated),
+            false => level.forget_gathered(),
+        });
+    }
+    *holds = if is_both { Holds::Both } else { Holds::To(direction) };
+    (direction, is_both)
 }
 
-/// In which direction time runs from one frame to the other; from a frame to itself as before.
-fn way_from(before: i32, now: i32, holds: Holds) -> Direction {
+/// In which direction time runs from one moment to the other; from a moment to itself as before.
+fn way_from(before: i64, now: i64, holds: Holds) -> Direction {
     if now < before || now == before && holds == Holds::To(Direction::Backward) {
         Direction::Backward
     } else {
         Direction::Forward
     }
-}
-
-/// A hash that changes when the camera does.
-fn view_hash(camera: &CameraPose) -> u32 {
-    let axes = [camera.eye, camera.right, camera.up, camera.forward].map(|axis| axis.to_array());
-    hash_of(axes.as_flattened()) ^ camera.half_height.to_bits() ^ hash_of(&camera.shift)
-}
-
-/// For each model, whether this holds of its place; empty where it holds of none.
-fn flagged(pose: &Pose, holds: impl Fn(&Transform) -> bool) -> Vec<bool> {
-    let flags: Vec<bool> = pose.models.iter().map(holds).collect();
-    if flags.contains(&true) { flags } else { Vec::new() }
 }

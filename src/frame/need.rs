@@ -2,6 +2,7 @@
 //! between four fifths and all of it. Samples that fall far from where they were are kept longer than is estimate here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
+use super::blur;
 use super::channels::channels;
 use super::grid::Grid;
 use super::ray_trees::bytes_of_tree;
@@ -47,7 +48,9 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let film = settings.data_window();
     let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
-    let eyes = eyes(settings);
+    let exposures = blur::exposures(&shot.scene, settings);
+    let of_shot = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
+    let stores = eyes(settings).max(blur::stores(&shot.scene, settings, of_shot) as u64);
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
 
@@ -56,19 +59,28 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         Part::new(
             format!(
                 "{edge}x{edge} samples a pixel at {width}x{height}{}",
-                if eyes > 1 { " for two eyes" } else { "" }
+                match exposures.as_ref().filter(|_| stores > 1) {
+                    Some(_) => format!(" for {stores} exposures"),
+                    None if stores > 1 => String::from(" for two eyes"),
+                    None => String::new(),
+                }
             ),
-            eyes * ((tiles + twice) * untagged + lists + spares_of(size_of::<Spare>())),
-            SMALLER,
+            stores * ((tiles + twice) * untagged + lists + spares_of(size_of::<Spare>())),
+            if exposures.is_some() {
+                "fewer --exposures, a smaller --size or fewer --samples"
+            } else {
+                SMALLER
+            },
         ),
         Part::new(
             format!("what they keep of {} lights{occlusion} and {} paths", lights.len(), layout.paths),
-            eyes * ((tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes())),
+            stores * ((tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes())),
             "fewer lights or --paths",
         ),
         Part::new(
             "planes of the picture",
-            eyes * pixels * bytes_of_pixel(&shot.scene, settings.layers),
+            stores * pixels * bytes_of_pixel(&shot.scene, settings.layers)
+                + exposures.map_or(0, |_| pixels * bytes_of_mean(&shot.scene, settings.layers)),
             "a smaller --size or fewer --layers",
         ),
         Part::new(
@@ -78,7 +90,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         ),
         Part::new(
             format!("{workers} threads"),
-            eyes * THREAD_BYTES * workers + PROGRAM_BYTES,
+            eyes(settings) * THREAD_BYTES * workers + PROGRAM_BYTES,
             "fewer --threads",
         ),
     ];
@@ -87,7 +99,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         BackendKind::Embree => [EMBREE_RESERVED, THREAD_RESERVED * embree_threads(threads)],
         BackendKind::Rust => [0, 0],
     };
-    let trees = trees(&shot.scene, settings, samples);
+    let trees = trees(&shot.scene, settings, stores * samples);
     let parts = parts
         .into_iter()
         .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")));
@@ -109,7 +121,7 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let goes_on = scene.materials.iter().any(Material::has_secondary_rays);
     let can =
         moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
-    let all = eyes(settings) * samples * bytes_of_tree(settings.layers) as u64;
+    let all = samples * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
 }
 
@@ -151,6 +163,12 @@ fn bytes_of_pixel(scene: &Scene, layers: Layers) -> u64 {
     channels(layers, &LightGroups::of(&scene.lights))
         .map(|channel| if channel.is_float() { 4 } else { 2 })
         .sum()
+}
+
+/// Of the mean of exposures, and what adds up to it.
+fn bytes_of_mean(scene: &Scene, layers: Layers) -> u64 {
+    let channels = channels(layers, &LightGroups::of(&scene.lights)).count() as u64;
+    4 * channels + bytes_of_pixel(scene, layers)
 }
 
 /// Of the structures that rays are traced through, while they are built.

@@ -182,7 +182,7 @@ pub fn take_data(
     // where pixels have one sample each it is the only one to choose
     let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
     if let Some(vectors) = frame.motion_vectors {
-        write_motion(frame, vectors, tile, cells, data);
+        write_motion(vectors, tile, cells, data);
     }
     if frame.layers.has(Layers::MATERIAL) {
         for (number, cell) in data.open_zeroed(data::MATERIAL).iter_mut().zip(cells) {
@@ -210,13 +210,7 @@ pub fn take_data(
 }
 
 /// The motion vectors of the samples in the `cells` that pixels show.
-fn write_motion(
-    frame: &FrameView,
-    vectors: &MotionVectors,
-    tile: &Tile,
-    cells: &[u16],
-    data: &mut Planes<{ data::COUNT }>,
-) {
+fn write_motion(vectors: &MotionVectors, tile: &Tile, cells: &[u16], data: &mut Planes<{ data::COUNT }>) {
     let at_rest = vectors.is_at_rest();
     for (first, _) in [data::BACKWARD, data::FORWARD].into_iter().zip(at_rest).filter(|(_, rests)| *rests) {
         data.open(first + 2).fill(1.0);
@@ -229,7 +223,7 @@ fn write_motion(
         let cell = usize::from(*cell);
         let (point, model) = (tile.point(cell), tile.model[cell]);
         if model != EMPTY {
-            *of_pixel = vectors.of(frame.view, frame.offset(point, model), point, model);
+            *of_pixel = vectors.of(point, model);
         }
     }
     let planes = [(0, data::BACKWARD, 1.0), (1, data::FORWARD, 1.0), (1, data::FROM_NEXT, -1.0)];

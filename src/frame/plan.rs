@@ -203,6 +203,7 @@ mod tests {
         };
         Pose {
             frame: 1,
+            moment: 1,
             camera: camera(Vec3::ZERO),
             models: vec![Transform::IDENTITY; 2],
             lights: vec![lamp(0.0), lamp(5.0)],

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use half::f16;
 
+use super::blur::Blur;
 use super::tiles::FrameBuffers;
 use super::{RenderError, Renderer};
 use crate::changes::Until;
@@ -52,7 +53,8 @@ impl Renderer<'_> {
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let memory = &mut self.eyes[Eye::Left as usize];
+        let of_exposure = self.blur.as_mut().and_then(Blur::newest);
+        let memory = of_exposure.unwrap_or(&mut self.eyes[Eye::Left as usize]);
         let Some(pose) = &memory.last else { return Ok(0) };
         let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
         if what == Spoil::Trees {
@@ -71,12 +73,13 @@ impl Renderer<'_> {
             return Ok(tiles.map(|tile| tile.gathered.delay_openness()).sum());
         }
         if what == Spoil::Sight {
-            return hide(self.scene, &mut *self.backend, tiles, pose);
+            return hide(self.prepared.scene, &mut *self.backend, tiles, pose);
         }
         let mut count = 0;
         for tile in tiles {
             for cell in spoilt_cells(tile) {
-                count += u64::from(spoil_cell(what, &self.layout.slots, self.scene, tile, cell));
+                count +=
+                    u64::from(spoil_cell(what, &self.prepared.layout.slots, self.prepared.scene, tile, cell));
             }
         }
         Ok(count)

@@ -107,6 +107,12 @@ impl FrameBuffers {
         states + self.colors.iter().map(|colors| size_of_val(&colors[..])).sum::<usize>()
     }
 
+    /// Takes what others have to work in: nothing in it outlives a frame.
+    pub fn take_room_from(&mut self, other: &mut Self) {
+        std::mem::swap(&mut self.scratch, &mut other.scratch);
+        std::mem::swap(&mut self.bands, &mut other.bands);
+    }
+
     /// Forgets what is known of the tiles, but for where in their cells their samples are.
     pub fn forget(&mut self) {
         for state in &mut self.states {

@@ -98,6 +98,8 @@ pub(crate) mod tests {
             occlusion_radius: 1.0,
             tree_memory: 256,
             stereo: None,
+            shutter: None,
+            exposures: 16,
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,

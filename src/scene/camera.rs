@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::animation::Track;
+use crate::exposure::LensPose;
 
 /// A camera whose place, direction and lens are keyed: a pinhole, or an orthographic one.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,12 +29,16 @@ pub struct Lens {
     pub height: Option<Track<f64>>,
     /// By how much the picture lies right of the view axis and above it, as shares of its longer side.
     pub shift: [Track<f64>; 2],
+    /// Radius of the opening, world units; none, or 0: everything is sharp.
+    pub aperture: Option<Track<f64>>,
+    /// Distance along the view axis of what is sharp, world units; none: that of the target.
+    pub focus: Option<Track<f64>>,
 }
 
 impl Default for Lens {
     /// A pinhole, with the view axis in the middle of the picture.
     fn default() -> Self {
-        Self { height: None, shift: [0.0; 2].map(Track::constant) }
+        Self { height: None, shift: [0.0; 2].map(Track::constant), aperture: None, focus: None }
     }
 }
 
@@ -61,6 +66,23 @@ impl CameraTrack {
             Some(height) => (height.at(frame) * 0.5) as f32,
             None => (self.fov.at(frame).to_radians() * 0.5).tan() as f32,
         }
+    }
+
+    /// Whether it has a lens that anything may be out of focus before.
+    pub fn has_lens(&self) -> bool {
+        self.lens.aperture.as_ref().is_some_and(|radius| radius.values().any(|radius| radius > 0.0))
+    }
+
+    /// The lens at `frame`, if it has one.
+    pub fn lens_at(&self, frame: f64) -> Option<LensPose> {
+        let radius = self.lens.aperture.as_ref()?.at(frame).max(0.0);
+        let focus = match (&self.lens.focus, &self.aim) {
+            (Some(focus), _) => focus.at(frame),
+            (None, Aim::Target { target, .. }) => (target.at(frame) - self.eye.at(frame)).length(),
+            // a loader asks for one
+            (None, Aim::Rotation(_)) => 1.0,
+        };
+        Some(LensPose { radius, focus })
     }
 }
 

@@ -6,6 +6,7 @@
 mod assemble;
 mod bake;
 pub mod camera;
+mod camera_table;
 pub mod environment;
 pub mod error;
 mod floor;
@@ -28,6 +29,7 @@ mod samples_table;
 pub mod shot;
 mod shot_environment;
 mod shot_file;
+mod shot_lens;
 mod shot_model;
 mod shot_quadric;
 mod shot_tracks;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::SceneError;
-use super::shot_file::CameraKey;
+use super::camera_table::CameraKey;
 use super::toml_text::{At, TomlText};
 use crate::animation::{Interpolation, Track};
 

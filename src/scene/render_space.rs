@@ -157,7 +157,9 @@ impl RenderSpace {
             rotation => rotation,
         };
         let height = camera.lens.height.map(|track| track.map(|height| height * self.scale));
-        let lens = Lens { height, ..camera.lens };
+        let [aperture, focus] = [camera.lens.aperture, camera.lens.focus]
+            .map(|track| track.map(|track| track.map(|length| length * self.scale)));
+        let lens = Lens { height, aperture, focus, ..camera.lens };
         CameraTrack { eye: camera.eye.map(|eye| self.point(eye)), aim, lens, ..camera }
     }
 

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override, ReadModel};
 use super::camera::Projection;
+use super::camera_table::{ShutterTable, StereoTable};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
@@ -16,7 +17,7 @@ use super::render_space::{Extent, RenderSpace};
 use super::samples_table::{AdaptiveTable, SamplesValue};
 use super::shot_file::{
     BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
-    OutputTable, Rate, RenderTable, ShotFile, StereoTable,
+    OutputTable, Rate, RenderTable, ShotFile,
 };
 use super::shot_values::{file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
@@ -25,6 +26,7 @@ use super::{
     shot_model, shot_quadric, shot_tracks,
 };
 use crate::digest::Digest;
+use crate::exposure::{MOST_EXPOSURES, Shutter};
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
@@ -124,6 +126,7 @@ pub(super) fn from_text_with(
     })?;
     let camera = shot_tracks::camera(text, camera, &marked_cuts(text, &file.render)?)?;
     settings.stereo = file.stereo.as_ref().map(|table| stereo(text, table, &camera)).transpose()?;
+    settings.shutter = file.shutter.as_ref().map(|table| shutter(text, table)).transpose()?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     shot_tracks::check_groups(text, &file.light, &lights)?;
@@ -220,7 +223,7 @@ pub(super) fn from_text_with(
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
     let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
-    for settings in ["title", "render", "stereo", "indirect", "occlusion", "output"] {
+    for settings in ["title", "render", "stereo", "shutter", "indirect", "occlusion", "output"] {
         tables.remove(settings);
     }
     // of the settings, these alone are a part of what happens
@@ -280,6 +283,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
             1..i64::from(MOST_OCCLUSION_RAYS) + 1,
         )?,
         occlusion_radius: occlusion_radius(text, occlusion)?.unwrap_or(default.occlusion_radius),
+        exposures: whole("exposures", &table.exposures, default.exposures, 1..i64::from(MOST_EXPOSURES) + 1)?,
         mode: table.mode,
         reuse: table.reuse,
         base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
@@ -346,6 +350,17 @@ fn stereo(text: TomlText<'_>, table: &At<StereoTable>, camera: &CameraTrack) -> 
     match stereo.fault() {
         Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
         None => Ok(stereo),
+    }
+}
+
+fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
+    let ShutterTable { open, close } = table.get_ref();
+    let usual = Shutter::default();
+    let number = |value: &Option<At<f64>>, usual| value.as_ref().map_or(usual, |value| *value.get_ref());
+    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close) };
+    match shutter.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[shutter]: {fault}"))),
+        None => Ok(shutter),
     }
 }
 

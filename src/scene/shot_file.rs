@@ -11,11 +11,12 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde_json::{Value, json};
 
-use super::camera::Projection;
+use super::camera_table::{CameraTable, ShutterTable, StereoTable};
 use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
+use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
@@ -80,6 +81,8 @@ pub(crate) struct ShotFile {
     pub camera: Option<At<CameraTable>>,
     /// Two eyes instead of one
     pub stereo: Option<At<StereoTable>>,
+    /// Motion blur: when the shutter is open
+    pub shutter: Option<At<ShutterTable>>,
     /// Each moves as a rigid whole
     #[serde(default)]
     #[schemars(length(min = 1))]
@@ -114,6 +117,9 @@ pub(crate) struct RenderTable {
     pub overscan: Option<At<i64>>,
     /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
     pub samples: Option<At<SamplesValue>>,
+    /// With a shutter or a lens: pictures of which each frame is the mean (16)
+    #[schemars(range(min = 1, max = MOST_EXPOSURES))]
+    pub exposures: Option<At<i64>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
     pub frames: Option<At<String>>,
     /// Frames per second, such as 24 or "24000/1001" (24)
@@ -174,18 +180,6 @@ pub(crate) struct OcclusionTable {
     /// Rays of each sample (16)
     #[schemars(range(min = 1, max = MOST_OCCLUSION_RAYS))]
     pub rays: Option<At<i64>>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("required" = ["separation"]))]
-pub(crate) struct StereoTable {
-    /// From the left eye to the right one, in the units of the models
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub separation: Option<At<f64>>,
-    /// Distance from the camera at which both pictures agree, in the units of the models (infinity)
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub convergence: Option<At<f64>>,
 }
 
 /// `"full"`, or a number of rays.
@@ -265,52 +259,6 @@ pub(crate) struct SkyTable {
     pub turbidity: Option<At<f64>>,
     /// Albedo of the ground below the horizon [0.2, 0.2, 0.2]
     pub ground: Option<Three>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("required" = ["key"]))]
-pub(crate) struct CameraTable {
-    /// How lines of sight run
-    #[serde(default)]
-    pub projection: Projection,
-    /// Between keys
-    #[serde(default)]
-    pub interpolation: Interpolation,
-    /// Where the camera is
-    #[serde(default)]
-    #[schemars(length(min = 1))]
-    pub key: Vec<At<CameraKey>>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("anyOf" = [{"required": ["eye"]}, {"required": ["orbit"]}]))]
-pub(crate) struct CameraKey {
-    /// Number of the frame; may be fractional
-    pub frame: At<f64>,
-    /// Position of the camera; all keys use `eye`, or all use `orbit`
-    pub eye: Option<Three>,
-    /// [azimuth, elevation, distance] around `target`: degrees from +Z to +X, degrees above it
-    pub orbit: Option<Three>,
-    /// Point to look at; all keys use `target`, or all use `rotation`
-    pub target: Option<Three>,
-    /// [pitch, yaw, roll] in degrees: up, left, clockwise about the view axis
-    pub rotation: Option<Three>,
-    /// With `target`: bank, degrees clockwise (0)
-    pub roll: Option<At<f64>>,
-    /// Perspective cameras: vertical field of view, degrees (the previous key's; 40 in the first key)
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
-    pub fov: Option<At<f64>>,
-    /// Orthographic cameras: height of what is seen, in the units of the models (the previous key's)
-    #[schemars(range(min = 1e-18, max = 1e18))]
-    pub height: Option<At<f64>>,
-    /// Lens shift to the right and upwards, as shares of the picture's longer side (the previous key's; [0, 0] in the first key)
-    #[schemars(inner(range(min = -100, max = 100)))]
-    pub shift: Option<At<List<f64, 2>>>,
-    /// A camera cut: no interpolation from the previous key
-    #[serde(default)]
-    pub cut: bool,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -3,9 +3,10 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens, Projection};
-use super::shot_file::{CameraKey, CameraTable, LightTable, LightType};
+use super::camera_table::{CameraKey, CameraTable};
+use super::shot_file::{LightTable, LightType};
 use super::toml_text::{At, List, Three, TomlText};
-use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit};
+use super::{CameraTrack, Light, LightGroups, LightKind, SceneError, orbit, shot_lens};
 use crate::animation::track::Keyed;
 use crate::animation::{Interpolation, Track};
 
@@ -38,6 +39,7 @@ pub(crate) fn camera(
     let height = if is_orthographic { Some(heights(text, &keys)?) } else { None };
     let shift = shifts(text, &keys)?;
     refuse_other_lens(text, &keys, is_orthographic)?;
+    let opening = shot_lens::opening(text, &keys, is_orthographic)?;
     let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
     let aim = each(&keys, |key| aim_of(text, key, by_target))?;
     let roll = each(&keys, |key| key.roll.as_ref().map_or(Ok(0.0), |roll| any_number(text, "roll", roll)))?;
@@ -67,6 +69,8 @@ pub(crate) fn camera(
         lens: Lens {
             height: height.map(|height| through(height, interpolation).cut_at(&cut_frames)),
             shift: shift.map(|shift| through(shift, interpolation).cut_at(&cut_frames)),
+            aperture: opening.aperture.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
+            focus: opening.focus.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
         },
         cuts,
     };

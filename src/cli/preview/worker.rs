@@ -10,7 +10,7 @@ use super::board::{Board, Shown};
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};
 use crate::cli::failure::{Failure, one_line};
-use crate::cli::shot_args::check_samples;
+use crate::cli::samples_args::check_samples;
 use crate::frame::{self, Renderer};
 use crate::layers::Layers;
 use crate::memory;
@@ -27,6 +27,8 @@ const RETRY: Duration = Duration::from_secs(2);
 const USUAL_SIDE: u32 = 640;
 /// What makes pictures better and slow, at most.
 const MOST_RAYS: u32 = 4;
+/// Exposures of a frame, at most.
+const MOST_EXPOSURES: u32 = 4;
 
 /// The thread that renders, and its threads.
 pub struct Worker {
@@ -95,6 +97,7 @@ impl Worker {
             occlusion_rays: of_shot.occlusion_rays.min(MOST_RAYS),
             // the shot's camera, between its eyes
             stereo: None,
+            exposures: of_shot.exposures.min(MOST_EXPOSURES),
             layers: Layers::NONE,
             audit: false,
             build: Build::Quick,

@@ -1,0 +1,67 @@
+//! Options of motion blur and depth of field: as typed, and validated.
+
+use clap::Args;
+
+use super::failure::Failure;
+use crate::exposure::{MOST_EXPOSURES, Shutter};
+use crate::frame;
+use crate::scene::Scene;
+use crate::settings::{BasePlace, Settings};
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+pub struct BlurArgs {
+    /// Pictures of which each frame is the mean, each at its own time within the shutter and from its own point of the lens; in
+    /// shots with a shutter or a lens [default: the shot's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_EXPOSURES)))]
+    exposures: Option<u32>,
+
+    /// When the shutter is open, in frames from each frame's own time, as -0.25,0.25 (180 degrees) [default: the shot's]
+    #[arg(long, value_name = "OPEN,CLOSE", value_parser = shutter, allow_hyphen_values = true)]
+    shutter: Option<Shutter>,
+
+    /// Render sharp frames, without a shutter and a lens, whatever the shot says
+    #[arg(long, conflicts_with_all = ["exposures", "shutter"])]
+    sharp: bool,
+}
+
+impl BlurArgs {
+    /// `settings` and `scene` of a shot with what is typed instead.
+    pub fn settle(&self, settings: Settings, scene: &mut Scene) -> Settings {
+        if self.sharp {
+            scene.camera.lens.aperture = None;
+            return Settings { shutter: None, ..settings };
+        }
+        Settings {
+            exposures: self.exposures.unwrap_or(settings.exposures),
+            shutter: self.shutter.or(settings.shutter),
+            ..settings
+        }
+    }
+}
+
+/// Refuses what does not go with several exposures of a frame.
+pub fn check(settings: &Settings, scene: &Scene) -> Result<(), Failure> {
+    if frame::exposures(scene, settings).is_none() {
+        return Ok(());
+    }
+    let other = if settings.stereo.is_some() {
+        "two eyes do not go with a shutter or a lens yet: add --mono, or --sharp"
+    } else if settings.base_place == BasePlace::Middle {
+        "base frames in the middle are for sharp frames, and this shot has a shutter or a lens: add --base-place first, or --sharp"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(String::from(other)))
+}
+
+fn shutter(text: &str) -> Result<Shutter, String> {
+    let both = text.split_once(',').map(|(open, close)| (open.trim().parse(), close.trim().parse()));
+    let Some((Ok(open), Ok(close))) = both else {
+        return Err(String::from(
+            "must be two times with a comma between them, in frames from the frame's own, like -0.25,0.25",
+        ));
+    };
+    let shutter = Shutter { open, close };
+    shutter.fault().map_or(Ok(shutter), Err)
+}

@@ -1,0 +1,76 @@
+//! The keys of a lens that has an opening: depth of field.
+
+use super::SceneError;
+use super::camera_table::CameraKey;
+use super::toml_text::{At, TomlText};
+use crate::exposure::LensPose;
+
+/// Radii and distances, in the units of the files: beyond these, single floats lose them.
+const LEAST_FOCUS: f64 = 1e-18;
+const GREATEST: f64 = 1e18;
+
+/// What keys say of the opening; nothing where none does.
+pub(super) struct Opening {
+    /// Radius at each key.
+    pub aperture: Option<Vec<(f64, f64)>>,
+    /// Distance of what is sharp at each key; none: that of the target.
+    pub focus: Option<Vec<(f64, f64)>>,
+}
+
+/// The opening at each of `keys`.
+pub(super) fn opening(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    is_orthographic: bool,
+) -> Result<Opening, SceneError> {
+    let stated = keys.iter().find_map(|(_, key)| key.get_ref().aperture.as_ref());
+    if let Some(aperture) = stated.filter(|_| is_orthographic) {
+        return Err(text.bad("aperture", aperture, LensPose::ORTHOGRAPHIC));
+    }
+    let focused = keys.iter().find_map(|(_, key)| key.get_ref().focus.as_ref());
+    let Some(stated) = stated else {
+        let Some(focus) = focused else { return Ok(Opening { aperture: None, focus: None }) };
+        let message = "goes with `aperture`, the radius of the lens: without one everything is sharp";
+        return Err(text.bad("focus", focus, message));
+    };
+    let (mut radius, mut last_focus) = (0.0, None);
+    let (mut radii, mut distances) = (Vec::new(), Vec::new());
+    for (frame, key) in keys {
+        let key = key.get_ref();
+        if let Some(aperture) = &key.aperture {
+            let wanted = "the radius of a lens: from 0 to 1e18, in the units of the models";
+            radius =
+                text.number("aperture", aperture, wanted, |radius| (0.0..=GREATEST).contains(&radius))?;
+        }
+        if let Some(focus) = &key.focus {
+            let wanted = "a distance from 1e-18 to 1e18, in the units of the models";
+            let fits = |focus: f64| (LEAST_FOCUS..=GREATEST).contains(&focus);
+            last_focus = Some(text.number("focus", focus, wanted, fits)?);
+        }
+        let distance = last_focus.or_else(|| distance_of_target(key)).ok_or_else(|| {
+            let message = "this camera key needs `focus`, the distance of what is sharp: with `rotation` there is no target";
+            text.fault(key.frame.span(), message)
+        })?;
+        if radius > distance * LensPose::WIDEST {
+            let message = format!(
+                "is {radius}, and what is sharp is {distance} away: the radius of the lens may be {} times the distance at most",
+                LensPose::WIDEST
+            );
+            return Err(text.bad("aperture", key.aperture.as_ref().unwrap_or(stated), &message));
+        }
+        radii.push((*frame, radius));
+        distances.push((*frame, distance));
+    }
+    Ok(Opening { aperture: Some(radii), focus: focused.map(|_| distances) })
+}
+
+/// How far the key's target is from its eye.
+fn distance_of_target(key: &CameraKey) -> Option<f64> {
+    let target = key.target.as_ref()?.get_ref().0;
+    if let Some(orbit) = &key.orbit {
+        return Some(orbit.get_ref().0[2]);
+    }
+    let eye = key.eye.as_ref()?.get_ref().0;
+    let squares = eye.iter().zip(target).map(|(eye, target)| (eye - target).powi(2));
+    Some(squares.sum::<f64>().sqrt())
+}
