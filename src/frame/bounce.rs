@@ -76,12 +76,37 @@ pub struct Bounces {
     occlusion: OcclusionScratch,
     /// Where the rays of the tile at work went, if the frame records that.
     pub paths: TilePaths,
+    /// Whether a map was looked up for it.
+    looked_up: bool,
 }
 
 impl Bounces {
     /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
     pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
         grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
+    }
+
+    /// Starts a ray of a map's texel that is kept as that of `cell`, from `origin` (world space) along `direction`, of unit length.
+    pub fn start_from(&mut self, cell: u32, origin: Vec3, direction: Vec3) {
+        self.next.push(Bounce { origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+    }
+
+    /// Adds to `radiance` what the map of `model` has where rays would leave the sample of `cell`.
+    pub fn look_up(
+        &mut self,
+        frame: &FrameView,
+        (cell, model): (u32, u32),
+        branches: Branches,
+        radiance: &mut Radiance,
+    ) {
+        for (kind, ray) in [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)]
+        {
+            let Some(ray) = ray else { continue };
+            if let Some(light) = frame.maps.look_up(model, ray.direction) {
+                add(radiance, &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) }, light);
+                self.looked_up = true;
+            }
+        }
     }
 
     /// Starts the rays by which the sample of `cell` reflects off the layer that the eye has `seen`; `seed` is of its place.
@@ -117,6 +142,8 @@ pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
 /// to the cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     bounces.paths.clear();
+    // it is another one when anything has moved
+    bounces.paths.note_dynamic(std::mem::take(&mut bounces.looked_up));
     let shows_guides = frame.layers.has(Layers::GUIDES);
     for bounce in 0..frame.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);

@@ -81,7 +81,7 @@ pub fn enhance(
                 }
                 if goes_on != 0 {
                     radiance.open_secondary();
-                    start_rays(frame, tile, first, goes_on, &placed, incoming, bounces);
+                    start_rays(frame, tile, first, goes_on, &placed, incoming, (bounces, radiance));
                 }
             }
         }
@@ -127,7 +127,7 @@ fn start_rays(
     goes_on: u8,
     placed: &Placed,
     incoming: Vec3x8,
-    bounces: &mut Bounces,
+    (bounces, radiance): (&mut Bounces, &mut Radiance),
 ) {
     for lane in set_bits(goes_on) {
         let cell = first + lane;
@@ -142,7 +142,12 @@ fn start_rays(
         let optics = frame.scene.materials[usize::from(surface.material)].optics;
         let incoming = incoming.lane(lane);
         let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
-        bounces.start(cell as u32, &surface, guides, branch(optics, &surface, incoming));
+        let branches = branch(optics, &surface, incoming);
+        if frame.maps.has(tile.model[cell]) {
+            bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
+        } else {
+            bounces.start(cell as u32, &surface, guides, branches);
+        }
         let normals = [surface.normal, surface.geometric_normal];
         if let Some(seen) =
             frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)

@@ -53,6 +53,7 @@ mod project;
 mod radiance;
 mod ray_tally;
 mod reach;
+mod reflection_maps;
 mod remake;
 mod reproject;
 mod rough_sky;
@@ -111,6 +112,7 @@ use motion_vectors::MotionVectors;
 use moved_bounds::MovedBounds;
 pub use need::{need, with_kept, with_writing};
 use plan::{CameraChange, Plan};
+use reflection_maps::{NO_MAPS, ReflectionMaps};
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
@@ -150,6 +152,8 @@ pub struct Renderer<'s> {
     motion: Motion,
     /// The same with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
+    /// Of the frame rendered last, if it was finished.
+    maps: ReflectionMaps,
 }
 
 /// A frame that is done.
@@ -204,6 +208,7 @@ impl<'s> Renderer<'s> {
             keeps_answers,
             motion: if keeps_answers { Motion::of(scene) } else { Motion::default() },
             motion_back: None,
+            maps: ReflectionMaps::default(),
             layout,
             occlusion,
             mattes,
@@ -299,6 +304,7 @@ impl<'s> Renderer<'s> {
             moved_bounds: &moved_bounds,
             dynamic_bounds: &dynamic_bounds,
             tracer: &timed,
+            maps: &NO_MAPS,
             depth: self.settings.depth,
             reflections: self.settings.reflections,
             paths: self.layout.paths,
@@ -340,6 +346,10 @@ impl<'s> Renderer<'s> {
         let frame_view = frame_view(plan, stays);
 
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
+        let begin = Instant::now();
+        let (maps, map_rays) = std::mem::take(&mut self.maps).updated(&frame_view, &self.bounds);
+        let frame_view = FrameView { maps: &maps, ..frame_view };
+        seconds.enhance += begin.elapsed().as_secs_f64();
         let memory = &mut self.eyes[eye as usize];
         let levels = &mut memory.levels;
         let shown = memory.film.take().and_then(Arc::into_inner);
@@ -388,9 +398,12 @@ impl<'s> Renderer<'s> {
             };
             let mut counts = AuditCounts::default();
             levels.iter().for_each(|(frame, store)| counts += audit_tiles(frame, store, &differs));
+            counts.differing += maps.differing(&frame_view, &self.bounds);
             counts
         });
         drop(tracer);
+        self.maps = maps;
+        sum.rays += map_rays;
         for (level, wanted) in levels[1..].iter_mut().zip(all_wanted) {
             level.wanted = Some(wanted);
         }
@@ -484,6 +497,12 @@ impl<'s> Renderer<'s> {
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
         self.eyes.iter_mut().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
+    }
+
+    /// Makes kept reflection maps wrong: for a test of the audit.
+    #[doc(hidden)]
+    pub fn spoil_maps(&mut self) {
+        self.maps.spoil();
     }
 
     /// Bytes in use.

@@ -329,6 +329,10 @@ pub(crate) struct ModelTable {
     /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
     #[schemars(length(min = 3, max = 4))]
     pub matrix: Option<Rows>,
+    /// Mirrors and glass of the model look up what they show in a cube map of so many texels along each edge, instead of sending rays: an
+    /// approximation (rays)
+    #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
+    pub reflection_map: Option<At<i64>>,
     /// Whether the model is there, before the first key that says it (true)
     pub visible: Option<bool>,
     /// Between keys
@@ -505,6 +509,10 @@ impl JsonSchema for LayerName {
 /// One factor, or one an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale(pub [f64; 3]);
+
+/// Texels along an edge of a reflection map.
+pub(crate) const LEAST_MAP: u32 = 8;
+pub(crate) const LARGEST_MAP: u32 = 1024;
 
 /// Of a matrix.
 pub(crate) type Rows = At<Vec<List<f64, 4>>>;
