@@ -67,6 +67,7 @@ mod spoil;
 mod spread;
 mod stay;
 mod surface;
+mod surroundings;
 mod thread_scratch;
 mod tile_bounds;
 mod tile_state;
@@ -347,7 +348,8 @@ impl<'s> Renderer<'s> {
 
         let mut seconds = Seconds { reproject: start.elapsed().as_secs_f64(), ..Seconds::default() };
         let begin = Instant::now();
-        let (maps, map_rays) = std::mem::take(&mut self.maps).updated(&frame_view, &self.bounds);
+        let (maps, map_rays) =
+            surroundings::updated(std::mem::take(&mut self.maps), &frame_view, &self.bounds);
         let frame_view = FrameView { maps: &maps, ..frame_view };
         seconds.enhance += begin.elapsed().as_secs_f64();
         let memory = &mut self.eyes[eye as usize];
@@ -398,7 +400,7 @@ impl<'s> Renderer<'s> {
             };
             let mut counts = AuditCounts::default();
             levels.iter().for_each(|(frame, store)| counts += audit_tiles(frame, store, &differs));
-            counts.differing += maps.differing(&frame_view, &self.bounds);
+            counts.differing += maps.differing(&surroundings::made(&frame_view, &self.bounds).0);
             counts
         });
         drop(tracer);

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::camera::Projection;
 use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
+use super::shot_values::{LARGEST_MAP, LEAST_MAP};
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::layers::Layers;
@@ -509,10 +510,6 @@ impl JsonSchema for LayerName {
 /// One factor, or one an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale(pub [f64; 3]);
-
-/// Texels along an edge of a reflection map.
-pub(crate) const LEAST_MAP: u32 = 8;
-pub(crate) const LARGEST_MAP: u32 = 1024;
 
 /// Of a matrix.
 pub(crate) type Rows = At<Vec<List<f64, 4>>>;
