@@ -283,6 +283,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
             translate: keys(&[(1.0, DVec3::X * x), (2.0, DVec3::Y)]),
             ..TransformTrack::identity()
         },
+        reflection_map: None,
     };
     on_each(&scene_of((0..20).map(|i| at(f64::from(i) * 3.0)).collect()), |tracer, way| {
         let mut rays = RayBatch::default();

@@ -179,3 +179,24 @@ fn visible_is_a_key_of_models_alone() {
         assert!(message.starts_with(expected), "for\n{text}\nexpected {expected}\ngot      {message}");
     }
 }
+
+#[test]
+fn reflection_maps_have_a_size() {
+    let size = |text: &str| load(&format!("{REST}{text}")).scene.models[0].reflection_map;
+    assert_eq!((size(""), size("reflection_map = 64\n")), (None, Some(64)));
+    const RANGE: &str = "s.toml:7:18: `reflection_map` is";
+    for (text, expected) in [
+        ("7", format!("{RANGE} 7: it must be a whole number from 8 to 1024")),
+        ("-1", format!("{RANGE} -1: it must be")),
+        ("true", String::from("s.toml:7:18: `reflection_map`: invalid type")),
+    ] {
+        let message = error(&format!("{REST}reflection_map = {text}\n"));
+        assert!(message.starts_with(&expected), "{message}, not {expected}");
+    }
+    let plane = format!("{REST}[[model]]\nquadric = {{ type = \"plane\" }}\nreflection_map = 16\n");
+    assert!(
+        error(&plane).starts_with("s.toml:9:18: `reflection_map` means nothing for a plane"),
+        "{}",
+        error(&plane)
+    );
+}

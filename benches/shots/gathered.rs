@@ -219,7 +219,13 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
         scale: Track::constant(scale),
         ..TransformTrack::identity()
     };
-    scene.models.push(Model { name: "ball".into(), path: "ball".into(), mesh: Arc::new(ball()), track });
+    scene.models.push(Model {
+        name: "ball".into(),
+        path: "ball".into(),
+        mesh: Arc::new(ball()),
+        track,
+        reflection_map: None,
+    });
 }
 
 /// A sphere of radius 1, of 32 x 16 quadrangles.

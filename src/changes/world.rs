@@ -156,7 +156,7 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
 }
 
 pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
-    Model { name: "mover".into(), path: "mover".into(), mesh: Arc::new(mesh), track }
+    Model { name: "mover".into(), path: "mover".into(), mesh: Arc::new(mesh), track, reflection_map: None }
 }
 
 /// A lamp of constant colour.

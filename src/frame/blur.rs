@@ -17,6 +17,7 @@ use super::eyes::{EyeMemory, Source};
 use super::mean::{Mean, Rule};
 use super::picture::{self, Made, Order};
 use super::prepared::Prepared;
+use super::reflection_maps::ReflectionMaps;
 use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::film::Film;
@@ -90,7 +91,7 @@ impl Blur {
     pub fn render(
         &mut self,
         prepared: &Prepared,
-        backend: &mut dyn Backend,
+        (backend, maps): (&mut dyn Backend, &mut ReflectionMaps),
         (frame, reuse): (i32, bool),
         rendered: u32,
         mut take: impl FnMut(Made),
@@ -104,7 +105,7 @@ impl Blur {
         let size = prepared.settings.data_window();
         let mut mean = Mean::new(&prepared.channels, [size.width, size.height]);
         for index in 0..self.memories.len() {
-            let made = self.expose(prepared, backend, (frame, index), rests, rendered)?;
+            let made = self.expose(prepared, (&mut *backend, &mut *maps), (frame, index), rests, rendered)?;
             mean.add(&made.film, &prepared.channels);
             take(made);
         }
@@ -115,7 +116,7 @@ impl Blur {
     fn expose(
         &mut self,
         prepared: &Prepared,
-        backend: &mut dyn Backend,
+        (backend, maps): (&mut dyn Backend, &mut ReflectionMaps),
         (frame, index): (i32, usize),
         rests: bool,
         rendered: u32,
@@ -150,7 +151,7 @@ impl Blur {
             sharers,
             start,
         };
-        let made = picture::make(prepared, backend, memory, &order);
+        let made = picture::make(prepared, backend, memory, maps, &order);
         if let Some(mut newest) = newest {
             if is_lent {
                 memory.give_back_to(&mut newest);

@@ -24,6 +24,7 @@ use super::shadow::{ShadowQueue, facing};
 use super::surface::{Hits8, surfaces};
 use super::trace_scratch::TraceScratch;
 use super::tree_times::TreeTimes;
+use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
@@ -87,6 +88,30 @@ impl Bounces {
     /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
     pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
         grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
+    }
+
+    /// Starts a ray of a map's texel that is kept as that of `cell`, from `origin` (world space) along `direction`, of unit length.
+    pub fn start_from(&mut self, cell: u32, origin: Vec3, direction: Vec3) {
+        self.next.push(Bounce { origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+    }
+
+    /// Adds to `radiance` what the map of `model` has where rays would leave the sample of `cell`.
+    pub fn look_up(
+        &mut self,
+        frame: &FrameView,
+        (cell, model): (u32, u32),
+        branches: Branches,
+        radiance: &mut Radiance,
+    ) {
+        for (kind, ray) in [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)]
+        {
+            let Some(ray) = ray else { continue };
+            if let Some(light) = frame.maps.look_up(model, ray.direction) {
+                add(radiance, &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) }, light);
+                // it is another one when anything has moved
+                self.times.note(cell, Until::UNKNOWN);
+            }
+        }
     }
 
     /// Starts the rays by which the sample of `cell` reflects off the layer that the eye has `seen`; `seed` is of its place.

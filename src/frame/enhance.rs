@@ -93,7 +93,7 @@ pub fn enhance(
                         None => goes_on,
                     };
                     any_traced |= traced != 0;
-                    start_rays(frame, tile, first, traced, &placed, incoming, bounces);
+                    start_rays(frame, tile, first, traced, &placed, incoming, (bounces, radiance));
                 }
             }
         }
@@ -143,7 +143,7 @@ fn start_rays(
     goes_on: u8,
     placed: &Placed,
     incoming: Vec3x8,
-    bounces: &mut Bounces,
+    (bounces, radiance): (&mut Bounces, &mut Radiance),
 ) {
     for lane in set_bits(goes_on) {
         let cell = first + lane;
@@ -158,7 +158,12 @@ fn start_rays(
         let optics = frame.scene.materials[usize::from(surface.material)].optics;
         let incoming = incoming.lane(lane);
         let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
-        bounces.start(cell as u32, &surface, guides, branch(optics, &surface, incoming));
+        let branches = branch(optics, &surface, incoming);
+        if frame.maps.has(tile.model[cell]) {
+            bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
+        } else {
+            bounces.start(cell as u32, &surface, guides, branches);
+        }
         let normals = [surface.normal, surface.geometric_normal];
         if let Some(seen) =
             frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)

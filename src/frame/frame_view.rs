@@ -10,6 +10,7 @@ use super::kernel::Kernel;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::plan::Plan;
+use super::reflection_maps::ReflectionMaps;
 use super::view::View;
 use super::wanted::Wanted;
 use crate::animation::Transform;
@@ -73,6 +74,8 @@ pub struct FrameView<'a> {
     pub dynamic_bounds: &'a MovedBounds,
     /// Who answers rays about it.
     pub tracer: &'a dyn Tracer,
+    /// What is looked up instead of rays of some models' mirrors and glass.
+    pub maps: &'a ReflectionMaps,
     /// Bounces that a ray from the eye may take.
     pub depth: u32,
     /// Rays by which a sample of a rough surface reflects, at most.

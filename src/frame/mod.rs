@@ -57,6 +57,7 @@ mod radiance;
 mod ray_tally;
 mod ray_trees;
 mod reach;
+mod reflection_maps;
 mod remake;
 mod reproject;
 mod rough_sky;
@@ -70,6 +71,7 @@ mod spoil;
 mod spread;
 mod stay;
 mod surface;
+mod surroundings;
 mod thread_scratch;
 mod tile_bounds;
 mod tile_state;
@@ -105,6 +107,7 @@ pub use need::{need, with_kept, with_writing};
 use picture::{Made, Order};
 use plan::CameraChange;
 use prepared::Prepared;
+use reflection_maps::ReflectionMaps;
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
@@ -121,6 +124,8 @@ pub struct Renderer<'s> {
     blur: Option<Blur>,
     /// Frames rendered so far.
     rendered: u32,
+    /// Of the picture made last, if it was finished.
+    maps: ReflectionMaps,
 }
 
 /// A frame that is done.
@@ -163,7 +168,8 @@ impl<'s> Renderer<'s> {
         });
         let blur = exposures.map(|exposures| Blur::new(exposures, &prepared));
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { prepared, kind, backend, build_seconds, eyes, blur, rendered: 0 })
+        let maps = ReflectionMaps::default();
+        Ok(Self { prepared, kind, backend, build_seconds, eyes, blur, rendered: 0, maps })
     }
 
     /// Which eyes see each frame, in order.
@@ -217,7 +223,7 @@ impl<'s> Renderer<'s> {
             sharers,
             start,
         };
-        let made = picture::make(&self.prepared, &mut *self.backend, memory, &order)?;
+        let made = picture::make(&self.prepared, &mut *self.backend, memory, &mut self.maps, &order)?;
         if is_lent {
             let [left, right] = &mut self.eyes;
             right.give_back_to(left);
@@ -239,7 +245,8 @@ impl<'s> Renderer<'s> {
         if blur.rests(&self.prepared, frame) {
             self.prepared.look_ahead();
         }
-        let film = blur.render(&self.prepared, &mut *self.backend, (frame, reuse), self.rendered, |made| {
+        let tools: (&mut dyn Backend, _) = (&mut *self.backend, &mut self.maps);
+        let film = blur.render(&self.prepared, tools, (frame, reuse), self.rendered, |made| {
             let of_exposure = stats(&self.prepared, frame, &made);
             match &mut sum {
                 Some(sum) => sum.add_exposure(&of_exposure),
@@ -319,6 +326,12 @@ impl<'s> Renderer<'s> {
     /// All that is kept of eyes and exposures.
     fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
         self.eyes.iter_mut().chain(self.blur.iter_mut().flat_map(Blur::memories))
+    }
+
+    /// Makes kept reflection maps wrong: for a test of the audit.
+    #[doc(hidden)]
+    pub fn spoil_maps(&mut self) {
+        self.maps.spoil();
     }
 
     /// Bytes in use.

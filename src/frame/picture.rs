@@ -17,6 +17,8 @@ use super::moved_bounds::MovedBounds;
 use super::plan::{CameraChange, Plan};
 use super::prepared::Prepared;
 use super::ray_trees::{self, TileTrees};
+use super::reflection_maps::{NO_MAPS, ReflectionMaps};
+use super::surroundings;
 use super::tiles::{Shows, TileSum};
 use super::view::View;
 use super::wanted::Wanted;
@@ -74,6 +76,7 @@ pub fn make(
     prepared: &Prepared,
     backend: &mut dyn Backend,
     memory: &mut EyeMemory,
+    maps: &mut ReflectionMaps,
     order: &Order,
 ) -> Result<Made, TraceError> {
     memory.last = None;
@@ -101,6 +104,10 @@ pub fn make(
     }
 
     let mut seconds = Seconds { reproject: order.start.elapsed().as_secs_f64(), ..Seconds::default() };
+    let begin = Instant::now();
+    let (now, map_rays) = surroundings::updated(std::mem::take(maps), &frame, &prepared.bounds);
+    let frame = FrameView { maps: &now, ..frame };
+    seconds.enhance += begin.elapsed().as_secs_f64();
     let shown = memory.film.take().and_then(Arc::into_inner);
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&memory.levels[0].grid, frame.channels));
@@ -129,8 +136,12 @@ pub fn make(
         let frames = (0..memory.levels.len()).map(|level| setup.of_level(&frame, level, &all_wanted));
         let stores = memory.levels.iter().filter_map(|level| level.store.as_ref());
         // nothing was left in a film that is new
-        audit(&frames.zip(stores).collect::<Vec<_>>(), film_is_last.then_some(&film))
+        let mut counts = audit(&frames.zip(stores).collect::<Vec<_>>(), film_is_last.then_some(&film));
+        counts.differing += now.differing(&surroundings::made(&frame, &prepared.bounds).0);
+        counts
     });
+    sum.rays += map_rays;
+    *maps = now;
     for (level, wanted) in memory.levels[1..].iter_mut().zip(all_wanted) {
         level.wanted = Some(wanted);
     }
@@ -208,6 +219,7 @@ impl<'a> Setup<'a> {
             moved_bounds: &self.moved_bounds,
             dynamic_bounds: &self.dynamic_bounds,
             tracer,
+            maps: &NO_MAPS,
             depth: settings.depth,
             reflections: settings.reflections,
             paths: prepared.layout.paths,

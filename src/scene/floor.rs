@@ -83,6 +83,12 @@ impl Floor {
             uvs: Vec::new(),
         };
         let track = TransformTrack { translate: Track::constant(self.center), ..TransformTrack::identity() };
-        Model { name: String::from("floor"), path: path.to_owned(), mesh: Arc::new(mesh), track }
+        Model {
+            name: String::from("floor"),
+            path: path.to_owned(),
+            mesh: Arc::new(mesh),
+            track,
+            reflection_map: None,
+        }
     }
 }

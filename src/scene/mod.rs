@@ -97,6 +97,8 @@ pub struct Model {
     pub mesh: Arc<Mesh>,
     /// Object to world, per frame.
     pub track: TransformTrack,
+    /// Texels along an edge of the map in which its mirrors and glass look up what they show; none: they send rays.
+    pub reflection_map: Option<u32>,
 }
 
 impl Scene {

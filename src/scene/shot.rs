@@ -19,7 +19,7 @@ use super::shot_file::{
     BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
     OutputTable, Rate, RenderTable, ShotFile,
 };
-use super::shot_values::{file_of, optional_color};
+use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
     Background, CameraTrack, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
@@ -495,7 +495,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
 
 fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
     let (track, span) = (shot_model::track(text, table)?, table.span());
-    let ModelTable { name, obj, quadric, .. } = table.get_ref();
+    let ModelTable { name, obj, quadric, reflection_map: map, .. } = table.get_ref();
     let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
         (None, Some(_), Some(quadric)) => {
             let message = "`obj` and `quadric` exclude each other: write a [[model]] for each";
@@ -518,7 +518,18 @@ fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) ->
             (path.clone(), assembly.mesh(&path)?, stem)
         }
     };
-    Ok(Model { name: name.clone().unwrap_or(own_name), path, mesh, track })
+    let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
+    let read = |size| text.whole("reflection_map", size, sizes);
+    let reflection_map = map.as_ref().map(read).transpose()?;
+    let model = Model { name: name.clone().unwrap_or(own_name), path, mesh, track, reflection_map };
+    match map.as_ref().filter(|_| shot_quadric::is_endless(&model)) {
+        Some(size) => Err(text.bad(
+            "reflection_map",
+            size,
+            "means nothing for a plane, which has no middle: take it out",
+        )),
+        None => Ok(model),
+    }
 }
 
 /// Where a shot file says what a model is.

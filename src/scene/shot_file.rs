@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::camera_table::{CameraTable, ShutterTable, StereoTable};
 use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
+use super::shot_values::{LARGEST_MAP, LEAST_MAP};
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
@@ -280,6 +281,10 @@ pub(crate) struct ModelTable {
     /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
     #[schemars(length(min = 3, max = 4))]
     pub matrix: Option<Rows>,
+    /// Mirrors and glass of the model look up what they show in a cube map of so many texels along each edge, instead of sending rays: an
+    /// approximation (rays)
+    #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
+    pub reflection_map: Option<At<i64>>,
     /// Whether the model is there, before the first key that says it (true)
     pub visible: Option<bool>,
     /// Between keys

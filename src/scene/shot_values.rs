@@ -8,6 +8,10 @@ use super::SceneError;
 use super::paths::find_beside;
 use super::toml_text::{At, Three, TomlText};
 
+/// Texels along an edge of a reflection map.
+pub(crate) const LEAST_MAP: u32 = 8;
+pub(crate) const LARGEST_MAP: u32 = 1024;
+
 /// The file that the key `key` names.
 pub(super) fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
     let folder = text.path.parent().unwrap_or(Path::new(""));

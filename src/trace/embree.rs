@@ -19,6 +19,7 @@
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
 //! and nothing else, and shadow rays are asked of these.
 
+mod mask;
 mod one_by_one;
 mod pieces;
 mod places;
@@ -41,22 +42,6 @@ use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
 use pieces::Pieces;
 use places::set_places;
-
-/// Bits of rays and of what they meet. Instances carry one of the first two, geometries one of the others.
-mod mask {
-    /// An instance that is not there: no ray meets it.
-    pub const HIDDEN: u32 = 0;
-    /// An instance that is where it was in the frame before.
-    pub const RESTS: u32 = 1;
-    /// An instance that moved since the frame before.
-    pub const MOVED: u32 = 2;
-    /// Triangles that cast shadows.
-    pub const CASTS_SHADOW: u32 = 4;
-    /// Triangles that do not.
-    pub const CLEAR: u32 = 8;
-    /// Meets everything.
-    pub const ALL: u32 = RESTS | MOVED | CASTS_SHADOW | CLEAR;
-}
 
 /// Closed surfaces have no cracks: without this, a few rays slip between two triangles
 /// that share an edge and show what is behind them, and the audit rightly complains.
