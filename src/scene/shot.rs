@@ -8,8 +8,6 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override, ReadModel};
-use super::camera::Projection;
-use super::camera_table::{ShutterTable, StereoTable};
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
@@ -22,17 +20,16 @@ use super::shot_file::{
 use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
-    Background, CameraTrack, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment,
+    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_lens,
     shot_model, shot_quadric, shot_tracks,
 };
 use crate::digest::Digest;
-use crate::exposure::{MOST_EXPOSURES, Shutter};
+use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
     Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
     MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, Settings,
 };
-use crate::stereo::Stereo;
 
 /// All that a shot file says, with the files that it names.
 #[derive(Debug, Clone)]
@@ -125,8 +122,9 @@ pub(super) fn from_text_with(
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
     let camera = shot_tracks::camera(text, camera, &marked_cuts(text, &file.render)?)?;
-    settings.stereo = file.stereo.as_ref().map(|table| stereo(text, table, &camera)).transpose()?;
-    settings.shutter = file.shutter.as_ref().map(|table| shutter(text, table)).transpose()?;
+    settings.stereo =
+        file.stereo.as_ref().map(|table| shot_lens::stereo(text, table, &camera)).transpose()?;
+    settings.shutter = file.shutter.as_ref().map(|table| shot_lens::shutter(text, table)).transpose()?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| shot_tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     shot_tracks::check_groups(text, &file.light, &lights)?;
@@ -332,35 +330,6 @@ fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refin
             });
             refinement.map_err(|message| bad(format!("= {{ min = {min}, max = {max} }}: {message}")))
         }
-    }
-}
-
-fn stereo(text: TomlText<'_>, table: &At<StereoTable>, camera: &CameraTrack) -> Result<Stereo, SceneError> {
-    if camera.projection() == Projection::Orthographic {
-        return Err(text.fault(table.span(), Stereo::ORTHOGRAPHIC));
-    }
-    let StereoTable { separation, convergence } = table.get_ref();
-    let separation = separation.as_ref().ok_or_else(|| {
-        let message = "[stereo] needs `separation`: the distance between the eyes, in the units of the models, such as 0.065 \
-                       for metres; leave the table out for one eye";
-        text.fault(table.span(), message)
-    })?;
-    let number = |value: &At<f64>| *value.get_ref();
-    let stereo = Stereo { separation: number(separation), convergence: convergence.as_ref().map(number) };
-    match stereo.fault() {
-        Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
-        None => Ok(stereo),
-    }
-}
-
-fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
-    let ShutterTable { open, close } = table.get_ref();
-    let usual = Shutter::default();
-    let number = |value: &Option<At<f64>>, usual| value.as_ref().map_or(usual, |value| *value.get_ref());
-    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close) };
-    match shutter.fault() {
-        Some(fault) => Err(text.fault(table.span(), format!("[shutter]: {fault}"))),
-        None => Ok(shutter),
     }
 }
 

@@ -1,9 +1,11 @@
-//! The keys of a lens that has an opening: depth of field.
+//! How the camera is exposed: the keys of a lens that has an opening, the shutter, and two eyes.
 
-use super::SceneError;
-use super::camera_table::CameraKey;
+use super::camera::Projection;
+use super::camera_table::{CameraKey, ShutterTable, StereoTable};
 use super::toml_text::{At, TomlText};
-use crate::exposure::LensPose;
+use super::{CameraTrack, SceneError};
+use crate::exposure::{LensPose, Shutter};
+use crate::stereo::Stereo;
 
 /// Radii and distances, in the units of the files: beyond these, single floats lose them.
 const LEAST_FOCUS: f64 = 1e-18;
@@ -73,4 +75,39 @@ fn distance_of_target(key: &CameraKey) -> Option<f64> {
     let eye = key.eye.as_ref()?.get_ref().0;
     let squares = eye.iter().zip(target).map(|(eye, target)| (eye - target).powi(2));
     Some(squares.sum::<f64>().sqrt())
+}
+
+/// Two eyes beside `camera`.
+pub(super) fn stereo(
+    text: TomlText<'_>,
+    table: &At<StereoTable>,
+    camera: &CameraTrack,
+) -> Result<Stereo, SceneError> {
+    if camera.projection() == Projection::Orthographic {
+        return Err(text.fault(table.span(), Stereo::ORTHOGRAPHIC));
+    }
+    let StereoTable { separation, convergence } = table.get_ref();
+    let separation = separation.as_ref().ok_or_else(|| {
+        let message = "[stereo] needs `separation`: the distance between the eyes, in the units of the models, such as 0.065 \
+                       for metres; leave the table out for one eye";
+        text.fault(table.span(), message)
+    })?;
+    let number = |value: &At<f64>| *value.get_ref();
+    let stereo = Stereo { separation: number(separation), convergence: convergence.as_ref().map(number) };
+    match stereo.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
+        None => Ok(stereo),
+    }
+}
+
+/// When the shutter is open.
+pub(super) fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
+    let ShutterTable { open, close } = table.get_ref();
+    let usual = Shutter::default();
+    let number = |value: &Option<At<f64>>, usual| value.as_ref().map_or(usual, |value| *value.get_ref());
+    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close) };
+    match shutter.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[shutter]: {fault}"))),
+        None => Ok(shutter),
+    }
 }
