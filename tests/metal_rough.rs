@@ -384,7 +384,11 @@ fn what_rough_metal_shows_stays_until_something_moves_there() {
         scene
     };
     let before = rays(&with_flyer_at(seen_in_a_mirror().0));
-    assert!(before[2..].iter().all(|rays| *rays > before[0] / 20), "it is mirrored: {before:?}");
+    let is_mirrored = |rays: &u64| (1..before[0] / 20).contains(rays);
+    assert!(
+        before[2..].iter().all(is_mirrored),
+        "in some samples, whose rays alone are cast again: {before:?}"
+    );
     // the metal hides it, and what it mirrors is on the other side
     let behind = rays(&with_flyer_at(DVec3::new(0.0, 1.5, -4.0)));
     assert!(behind[2..].iter().all(|rays| *rays == 0), "{behind:?}");
