@@ -10,11 +10,10 @@ use afterimage::settings::{Mode, Settings};
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::Arguments;
 use super::kinds::{Kind, Lights};
-use super::places::{Place, SceneName};
-use super::suite::load;
-use super::table::{Circumstances, write_json};
-use super::{Arguments, folder};
+use super::places::Place;
+use super::suite::{load, run_scenes};
 
 /// In the order of the columns.
 const MODES: [Mode; 3] = [Mode::Full, Mode::Reproject, Mode::Auto];
@@ -41,22 +40,7 @@ struct Row {
 
 /// Measures what `arguments` ask for; prints rows as they come.
 pub fn run(arguments: &Arguments) -> Failable<()> {
-    let circumstances = Circumstances::now(arguments);
-    println!("{}\n\n{}", circumstances.text(), header());
-    let mut rows = Vec::new();
-    let mut missing = Vec::new();
-    let scenes = if arguments.scenes.is_empty() { SceneName::value_variants() } else { &arguments.scenes };
-    for name in scenes {
-        match name.place(arguments.triangles(), &folder()) {
-            Ok(place) => measure_scene(arguments, &place, &mut rows)?,
-            Err(error) => missing.push(error.to_string()),
-        }
-    }
-    missing.iter().for_each(|why| println!("skipped: {why}"));
-    let path = folder().join("modes.json");
-    write_json(&path, &circumstances, &rows)?;
-    println!("\nalso in {}", path.display());
-    Ok(())
+    run_scenes(arguments, &header(), "modes.json", measure_scene)
 }
 
 fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> Failable<()> {

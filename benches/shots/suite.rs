@@ -9,6 +9,7 @@ use afterimage::scene::{self, Scene};
 use afterimage::settings::Settings;
 use afterimage::trace::BackendKind;
 use clap::ValueEnum;
+use serde::Serialize;
 
 use super::bare::Bare;
 use super::contest::Arena;
@@ -51,19 +52,29 @@ const KINDS_OF_ALL_SETUPS: [Kind; 2] = [Kind::Object, Kind::Dolly];
 
 /// Measures what `arguments` ask for; prints rows as they come.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    run_scenes(arguments, &header(), "shots.json", measure_scene)
+}
+
+/// Has `measure` add rows of each scene that is asked for and is there, below `header`; they are written to `file` as well.
+pub fn run_scenes<R: Serialize>(
+    arguments: &Arguments,
+    header: &str,
+    file: &str,
+    measure: impl Fn(&Arguments, &Place, &mut Vec<R>) -> Result<(), Box<dyn Error>>,
+) -> Result<(), Box<dyn Error>> {
     let circumstances = Circumstances::now(arguments);
-    println!("{}\n\n{}", circumstances.text(), header());
+    println!("{}\n\n{header}", circumstances.text());
     let mut rows = Vec::new();
     let mut missing = Vec::new();
     let scenes = if arguments.scenes.is_empty() { SceneName::value_variants() } else { &arguments.scenes };
     for name in scenes {
         match name.place(arguments.triangles(), &folder()) {
-            Ok(place) => measure_scene(arguments, &place, &mut rows)?,
+            Ok(place) => measure(arguments, &place, &mut rows)?,
             Err(error) => missing.push(error.to_string()),
         }
     }
     missing.iter().for_each(|why| println!("skipped: {why}"));
-    let path = folder().join("shots.json");
+    let path = folder().join(file);
     write_json(&path, &circumstances, &rows)?;
     println!("\nalso in {}", path.display());
     Ok(())

@@ -55,13 +55,7 @@ pub fn octahedron(material: u16, casts_shadow: bool) -> Mesh {
 pub fn still(name: &str, mesh: Mesh, at: Vec3) -> Model {
     let moved = mesh.positions.as_slice().iter().map(|p| (Vec3::from_array(*p) + at).to_array()).collect();
     let mesh = Mesh { positions: Arc::new(VertexBuffer::new(moved)), ..mesh };
-    Model {
-        name: name.into(),
-        path: name.into(),
-        mesh: Arc::new(mesh),
-        track: TransformTrack::identity(),
-        reflection_map: None,
-    }
+    moving(name, mesh, TransformTrack::identity())
 }
 
 /// `mesh`, at the places that `track` says.
@@ -78,13 +72,7 @@ pub fn still_quadric(
     at: DAffine3,
 ) -> Model {
     let mesh = Mesh::of_quadric(quadric.placed(at), material, casts_shadow);
-    Model {
-        name: name.into(),
-        path: name.into(),
-        mesh: Arc::new(mesh),
-        track: TransformTrack::identity(),
-        reflection_map: None,
-    }
+    moving(name, mesh, TransformTrack::identity())
 }
 
 /// A quadric at the places that `track` says.
