@@ -38,13 +38,14 @@ impl Pose {
     pub fn exposed(
         scene: &Scene,
         frame: i32,
-        exposures: &Exposures,
-        index: usize,
+        (exposures, index): (&Exposures, usize),
+        eye: Option<&EyePlace>,
         (size, cells): ([u32; 2], u32),
     ) -> Self {
         let moment = exposures.clock.moment(frame, index);
         let time = exposures.clock.time(moment);
-        let place = LensPose::place(scene.camera.lens_at(time), &exposures.all[index], size, cells);
+        let of_lens = LensPose::place(scene.camera.lens_at(time), &exposures.all[index], size, cells);
+        let place = of_lens.in_eye(eye);
         Self::at(scene, (frame, moment), time, Some(&place))
     }
 

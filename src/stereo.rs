@@ -98,6 +98,18 @@ impl Stereo {
 }
 
 impl EyePlace {
+    /// That of a point of a lens, `self`, of a camera that stands in this place `of_eye` itself, in the same picture.
+    pub fn in_eye(self, of_eye: Option<&Self>) -> Self {
+        let Some(eye) = of_eye else { return self };
+        let sum = |one: [f64; 2], other: [f64; 2]| [one[0] + other[0], one[1] + other[1]];
+        Self {
+            aside: sum(self.aside, eye.aside),
+            window: sum(self.window, eye.window),
+            longer: self.longer,
+            shift: sum(self.shift, eye.shift),
+        }
+    }
+
     /// What the eye adds to the lens shift, to the right and upwards, of a camera that sees as far as `half_height` above its
     /// axis at distance 1: shares of the picture's longer side.
     pub fn shift(&self, half_height: f64) -> [f64; 2] {

@@ -7,12 +7,14 @@ mod toy;
 use std::path::Path;
 
 use afterimage::animation::Track;
+use afterimage::exposure::Shutter;
 use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::Scene;
 use afterimage::scene::camera::Lens;
 use afterimage::settings::{Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
+use afterimage::stats::FrameStats;
 use afterimage::stereo::{Eye, Stereo};
 use glam::DVec3;
 use openexr::Attribute;
@@ -170,6 +172,62 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
         let off = one.iter().zip(&other).filter(|(one, other)| one != other).count();
         assert!(off * 50 < one.len(), "eye {eye}: {off}");
         assert!(toy::mean_difference(&inferred[2][eye], &alone, "R") < 0.01);
+    }
+    let [left, right] = &frames[2];
+    assert!(toy::mean_difference(left, right, "R") > 0.005, "or both see the same");
+}
+
+/// With a shutter and a lens that is focused on the camera's target.
+fn blurred(mut scene: Scene, samples: u32) -> (Scene, Settings) {
+    scene.camera.lens.aperture = Some(Track::constant(0.1));
+    let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+    (scene, Settings { shutter, exposures: 5, ..settings(samples) })
+}
+
+#[test]
+fn blurred_eyes_are_exact_and_each_goes_on_with_its_own() {
+    let still = with_flyer(world());
+    let moves = with_camera(still.clone(), goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET));
+    for (name, scene) in [("at rest", still), ("moves", moves)] {
+        let (scene, settings) = blurred(scene, 1);
+        for settings in [
+            settings.clone(),
+            Settings { mode: Mode::Auto, filter: Filter::Mitchell, ..settings.clone() },
+            Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..settings },
+        ] {
+            for finished in render(&scene, &settings).iter().flatten() {
+                let FrameStats { frame, eye, from_left, samples, ref audit, .. } = finished.stats;
+                let audit = audit.as_ref().unwrap();
+                assert_eq!(
+                    (audit.differing, audit.checked),
+                    (0, samples.total()),
+                    "{name}, {frame}, {eye:?}"
+                );
+                assert!(!from_left, "{name}, frame {frame}, {eye:?}");
+                let share = samples.reused() as f64 / samples.total() as f64;
+                assert!(frame == 1 || share > 0.7, "{name}, frame {frame}, {eye:?}: {share}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_blurred_eye_sees_what_a_blurred_camera_in_its_place_sees() {
+    let (scene, settings) = blurred(straight(), 2);
+    let settings = Settings { mode: Mode::Full, ..settings };
+    let frames = render(&scene, &settings);
+    for (eye, aside) in [(0, -0.125), (1, 0.125)] {
+        let seen = &frames[2][eye];
+        let mut by_hand = by_hand(scene.clone(), aside, seen);
+        by_hand.camera.lens.aperture = scene.camera.lens.aperture.clone();
+        let mono = Settings { stereo: None, ..settings.clone() };
+        let alone = Renderer::new(&by_hand, &mono).unwrap().render(3, false).unwrap();
+        assert_eq!(seen.camera, alone.camera);
+        // their windows are rounded in another order
+        for plane in ["R", "A", "Z", "motion.X"] {
+            let off = toy::mean_difference(seen, &alone, plane);
+            assert!(off < 1e-3, "eye {eye}, {plane}: {off}");
+        }
     }
     let [left, right] = &frames[2];
     assert!(toy::mean_difference(left, right, "R") > 0.005, "or both see the same");

@@ -45,14 +45,13 @@ pub fn check(settings: &Settings, scene: &Scene) -> Result<(), Failure> {
     if frame::exposures(scene, settings).is_none() {
         return Ok(());
     }
-    let other = if settings.stereo.is_some() {
-        "two eyes do not go with a shutter or a lens yet: add --mono, or --sharp"
-    } else if settings.base_place == BasePlace::Middle {
-        "base frames in the middle are for sharp frames, and this shot has a shutter or a lens: add --base-place first, or --sharp"
-    } else {
-        return Ok(());
-    };
-    Err(Failure::Usage(String::from(other)))
+    if settings.base_place == BasePlace::Middle {
+        return Err(Failure::Usage(String::from(
+            "base frames in the middle are for sharp frames, and this shot has a shutter or a lens: add --base-place first, or \
+             --sharp",
+        )));
+    }
+    Ok(())
 }
 
 fn shutter(text: &str) -> Result<Shutter, String> {

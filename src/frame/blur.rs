@@ -9,6 +9,9 @@
 //! - Where the camera rests, each exposure keeps its own store, and goes on in place with it: what does not move costs nothing,
 //!   out of focus as well. Until it has one it takes the samples of the exposure before, which gets them back, as the right
 //!   one of two eyes takes the left one's.
+//!
+//! Two eyes expose a frame one after the other, and each goes on with its own samples. From the left eye's exposure at the same time
+//! the right one would be further away than from its own exposure before; and the left eye has left that time when it is done.
 
 use std::time::Instant;
 
@@ -24,11 +27,14 @@ use crate::film::Film;
 use crate::pose::{CameraPose, Pose};
 use crate::scene::Scene;
 use crate::settings::{Filter, Mode, Settings};
+use crate::stereo::{Eye, EyePlace};
 use crate::trace::{Backend, TraceError};
 
-/// What is kept of the exposures from frame to frame.
+/// What is kept of the exposures of one eye from frame to frame.
 pub struct Blur {
-    pub exposures: Exposures,
+    exposures: Exposures,
+    /// Where the eye is beside the camera, if there are two.
+    place: Option<EyePlace>,
     /// One for each exposure; none where it has no samples.
     memories: Vec<Option<EyeMemory>>,
     /// Which of them was rendered last.
@@ -54,7 +60,7 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
 
 impl Blur {
     /// Of a shot that is prepared.
-    pub fn new(exposures: Exposures, prepared: &Prepared) -> Self {
+    pub fn new(exposures: Exposures, place: Option<EyePlace>, prepared: &Prepared) -> Self {
         let is_of_all = |channel: &&Channel| Rule::of(channel) != Rule::Middle;
         Self {
             memories: exposures.all.iter().map(|_| None).collect(),
@@ -62,6 +68,7 @@ impl Blur {
             channels: prepared.channels.iter().filter(is_of_all).cloned().collect(),
             frame: None,
             exposures,
+            place,
         }
     }
 
@@ -125,14 +132,17 @@ impl Blur {
         let settings = &prepared.settings;
         let cells = settings.levels().last().unwrap_or(settings.samples);
         let picture = ([settings.width, settings.height], cells);
-        let pose = Pose::exposed(prepared.scene, frame, &self.exposures, index, picture);
+        let exposure = (&self.exposures, index);
+        let pose = Pose::exposed(prepared.scene, frame, exposure, self.place.as_ref(), picture);
         let is_middle = index == self.exposures.middle();
         let is_full = settings.mode == Mode::Full;
         let source = if is_full { Source::None } else { self.source(prepared, index, &pose, rests) };
         let is_lent = matches!(source, Source::Lent(_));
-        let sharers = self.memories.len();
+        let eyes = if self.place.is_some() { Eye::BOTH.len() } else { 1 };
+        let sharers = self.memories.len() * eyes;
         let mut newest = self.memories[self.newest].take_if(|_| self.newest != index);
-        let memory = self.memories[index].get_or_insert_with(|| fresh(prepared));
+        let place = self.place;
+        let memory = self.memories[index].get_or_insert_with(|| fresh(place, prepared));
         if let Some(newest) = &mut newest {
             memory.take_room_from(newest);
         }
@@ -215,6 +225,6 @@ pub fn stores(scene: &Scene, settings: &Settings, frames: impl Iterator<Item = i
 }
 
 /// Of an exposure that has no samples yet.
-fn fresh(prepared: &Prepared) -> EyeMemory {
-    EyeMemory::new(None, &prepared.settings, &prepared.layout)
+fn fresh(place: Option<EyePlace>, prepared: &Prepared) -> EyeMemory {
+    EyeMemory::new(place, &prepared.settings, &prepared.layout)
 }

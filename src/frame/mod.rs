@@ -120,8 +120,8 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// Left and right: what is kept of each. The left one is alone where there is no stereo.
     eyes: [EyeMemory; 2],
-    /// Of a shot with a shutter or a lens: it has one eye, of which nothing is kept above.
-    blur: Option<Blur>,
+    /// The same in a shot with a shutter or a lens: nothing is kept above then.
+    blurs: [Option<Blur>; 2],
     /// Frames rendered so far.
     rendered: u32,
     /// Of the picture made last, if it was finished.
@@ -166,10 +166,10 @@ impl<'s> Renderer<'s> {
             let place = settings.stereo.map(|stereo| stereo.place(eye, to_world, size));
             EyeMemory::new(place, settings, &prepared.layout)
         });
-        let blur = exposures.map(|exposures| Blur::new(exposures, &prepared));
+        let blurs = eyes.each_ref().map(|eye| Some(Blur::new(exposures.clone()?, eye.place, &prepared)));
         let build_seconds = start.elapsed().as_secs_f64();
         let maps = ReflectionMaps::default();
-        Ok(Self { prepared, kind, backend, build_seconds, eyes, blur, rendered: 0, maps })
+        Ok(Self { prepared, kind, backend, build_seconds, eyes, blurs, rendered: 0, maps })
     }
 
     /// Which eyes see each frame, in order.
@@ -188,8 +188,8 @@ impl<'s> Renderer<'s> {
     /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
-        if let Some(blur) = self.blur.take() {
-            return self.render_blurred(blur, frame, reuse);
+        if let Some(blur) = self.blurs[eye as usize].take() {
+            return self.render_blurred((eye, blur), frame, reuse);
         }
         let start = Instant::now();
         let scene = self.prepared.scene;
@@ -238,9 +238,15 @@ impl<'s> Renderer<'s> {
 
     /// The same of a frame that is the mean of several exposures: with `reuse` they are made of the samples of an earlier frame, and
     /// those after the first one of each other's in any case, unless every frame is to be traced in full.
-    fn render_blurred(&mut self, mut blur: Blur, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+    fn render_blurred(
+        &mut self,
+        (eye, mut blur): (Eye, Blur),
+        frame: i32,
+        reuse: bool,
+    ) -> Result<Finished, RenderError> {
         let start = Instant::now();
-        self.rendered += 1;
+        // both eyes count as one frame
+        self.rendered += u32::from(eye == Eye::Left);
         let mut sum: Option<FrameStats> = None;
         if blur.rests(&self.prepared, frame) {
             self.prepared.look_ahead();
@@ -256,13 +262,15 @@ impl<'s> Renderer<'s> {
                 }
             }
         });
-        self.blur = Some(blur);
-        let mut stats = sum.unwrap_or_default();
+        self.blurs[eye as usize] = Some(blur);
+        let has_two_eyes = self.eyes().len() > 1;
+        let mut stats = FrameStats { eye: has_two_eyes.then_some(eye), ..sum.unwrap_or_default() };
         let total = start.elapsed().as_secs_f64();
         // the mean
         stats.seconds.filter += total - stats.seconds.total;
         stats.seconds.total = total;
-        let camera = CameraPose::of(&self.prepared.scene.camera, f64::from(frame));
+        let place = self.eyes[eye as usize].place;
+        let camera = CameraPose::seen_from(&self.prepared.scene.camera, f64::from(frame), place.as_ref());
         Ok(self.finished(Arc::new(film?), stats, &camera))
     }
 
@@ -325,7 +333,7 @@ impl<'s> Renderer<'s> {
 
     /// All that is kept of eyes and exposures.
     fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
-        self.eyes.iter_mut().chain(self.blur.iter_mut().flat_map(Blur::memories))
+        self.eyes.iter_mut().chain(self.blurs.iter_mut().flatten().flat_map(Blur::memories))
     }
 
     /// Makes kept reflection maps wrong: for a test of the audit.
@@ -336,7 +344,7 @@ impl<'s> Renderer<'s> {
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let exposures = || self.blur.iter().flat_map(Blur::kept);
+        let exposures = || self.blurs.iter().flatten().flat_map(Blur::kept);
         let kept = || self.eyes[..self.eyes().len()].iter().chain(exposures());
         let levels = || kept().flat_map(|memory| &memory.levels).filter(|level| level.store.is_some());
         let bytes = levels().map(|level| level.bytes(&self.prepared.layout)).sum::<usize>() as u64;

@@ -50,7 +50,8 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
     let exposures = blur::exposures(&shot.scene, settings);
     let of_shot = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
-    let stores = eyes(settings).max(blur::stores(&shot.scene, settings, of_shot) as u64);
+    let of_eye = blur::stores(&shot.scene, settings, of_shot) as u64;
+    let stores = eyes(settings) * of_eye;
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
 
@@ -59,10 +60,11 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         Part::new(
             format!(
                 "{edge}x{edge} samples a pixel at {width}x{height}{}",
-                match exposures.as_ref().filter(|_| stores > 1) {
-                    Some(_) => format!(" for {stores} exposures"),
-                    None if stores > 1 => String::from(" for two eyes"),
-                    None => String::new(),
+                match (of_eye, eyes(settings)) {
+                    (1, 1) => String::new(),
+                    (1, _) => String::from(" for two eyes"),
+                    (_, 1) => format!(" for {of_eye} exposures"),
+                    (_, _) => format!(" for {of_eye} exposures of two eyes"),
                 }
             ),
             stores * ((tiles + twice) * untagged + lists + spares_of(size_of::<Spare>())),
@@ -80,7 +82,8 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         Part::new(
             "planes of the picture",
             stores * pixels * bytes_of_pixel(&shot.scene, settings.layers)
-                + exposures.map_or(0, |_| pixels * bytes_of_mean(&shot.scene, settings.layers)),
+                + exposures
+                    .map_or(0, |_| eyes(settings) * pixels * bytes_of_mean(&shot.scene, settings.layers)),
             "a smaller --size or fewer --layers",
         ),
         Part::new(

@@ -53,7 +53,7 @@ impl Renderer<'_> {
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let of_exposure = self.blur.as_mut().and_then(Blur::newest);
+        let of_exposure = self.blurs[0].as_mut().and_then(Blur::newest);
         let memory = of_exposure.unwrap_or(&mut self.eyes[Eye::Left as usize]);
         let Some(pose) = &memory.last else { return Ok(0) };
         let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
