@@ -327,9 +327,8 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
         let brought = gathering.starts.iter().zip(&gathering.brought);
         for (start, brought) in brought {
             let met = &mut some[(start.owner - first) as usize];
-            let materials = [met.surface.material; LANES];
-            let albedo = frame.palette.albedo(&materials, Vec3x8::splat(met.surface.reflectance)).lane(0);
             let Surface { normal, geometric_normal, material, reflectance, .. } = met.surface;
+            let albedo = frame.palette.albedo_of(material, reflectance);
             let normals = [normal, geometric_normal];
             let seen =
                 frame.palette.coats.seen(material, reflectance, normals, met.bounce.direction, SeenBy::Eye);

@@ -540,21 +540,25 @@ struct Eight {
 
 impl Eight {
     fn of<'v>(count: usize, vertex: impl Fn(usize) -> &'v Vertex) -> Self {
-        let at = |lane: usize| vertex(if lane < count { lane } else { 0 });
-        let each = |value: fn(&Surface) -> Vec3| {
-            let mut all = Vec3x8::ZERO;
-            (0..LANES).for_each(|lane| all.set_lane(lane, value(&at(lane).surface)));
-            all
-        };
-        let place = |axis: usize| F32x8::of(std::array::from_fn(|lane| at(lane).place[axis]));
-        Self {
-            point: each(|surface| surface.point),
-            normal: each(|surface| surface.normal),
-            geometric_normal: each(|surface| surface.geometric_normal),
-            reflectance: each(|surface| surface.reflectance),
-            place: [place(0), place(1)],
-            materials: std::array::from_fn(|lane| at(lane).surface.material),
+        let mut eight = Self {
+            point: Vec3x8::ZERO,
+            normal: Vec3x8::ZERO,
+            geometric_normal: Vec3x8::ZERO,
+            reflectance: Vec3x8::ZERO,
+            place: [F32x8::ZERO; 2],
+            materials: [0; LANES],
             used: u8::MAX >> (LANES - count),
+        };
+        for lane in 0..LANES {
+            let Vertex { surface, place, .. } = vertex(if lane < count { lane } else { 0 });
+            eight.point.set_lane(lane, surface.point);
+            eight.normal.set_lane(lane, surface.normal);
+            eight.geometric_normal.set_lane(lane, surface.geometric_normal);
+            eight.reflectance.set_lane(lane, surface.reflectance);
+            eight.place[0].set_lane(lane, place[0]);
+            eight.place[1].set_lane(lane, place[1]);
+            eight.materials[lane] = surface.material;
         }
+        eight
     }
 }

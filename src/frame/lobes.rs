@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::frame_view::FrameView;
-use crate::lanes::{LANES, Vec3x8};
 use crate::shade::Surface;
 use crate::shade::coat::SeenBy;
 use crate::shade::optics::branch;
@@ -21,8 +20,7 @@ impl Lobes {
 
     /// Of a surface that was met along `incoming`.
     pub fn of(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
-        let albedo =
-            frame.palette.albedo(&[surface.material; LANES], Vec3x8::splat(surface.reflectance)).lane(0);
+        let albedo = frame.palette.albedo_of(surface.material, surface.reflectance);
         let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
         let normals = [surface.normal, surface.geometric_normal];
         let coat =

@@ -131,6 +131,47 @@ fn albedo(head_on: Vec3, [all, white]: [f32; 2]) -> Vec3 {
     reflected_once(head_on, [all, white]) * (Vec3::ONE + several_times)
 }
 
+impl Coat {
+    /// As [`Coats::seen`].
+    fn seen(
+        &self,
+        reflectance: Vec3,
+        [normal, geometric_normal]: [Vec3; 2],
+        incoming: Vec3,
+        seen_by: SeenBy,
+    ) -> SeenCoat {
+        let (alpha, albedos) = match seen_by {
+            SeenBy::Eye => (self.alpha, &self.albedos),
+            SeenBy::Path => (self.alpha_of_paths, &self.albedos_of_paths),
+        };
+        let normal = facing(normal, geometric_normal, -incoming);
+        let [x, y] = orthonormal(normal);
+        let axes = [x, y, normal];
+        let to_eye = axes.map(|axis| -axis.dot(incoming));
+        let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE)).normalize();
+        let (clear, metallic) = (Vec3::splat(self.clear), self.metallic);
+        let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
+        let head_on = clear + (metal - clear) * metallic;
+        let albedos = albedos.at(to_eye.z);
+        let [of_clear, of_metal] = [clear, metal].map(|head_on| albedo(head_on, albedos));
+        let albedo = of_clear + (of_metal - of_clear) * metallic;
+        let once = reflected_once(head_on, albedos);
+        // what reflects nothing needs no factor
+        let gain = Vec3::select(once.cmpgt(Vec3::splat(LEAST_ALBEDO)), albedo / once, Vec3::ONE);
+        let through = (1.0 - of_clear.x).clamp(0.0, 1.0);
+        SeenCoat {
+            axes,
+            to_eye,
+            alpha,
+            head_on,
+            gain: gain * self.solid,
+            albedo: albedo * self.solid,
+            through,
+            added: self.emission * (1.0 - through),
+        }
+    }
+}
+
 impl Coats {
     /// Of all `materials`.
     pub fn of(materials: &[Material]) -> Self {
@@ -173,45 +214,17 @@ impl Coats {
     }
 
     /// The layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it has one.
-    #[inline]
+    #[inline(always)]
     pub fn seen(
         &self,
         material: u16,
         reflectance: Vec3,
-        [normal, geometric_normal]: [Vec3; 2],
+        normals: [Vec3; 2],
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> Option<SeenCoat> {
-        let coat = self.get(material)?;
-        let (alpha, albedos) = match seen_by {
-            SeenBy::Eye => (coat.alpha, &coat.albedos),
-            SeenBy::Path => (coat.alpha_of_paths, &coat.albedos_of_paths),
-        };
-        let normal = facing(normal, geometric_normal, -incoming);
-        let [x, y] = orthonormal(normal);
-        let axes = [x, y, normal];
-        let to_eye = axes.map(|axis| -axis.dot(incoming));
-        let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE)).normalize();
-        let (clear, metallic) = (Vec3::splat(coat.clear), coat.metallic);
-        let metal = (coat.metal + coat.metal_of_kept * reflectance).min(Vec3::ONE);
-        let head_on = clear + (metal - clear) * metallic;
-        let albedos = albedos.at(to_eye.z);
-        let [of_clear, of_metal] = [clear, metal].map(|head_on| albedo(head_on, albedos));
-        let albedo = of_clear + (of_metal - of_clear) * metallic;
-        let once = reflected_once(head_on, albedos);
-        // what reflects nothing needs no factor
-        let gain = Vec3::select(once.cmpgt(Vec3::splat(LEAST_ALBEDO)), albedo / once, Vec3::ONE);
-        let through = (1.0 - of_clear.x).clamp(0.0, 1.0);
-        Some(SeenCoat {
-            axes,
-            to_eye,
-            alpha,
-            head_on,
-            gain: gain * coat.solid,
-            albedo: albedo * coat.solid,
-            through,
-            added: coat.emission * (1.0 - through),
-        })
+        // most surfaces have none, and all are asked
+        self.get(material).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
     }
 
     /// The layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: by how many rays what each of them

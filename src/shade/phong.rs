@@ -85,6 +85,12 @@ impl Palette {
         reflectance * share
     }
 
+    /// The same of one surface, to the bit.
+    #[inline(always)]
+    pub fn albedo_of(&self, material: u16, reflectance: Vec3) -> Vec3 {
+        if self.all_diffuse { reflectance } else { reflectance * self.paints[usize::from(material)].diffuse }
+    }
+
     /// Whether a material reflects light diffusely at all.
     #[inline]
     pub fn is_diffuse(&self, material: u16) -> bool {
