@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn a_highlight_in_the_dark_stays_and_a_doubtful_one_beside_it_goes() {
-        let mut raw = vec![[0.0; 3]; 35];
+        let mut raw = vec![[0.01; 3]; 35];
         let mut variance = [0.0; 35];
         (raw[15], raw[19]) = ([0.2; 3], [0.2; 3]); // both in the middle row
         variance[19] = 0.04; // one sample of many
