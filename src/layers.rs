@@ -25,7 +25,7 @@ impl Layers {
 
     /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
     /// ([`GROUPS`]).
-    pub const NAMES: [&'static str; 28] = [
+    pub const NAMES: [&'static str; 29] = [
         "diffuse",
         "specular",
         "reflection",
@@ -54,6 +54,7 @@ impl Layers {
         "depth",
         "material",
         "uv",
+        "denoise_variance",
     ];
 
     /// Names of several at once.
@@ -105,6 +106,8 @@ impl Layers {
     pub const MATERIAL: Self = Self(1 << 26);
     /// Texture coordinates.
     pub const UV: Self = Self(1 << 27);
+    /// How far pixels may be from what more samples would show, for denoisers.
+    pub const VARIANCE: Self = Self(1 << 28);
     /// Those that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self = Self(
         Self::Z.0
@@ -243,6 +246,7 @@ mod tests {
             ("depth", Layers::DEPTH),
             ("material", Layers::MATERIAL),
             ("uv", Layers::UV),
+            ("denoise_variance", Layers::VARIANCE),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("motion").with(named("forward")).with(named("backward")), Layers::ALL_MOTION);

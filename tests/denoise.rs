@@ -11,8 +11,8 @@ use afterimage::film::{Film, Plane};
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::output::png::srgb_byte;
-use afterimage::scene;
-use afterimage::settings::{DenoiseQuality, Mode, Settings};
+use afterimage::scene::{self, Shot};
+use afterimage::settings::{DenoiseQuality, Filter, Mode, Settings};
 use program::{Place, Ran, assert_same, whole};
 
 #[test]
@@ -111,6 +111,133 @@ fn a_denoised_picture_is_nearer_to_the_truth() {
     let before = error(["R", "G", "B"].map(|name| noisy.plane(name).unwrap()), &truth);
     let after = error(&denoised, &truth);
     assert!(after < before / 2.0, "{before} {after}");
+}
+
+/// A floor with chequers under a panel that few rays ask, and a wall with lamps that are smaller than a pixel: the light on
+/// the floor is noise, what samples tell of the lamps is not.
+fn lamps(place: &Place) -> Shot {
+    let pattern = image::RgbImage::from_fn(2, 2, |x, y| image::Rgb([if x == y { 200 } else { 40 }; 3]));
+    pattern.save(place.path("pattern.png")).unwrap();
+    let materials = "newmtl floor\nKd 1 1 1\nmap_Kd pattern.png\nnewmtl wall\nKd 0.02 0.02 0.02\n\
+                     newmtl lamp\nKd 0 0 0\nKe 2 1.5 1\n";
+    std::fs::write(place.path("lamps.mtl"), materials).unwrap();
+    let mut obj = "mtllib lamps.mtl\nv -4 0 3\nv 4 0 3\nv 4 0 -2\nv -4 0 -2\nv 4 4 -2\nv -4 4 -2\n\
+                   vt 0 0\nvt 8 0\nvt 8 5\nvt 0 5\n\
+                   v -3 1 -1\nv 3 1 -1\nv 3 1 1\nv -3 1 1\nusemtl floor\nf 1/1 2/2 3/3 4/4\nusemtl wall\nf 4 3 5 6\nf 7 8 9 10\nusemtl lamp\n"
+        .to_owned();
+    for (column, row) in (0..6).flat_map(|column| (0..3).map(move |row| (column, row))) {
+        let (x, y) = (f64::from(column) - 2.7 + f64::from(row) * 0.03, f64::from(row) * 0.8 + 0.3);
+        let (right, top) = (x + 0.05, y + 0.05);
+        obj += &format!(
+            "v {x} {y} -1.9\nv {right} {y} -1.9\nv {right} {top} -1.9\nv {x} {top} -1.9\nf -4 -3 -2 -1\n"
+        );
+    }
+    std::fs::write(place.path("lamps.obj"), obj).unwrap();
+    let text = r#"
+        [render]
+        size = [120, 68]
+        samples = 8
+        frames = "1-1"
+        filter = "box"
+        [camera]
+        [[camera.key]]
+        frame = 1
+        eye = [0.3, 1.6, 4.5]
+        target = [0, 0.3, 0]
+        fov = 50
+        [[model]]
+        name = "lamps"
+        obj = "lamps.obj"
+        [[light]]
+        name = "panel"
+        type = "rectangle"
+        position = [-2, 2.5, 2]
+        target = [0, 0, 0]
+        size = [8, 6]
+        samples = 1
+        power = 100.0
+    "#;
+    std::fs::write(place.path("lamps.toml"), text).unwrap();
+    scene::load(&place.path("lamps.toml"), true).unwrap()
+}
+
+/// The mean square of the difference from `truth`, as a share of it, of pixels that face up and of those that do not.
+fn relative_errors(planes: &[Plane; 3], truth: &Film) -> [f64; 2] {
+    let up = truth.values("denoise_normal.Y").unwrap();
+    let of = |faces_up: bool| {
+        let (mut sum, mut count) = (0.0, 0);
+        for (plane, name) in planes.iter().zip(["R", "G", "B"]) {
+            let pairs = plane.values.to_floats().into_iter().zip(truth.values(name).unwrap()).zip(&up);
+            for ((a, b), _) in pairs.filter(|(_, up)| (**up > 0.5) == faces_up) {
+                sum += f64::from((a - b) / (b + 0.1)).powi(2);
+                count += 1;
+            }
+        }
+        sum / f64::from(count)
+    };
+    [of(true), of(false)]
+}
+
+/// With many samples a pixel the lamps are nearly exact, and the library takes them for noise.
+#[test]
+#[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
+fn what_samples_tell_exactly_is_not_blurred() {
+    let place = Place::new();
+    let shot = lamps(&place);
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let render = |samples| {
+            let settings = Settings { samples, filter, mode: Mode::Full, ..shot.settings.clone() };
+            let mut renderer = Renderer::new(&shot.scene, &with_guides(&settings)).unwrap();
+            Film::clone(&renderer.render(1, false).unwrap().film)
+        };
+        let (noisy, truth) = (render(8), render(16));
+        let mut denoiser = Denoiser::new(2, DenoiseQuality::High).unwrap();
+        let denoised = denoiser.denoise(&noisy).unwrap();
+        let mut of_unknown_noise = noisy.clone();
+        let variance =
+            of_unknown_noise.planes.iter_mut().find(|plane| plane.name == "denoise_variance.V").unwrap();
+        assert!(variance.values.to_floats().iter().all(|value| (0.0..1e3).contains(value)));
+        variance.values.put(0, &vec![1e18; noisy.width as usize * noisy.height as usize]);
+        let of_library = denoiser.denoise(&of_unknown_noise).unwrap();
+        let raw = ["R", "G", "B"].map(|name| noisy.plane(name).unwrap().clone());
+        let [raw, of_library, ours] =
+            [&raw, &of_library, &denoised].map(|planes| relative_errors(planes, &truth));
+        let all = format!("{filter:?}: raw {raw:?}, library {of_library:?}, ours {ours:?}");
+        match filter {
+            Filter::Box => {
+                assert!(ours[0] < raw[0] / 2.0, "the floor has less noise: {all}");
+                assert!(ours[1] < of_library[1] / 2.0, "the lamps stay: {all}");
+            }
+            // it makes lamps so wide that the library spares them
+            _ => assert!(ours[0] < raw[0] / 1.5 && ours[1] < 1.01 * of_library[1], "nothing is worse: {all}"),
+        }
+    }
+}
+
+/// Of one sample a pixel nothing is known: the picture is what the library makes of it.
+#[test]
+#[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
+fn single_samples_are_left_to_the_library() {
+    let place = Place::new();
+    let shot = lamps(&place);
+    let settings = Settings { samples: 1, mode: Mode::Full, ..shot.settings.clone() };
+    let mut renderer = Renderer::new(&shot.scene, &with_guides(&settings)).unwrap();
+    let film = Film::clone(&renderer.render(1, false).unwrap().film);
+    let mut denoiser = Denoiser::new(2, DenoiseQuality::High).unwrap();
+    let first = denoiser.denoise(&film).unwrap();
+    let mut certain = film.clone();
+    let variance = certain.planes.iter_mut().find(|plane| plane.name == "denoise_variance.V").unwrap();
+    assert!(variance.values.to_floats().iter().all(|value| *value == 1e18));
+    variance.values.put(0, &vec![0.0; film.width as usize * film.height as usize]);
+    let kept = denoiser.denoise(&certain).unwrap();
+    for ((name, denoised), kept) in ["R", "G", "B"].iter().zip(&first).zip(&kept) {
+        let raw = film.values(name).unwrap();
+        assert!(denoised.values.to_floats() != raw);
+        let pairs = kept.values.to_floats().into_iter().zip(raw);
+        for (kept, raw) in pairs {
+            assert!((kept - raw).abs() <= 1e-3 * raw, "what is certain is kept: {kept} {raw}");
+        }
+    }
 }
 
 #[test]

@@ -275,6 +275,7 @@ fn layers_that_are_left_out_change_no_other() {
             "direct",
             "indirect,background",
             "denoise_normal",
+            "denoise_variance",
             "occlusion",
             "motion",
             "forward,backward",

@@ -134,8 +134,8 @@ pub struct ShotArgs {
 
     /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
     /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
-    /// forward, backward, CryptoObject, CryptoMaterial, CryptoGroup, light, depth, material, uv; or of `all`, `usual` (Z, object,
-    /// status) and `none` [default: the shot's]
+    /// forward, backward, CryptoObject, CryptoMaterial, CryptoGroup, light, depth, material, uv, denoise_variance; or of `all`,
+    /// `usual` (Z, object, status) and `none` [default: the shot's]
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 

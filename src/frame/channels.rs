@@ -30,6 +30,8 @@ pub mod sums {
     pub const SPECULAR: usize = 8;
     /// In mirrors and off glass.
     pub const REFLECTION: usize = 11;
+    /// Of the mean of the pixel's samples.
+    pub const VARIANCE: usize = 14;
     /// Through glass.
     pub const REFRACTION: usize = 16;
     /// Diffuse light of light sources.
@@ -163,14 +165,14 @@ impl Channel {
 }
 
 /// Of the contract's planes that do not depend on the shot.
-const COUNT: usize = 71;
+const COUNT: usize = 72;
 
 /// The contract's planes.
 const CHANNELS: [Channel; COUNT] = {
     use Source::{Data, Filtered};
     use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
     use sums::{ALBEDO, ALPHA, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
-    use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR};
+    use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR, VARIANCE};
     [
         Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
         Channel::half("G", Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
@@ -227,6 +229,7 @@ const CHANNELS: [Channel; COUNT] = {
         Channel::half("denoise_normal.X", Filtered(&[GUIDE_NORMAL])),
         Channel::half("denoise_normal.Y", Filtered(&[GUIDE_NORMAL + 1])),
         Channel::half("denoise_normal.Z", Filtered(&[GUIDE_NORMAL + 2])),
+        Channel::float("denoise_variance.V", Filtered(&[VARIANCE])),
         Channel::half("occlusion.V", Filtered(&[OCCLUSION])),
         Channel::float("motion.X", Data(BACKWARD)),
         Channel::float("motion.Y", Data(BACKWARD + 1)),

@@ -14,6 +14,7 @@ use super::placed::PlacedTile;
 use super::radiance::{Light, Radiance};
 use super::ray_tally::CellRays;
 use super::spread::{TileFilm, spread};
+use super::variance::pixel_variances;
 use super::window::Window;
 use crate::cryptomatte::{Id, Kind, Mattes};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -31,6 +32,8 @@ pub struct Filtering {
     openness: Column<f32>,
     /// Along the view axis, in the units of the shot's files; zero for the background.
     depth: Column<f32>,
+    /// What [`pixel_variances`] says of the pixel of each cell.
+    variance: Column<f32>,
     /// In cells, from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
@@ -56,6 +59,7 @@ impl Default for Filtering {
             albedo: [none; 3],
             openness: none,
             depth: none,
+            variance: none,
             x: none,
             y: none,
             nearest: Vec::new(),
@@ -79,11 +83,11 @@ pub fn sum(
     film: &mut TileFilm,
 ) {
     let Some(kernel) = &frame.kernel else { return };
-    prepare(frame, tile, filtering);
+    prepare(frame, tile, radiance, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, openness, depth, x, y, ids, .. } = filtering;
+    let Filtering { alpha, albedo, openness, depth, variance, x, y, ids, .. } = filtering;
     let mut columns = [None; sums::COUNT];
-    let planes = filtered(frame, radiance, [alpha, openness, depth], albedo);
+    let planes = filtered(frame, radiance, [alpha, openness, depth, variance], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
     spread(kernel, &frame.view.grid, tile, [x, y], &columns, film);
     for (kind, mattes) in shown_mattes(frame) {
@@ -124,12 +128,12 @@ pub fn filter(
     let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
     // with a wide filter it is known already where samples are seen, and `sum` is done
     if picture.kernel.is_none() {
-        prepare(frame, tile, filtering);
+        prepare(frame, tile, radiance, filtering);
         if shows_samples && grid.samples > 1 {
             locate(frame, number, tile, filtering);
         }
-        let Filtering { alpha, albedo, openness, depth, sums, .. } = filtering;
-        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth], albedo) {
+        let Filtering { alpha, albedo, openness, depth, variance, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth, variance], albedo) {
             reduce(grid, column, |sum, value| sum + value, sums.open(plane));
         }
         take_mattes(frame, tile, filtering);
@@ -280,7 +284,10 @@ fn finish(
 }
 
 /// What is filtered beside light.
-fn prepare(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
+fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut Filtering) {
+    if frame.layers.has(Layers::VARIANCE) {
+        pixel_variances(&frame.view.grid, radiance, &mut filtering.variance);
+    }
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
@@ -332,7 +339,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
 fn filtered<'a>(
     frame: &FrameView,
     shown: &'a Radiance,
-    [alpha, openness, depth]: [&'a Column<f32>; 3],
+    [alpha, openness, depth, variance]: [&'a Column<f32>; 4],
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let parts = &shown.parts;
@@ -358,5 +365,6 @@ fn filtered<'a>(
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
     let openness = has(Layers::OCCLUSION).then_some((sums::OCCLUSION, openness));
     let depth = has(Layers::DEPTH).then_some((sums::DEPTH, depth));
-    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(depth).chain(planes)
+    let variance = has(Layers::VARIANCE).then_some((sums::VARIANCE, variance));
+    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(depth).chain(variance).chain(planes)
 }

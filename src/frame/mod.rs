@@ -79,6 +79,7 @@ mod tiles;
 mod trace_missed;
 mod trace_scratch;
 mod tree_times;
+mod variance;
 mod verify;
 pub mod view;
 mod wanted;

@@ -3,9 +3,13 @@
 //!
 //! The library is loaded when the first [`Denoiser`] is made. Without it everything else works.
 
+mod blend;
+
 use std::env;
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+use blend::Blend;
 
 use crate::film::{Film, Plane, PlaneKind, Values};
 use crate::layers::Layers;
@@ -14,6 +18,9 @@ use crate::settings::{DenoiseQuality, Settings};
 
 /// The planes of a denoised picture.
 pub const PLANES: [&str; 3] = ["denoised.R", "denoised.G", "denoised.B"];
+
+/// The plane of what the picture's own samples say of its noise.
+const VARIANCE: &str = "denoise_variance.V";
 
 /// What the library is called: version 2 in any of its revisions.
 const LIBRARY: &str = "libOpenImageDenoise.so.2";
@@ -76,6 +83,7 @@ pub struct Denoiser {
     albedo: Vec<[f32; 3]>,
     normal: Vec<[f32; 3]>,
     output: Vec<[f32; 3]>,
+    blend: Blend,
 }
 
 impl Denoiser {
@@ -99,7 +107,7 @@ impl Denoiser {
             match oidn::Denoiser::load(place, threads, of_library(quality)) {
                 Ok(library) => {
                     let [color, albedo, normal, output] = Default::default();
-                    return Ok(Self { library, color, albedo, normal, output });
+                    return Ok(Self { library, color, albedo, normal, output, blend: Blend::default() });
                 }
                 Err(error) => tried.push(error),
             }
@@ -113,12 +121,13 @@ impl Denoiser {
         format!("{major}.{minor}.{patch}")
     }
 
-    /// The picture of `film`, which must have the layers that are its [guides](Layers::GUIDES), without noise.
+    /// The picture of `film`, which must have the layers that denoising [needs](with_guides), without noise: what the library
+    /// makes of it, and the picture itself [where that is known better](Blend::keep_known).
     ///
     /// # Errors
     /// A plane is not there, or the library fails: it may run out of memory.
     pub fn denoise(&mut self, film: &Film) -> Result<[Plane; 3], DenoiseError> {
-        let Self { library, color, albedo, normal, output } = self;
+        let Self { library, color, albedo, normal, output, blend } = self;
         interleave(film, ["R", "G", "B"], color)?;
         interleave(film, ["denoise_albedo.R", "denoise_albedo.G", "denoise_albedo.B"], albedo)?;
         interleave(film, ["denoise_normal.X", "denoise_normal.Y", "denoise_normal.Z"], normal)?;
@@ -128,10 +137,15 @@ impl Denoiser {
         library
             .denoise(size, color, oidn::Guides { albedo, normal }, output)
             .map_err(DenoiseError::Failed)?;
+        for value in output.as_flattened_mut() {
+            *value = value.max(0.0); // no NaN, either
+        }
+        let variance = film.plane(VARIANCE).ok_or(DenoiseError::NoPlane(VARIANCE))?;
+        blend.keep_known(size, color, &variance.values, output);
         let mut channel = vec![0.0; output.len()];
         let planes = [0, 1, 2].map(|part| {
             for (value, color) in channel.iter_mut().zip(&*output) {
-                *value = color[part].max(0.0); // no NaN, either
+                *value = color[part];
             }
             Plane::new(PLANES[part], PlaneKind::Half, &channel)
         });
@@ -167,13 +181,13 @@ fn interleave(film: &Film, names: [&'static str; 3], pixels: &mut Vec<[f32; 3]>)
 
 /// `settings` with what denoising needs of a frame.
 pub fn with_guides(settings: &Settings) -> Settings {
-    Settings { layers: settings.layers.with(Layers::GUIDES), ..settings.clone() }
+    Settings { layers: settings.layers.with(Layers::GUIDES).with(Layers::VARIANCE), ..settings.clone() }
 }
 
 /// What denoising takes: our pixels; what the library works with, up to its limit, and the library itself (measured with
 /// 2.5.1).
 pub fn need(settings: &Settings) -> Part {
-    const OURS: u64 = 4 * 12 + 2 * 3 * 2; // the last picture is being written meanwhile
+    const OURS: u64 = 4 * 12 + 2 * 8 + 2 * 3 * 2; // the last picture is being written meanwhile
     const WORKING: u64 = 720;
     const LIBRARY: u64 = 30 << 20;
     let pixels = settings.data_window().pixels();
