@@ -139,6 +139,18 @@ fn a_camera_flies_into_a_sphere_and_below_the_plane() {
     audited(&below);
 }
 
+/// However steeply it goes away towards the horizon, a plane is no edge: nothing but what comes into the picture is traced.
+#[test]
+fn a_plane_is_no_edge() {
+    let mut scene = with_camera(world(&quadrics()[0]), rests(EYE), goes(TARGET, TARGET + DVec3::X * 0.3));
+    scene.models.truncate(1);
+    let (frames, _) = audited(&scene);
+    let shown = &frames[3].stats;
+    assert!(shown.rays.primary * 20 < CELLS, "{:?}", shown.rays);
+    // its line against the sky is one, and is asked
+    assert!(shown.rays.primary > 96, "{:?}", shown.rays);
+}
+
 #[test]
 fn a_plane_that_moves() {
     let mut scene = world(&quadrics()[1]);

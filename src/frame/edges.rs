@@ -81,9 +81,16 @@ fn surface(model: u32, material: u16) -> u16 {
 }
 
 impl Edges {
-    /// Finds the edges among `candidates`, which are in the tiles that `sources` has.
-    pub fn find<'t>(&mut self, candidates: &Candidates, extent: Extent, sources: &impl Sources<'t>) {
-        self.take(candidates, sources);
+    /// Finds the edges among `candidates`, which are in the tiles that `sources` has. `endless`: for each model whether it is an
+    /// endless plane.
+    pub fn find<'t>(
+        &mut self,
+        candidates: &Candidates,
+        extent: Extent,
+        endless: &[bool],
+        sources: &impl Sources<'t>,
+    ) {
+        self.take(candidates, endless, sources);
         mark_beyond(extent, &mut self.quarters);
         let Self { shown, quarters, cells } = self;
         *cells = CellSet::default();
@@ -101,7 +108,7 @@ impl Edges {
     }
 
     /// Notes what the candidates show, and where in their cells they are.
-    fn take<'t>(&mut self, candidates: &Candidates, sources: &impl Sources<'t>) {
+    fn take<'t>(&mut self, candidates: &Candidates, endless: &[bool], sources: &impl Sources<'t>) {
         let Self { shown: cells, quarters, .. } = self;
         cells.clear();
         cells.resize(AROUND, NOTHING);
@@ -113,7 +120,9 @@ impl Edges {
                 let Candidate { word, cell, .. } = candidates.get(number);
                 let cell = usize::from(cell);
                 let (model, record) = tile.surface_in(word.slot());
-                let depth = (word.depth() >> DEPTH_LOST) as u16;
+                // a plane hides nothing of itself, however steeply it goes away
+                let is_endless = endless.get(model as usize) == Some(&true);
+                let depth = if is_endless { 0 } else { (word.depth() >> DEPTH_LOST) as u16 };
                 cells[cell] = join(cells[cell], shown(surface(model, record.material), depth));
                 quarters[cell] |= word.quarter();
             }

@@ -66,6 +66,8 @@ pub struct FrameView<'a> {
     pub view_hash: u32,
     /// Where the tags for each light are.
     pub slots: &'a [TagSlot],
+    /// For each model whether it is an endless plane.
+    pub endless: &'a [bool],
     /// What changed.
     pub plan: &'a Plan,
     /// Boxes around the models that moved since the frame before.

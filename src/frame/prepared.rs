@@ -10,7 +10,7 @@ use crate::exposure::Clock;
 use crate::geometry::Bounds;
 use crate::layers::Layers;
 use crate::samples::TagLayout;
-use crate::scene::{LightGroups, Material, Scene};
+use crate::scene::{LightGroups, Material, Mesh, Scene};
 use crate::settings::{Backdrop, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
@@ -35,6 +35,8 @@ pub struct Prepared<'s> {
     pub light_groups: LightGroups,
     /// Of each model, object space.
     pub bounds: Vec<Bounds>,
+    /// For each model whether it is an endless plane.
+    pub endless: Vec<bool>,
     /// Whether rays go on from surfaces of the shot.
     pub has_trees: bool,
     /// The moments that it counts.
@@ -77,6 +79,7 @@ impl<'s> Prepared<'s> {
             channels: channels(settings.layers, &light_groups).collect(),
             light_groups,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
+            endless: scene.models.iter().map(|model| is_endless(&model.mesh)).collect(),
         }
     }
 
@@ -100,6 +103,10 @@ impl<'s> Prepared<'s> {
     pub fn motion_back(&self) -> &Motion {
         self.motion_back.as_ref().unwrap_or(&self.motion)
     }
+}
+
+fn is_endless(mesh: &Mesh) -> bool {
+    mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
 }
 
 /// How samples of `scene` find out how open they are, if anybody asks for it.

@@ -58,7 +58,7 @@ pub fn gather(
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
     let extent = grid.extent_of(number);
     let wanted = frame.wanted_of(number);
-    serving.serve(frame.reuse, extent, wanted, &tiles);
+    serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles);
     let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
     serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
     doubt(frame, &mut tile.spares);

@@ -67,8 +67,16 @@ impl Serving {
         self.flags
     }
 
-    /// Chooses a server for each `wanted` cell of the tile. Candidates are in the tiles that `sources` has.
-    pub fn serve<'t>(&mut self, reuse: Reuse, extent: Extent, wanted: &CellSet, sources: &impl Sources<'t>) {
+    /// Chooses a server for each `wanted` cell of the tile. Candidates are in the tiles that `sources` has. `endless`: for
+    /// each model whether it is an endless plane.
+    pub fn serve<'t>(
+        &mut self,
+        reuse: Reuse,
+        extent: Extent,
+        wanted: &CellSet,
+        endless: &[bool],
+        sources: &impl Sources<'t>,
+    ) {
         let Self { candidates, edges, servers, .. } = self;
         servers.clear();
         servers.resize(CELLS, Server::NOBODY);
@@ -77,7 +85,7 @@ impl Serving {
         }
         match reuse {
             Reuse::Target => {
-                edges.find(candidates, extent, sources);
+                edges.find(candidates, extent, endless, sources);
                 nearest_to_targets(candidates, extent, servers);
             }
             Reuse::Paper => {

@@ -193,7 +193,7 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
         let thrown = strew(throw, extent, &mut dice);
         serving.begin();
         for_each_run(&thrown, |source, run| serving.add(source, run));
-        serving.serve(Reuse::Target, extent, &CellSet::ALL, &tiles);
+        serving.serve(Reuse::Target, extent, &CellSet::ALL, &[], &tiles);
         // over what the tile had before
         serving.fill(Reuse::Target, extent, KEPT, &mut tile, &tiles);
 

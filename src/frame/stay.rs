@@ -164,7 +164,8 @@ pub fn merge(
         runs.iter().for_each(|(source, run)| serving.add(*source, run));
         serving.add(ITSELF, &own);
         let tiles = tiles(detached, Some(before));
-        serving.serve(frame.reuse, grid.extent_of(number), frame.wanted_of(number), &tiles);
+        let (extent, wanted) = (grid.extent_of(number), frame.wanted_of(number));
+        serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles);
         serving.merge(before, tile, &tiles);
         true
     })

@@ -1,6 +1,6 @@
 //! Quadrics of revolution and planes: where rays meet them, and what their surfaces are there.
 //!
-//! Both tracers ask [`Quadric::meet`], so that both answer the same floats. All is computed in double floats, in a
+//! Both tracers ask [`Quadric::meet_four`], so that both answer the same floats. All is computed in double floats, in a
 //! space of the quadric's own, where it is about as large as 1 and stands around the Y axis: its
 //! [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An affine map leads from there to
 //! object space. Ellipsoids and elliptical cylinders are spheres and cylinders under such maps.
@@ -11,6 +11,12 @@
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use super::Bounds;
+pub use four::FOUR;
+use piece::{Kind, Piece};
+pub use piece::{Meeting, Ray};
+
+mod four;
+mod piece;
 
 /// The solid or surface that a quadric is, about the Y axis of its object. All but the sphere stand on y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,56 +104,6 @@ pub struct Quadric {
     is_endless: bool,
 }
 
-/// A part of a quadric's surface: what a triangle is of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
-    kind: Kind,
-    /// A, B and C: the squared radius is A y² + B y + C.
-    profile: [f64; 3],
-    /// Least and greatest y.
-    range: [f64; 2],
-}
-
-/// What a piece is, and by which chart two weights are a place on it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
-    /// The unit sphere. Weights: the octahedral map.
-    Ball,
-    /// One radius at each height. Weights: y, and the [diamond angle](diamond) about the axis.
-    Belt,
-    /// One height at each x and z. Weights: x and z. Whether it is the upper one of two.
-    Sheet { is_upper: bool },
-    /// A disk at the only y of the range. Weights: x and z. Whether up is outside.
-    Disk { faces_up: bool },
-}
-
-/// Where a ray meets a piece.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
-    /// In lengths of the ray's direction.
-    pub t: f32,
-    /// The place on the piece.
-    pub weights: [f32; 2],
-}
-
-/// A ray in object space: `origin + t * direction`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ray {
-    /// Finite.
-    pub origin: Vec3,
-    /// Of any length but zero.
-    pub direction: Vec3,
-    /// t is more than this.
-    pub near: f32,
-    /// Greatest t.
-    pub far: f32,
-    /// Whether it ends at t = 1 in a place of the piece that it is tested against, which does not count.
-    pub ends_here: bool,
-}
-
-/// By how much pieces overlap at rims, as a share of their size: no ray passes between a side and its cap.
-const RIM: f64 = 1e-12;
-
 /// Of a coordinate of a box: room for rounding to single floats.
 const BOX_ROOM: f64 = 2e-7;
 
@@ -209,18 +165,14 @@ impl Quadric {
     /// Where `ray` meets a piece first.
     #[inline]
     pub fn meet(&self, piece: u32, ray: &Ray) -> Option<Meeting> {
-        let piece = self.piece(piece);
-        let origin = self.inverse.transform_point3(ray.origin.as_dvec3());
-        let direction = self.inverse.transform_vector3(ray.direction.as_dvec3());
-        let mut places = piece.places(origin, direction);
-        if ray.ends_here {
-            let from_end = |t: f64| if t.is_nan() { f64::INFINITY } else { (t - 1.0).abs() };
-            places[usize::from(from_end(places[1]) < from_end(places[0]))] = f64::NAN;
-        }
-        let in_reach = |t: &f64| *t as f32 > ray.near && *t as f32 <= ray.far;
-        let first = places.iter().copied().filter(in_reach).reduce(f64::min)?;
-        let [u, v] = piece.weights(origin + direction * first);
-        Some(Meeting { t: first as f32, weights: [u as f32, v as f32] })
+        let (met, [meeting, ..]) = self.meet_four(piece, &[*ray; FOUR]);
+        (met & 1 != 0).then_some(meeting)
+    }
+
+    /// Where four rays meet a piece first: whether they do, a bit each, and where. A ray's answer is that of
+    /// [`meet`](Self::meet), whatever rays are beside it.
+    pub fn meet_four(&self, piece: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
+        four::meet(self.piece(piece), &self.inverse, rays)
     }
 
     /// The place where the line from `origin` along `direction` (object space) meets a piece, that nearest to `about`: in
@@ -230,10 +182,10 @@ impl Quadric {
         let [origin, about] = [origin, about.as_dvec3()].map(|point| self.inverse.transform_point3(point));
         let direction = self.inverse.transform_vector3(direction);
         let expected = (about - origin).dot(direction) / direction.dot(direction);
-        let places = piece.places(origin, direction).into_iter().filter(|t| t.is_finite());
+        let places = four::places_of(piece, origin, direction).into_iter().filter(|t| t.is_finite());
         let nearest = places.min_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
         let met = nearest.map_or(about, |t| origin + direction * t);
-        self.place.transform_point3(piece.point(piece.weights(met))).as_vec3()
+        self.place.transform_point3(piece.point(four::weights_of(piece, met))).as_vec3()
     }
 
     /// The point of a piece, object space, at these weights.
@@ -244,14 +196,14 @@ impl Quadric {
     /// The weights of a point on a piece, object space; of one beside it those of a point near it.
     pub fn weights(&self, piece: u32, point: Vec3) -> [f32; 2] {
         let own = self.inverse.transform_point3(point.as_dvec3());
-        self.piece(piece).weights(own).map(|weight| weight as f32)
+        four::weights_of(self.piece(piece), own).map(|weight| weight as f32)
     }
 
     /// How far a point is from a piece, at most, object space.
     pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
         let piece = self.piece(piece);
         let own = self.inverse.transform_point3(point.as_dvec3());
-        self.place.transform_vector3(piece.point(piece.weights(own)) - own).length()
+        self.place.transform_vector3(piece.point(four::weights_of(piece, own)) - own).length()
     }
 
     /// The normal of a piece, outwards, of unit length, object space.
@@ -359,146 +311,6 @@ fn caps(sides: &[Piece]) -> Vec<Piece> {
         })
     })
     .collect()
-}
-
-impl Piece {
-    fn squared_radius(&self, y: f64) -> f64 {
-        let [a, b, c] = self.profile;
-        (a * y + b) * y + c
-    }
-
-    /// Heights and radii of two circles whose hull holds the piece.
-    fn circles(&self) -> [(f64, f64); 2] {
-        let radii = self.range.map(|y| self.squared_radius(y).max(0.0).sqrt());
-        // the radius of a belt is greatest at an end of each part, and no greater than a cone's between
-        let widest = radii[0].max(radii[1]);
-        let is_within_cone = self.kind == Kind::Belt;
-        let radius = |end: usize| if is_within_cone { radii[end] } else { widest };
-        [(self.range[0], radius(0)), (self.range[1], radius(1))]
-    }
-
-    /// The t at which a line meets the piece: up to two, the others NaN.
-    #[inline]
-    fn places(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
-        if let Kind::Disk { .. } = self.kind {
-            let t = (self.range[0] - origin.y) / direction.y;
-            let (x, z) = (origin.x + t * direction.x, origin.z + t * direction.z);
-            let is_on = x * x + z * z <= self.profile[2] * (1.0 + RIM);
-            return [if is_on { t } else { f64::NAN }, f64::NAN];
-        }
-        self.roots(origin, direction).map(|t| {
-            let y = origin.y + t * direction.y;
-            let is_on = self.range[0] - RIM <= y && y <= self.range[1] + RIM;
-            if is_on || self.kind == Kind::Ball { t } else { f64::NAN }
-        })
-    }
-
-    /// The t at which a line meets the whole quadric that the piece is a part of.
-    ///
-    /// From the line's point nearest to the middle, so that a distance counts no digits of the discriminant (E. Haines,
-    /// J. Günther, T. Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
-    /// 7), and by the sum that cancels nothing.
-    #[inline]
-    fn roots(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
-        let start = -origin.dot(direction) / direction.dot(direction);
-        let near = origin + direction * start;
-        let [a, b, _] = self.profile;
-        let square = direction.x * direction.x + direction.z * direction.z - a * direction.y * direction.y;
-        let half = near.x * direction.x + near.z * direction.z - (a * near.y + 0.5 * b) * direction.y;
-        let rest = self.beyond(near);
-        let discriminant = half * half - square * rest;
-        // no number where the line passes by
-        let sum = -(half + discriminant.sqrt().copysign(half));
-        let mut roots = [start + sum / square, start + rest / sum];
-        if sum == 0.0 && discriminant == 0.0 {
-            roots = [start, f64::NAN];
-        }
-        if self.beyond(origin) == 0.0 {
-            // a ray that begins on the surface does not meet it there, whatever rounding says
-            let nearest = usize::from(roots[1].abs() < roots[0].abs());
-            roots[nearest] = 0.0;
-        }
-        roots
-    }
-
-    /// Zero on the quadric, above zero outside.
-    #[inline]
-    fn beyond(&self, point: DVec3) -> f64 {
-        point.x * point.x + point.z * point.z - self.squared_radius(point.y)
-    }
-
-    /// The weights of the place at `point`.
-    fn weights(&self, point: DVec3) -> [f64; 2] {
-        match self.kind {
-            Kind::Ball => {
-                let unit = point / (point.x.abs() + point.y.abs() + point.z.abs());
-                if unit.y >= 0.0 {
-                    return [unit.x, unit.z];
-                }
-                [(1.0 - unit.z.abs()).copysign(unit.x), (1.0 - unit.x.abs()).copysign(unit.z)]
-            }
-            Kind::Belt => [point.y.max(self.range[0]).min(self.range[1]), diamond(point.x, point.z)],
-            Kind::Sheet { .. } | Kind::Disk { .. } => [point.x, point.z],
-        }
-    }
-
-    /// The place with these weights.
-    fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
-        match self.kind {
-            Kind::Ball => {
-                let y = 1.0 - u.abs() - v.abs();
-                let [x, z] = match y >= 0.0 {
-                    true => [u, v],
-                    false => [(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v)],
-                };
-                DVec3::new(x, y, z).normalize_or(DVec3::Y)
-            }
-            Kind::Belt => {
-                let (sin, cos) = from_diamond(v);
-                let radius = self.squared_radius(u).max(0.0).sqrt();
-                DVec3::new(radius * cos, u, radius * sin)
-            }
-            Kind::Sheet { is_upper } => {
-                let [a, b, c] = self.profile;
-                let square = u * u + v * v;
-                let y = match a == 0.0 {
-                    true => (square - c) / b,
-                    false => ((square - c) / a).max(0.0).sqrt().copysign(if is_upper { 1.0 } else { -1.0 }),
-                };
-                DVec3::new(u, y, v)
-            }
-            Kind::Disk { .. } => DVec3::new(u, self.range[0], v),
-        }
-    }
-
-    /// Outwards, of any length, at a point of the piece.
-    fn normal(&self, point: DVec3) -> DVec3 {
-        if let Kind::Disk { faces_up } = self.kind {
-            return if faces_up { DVec3::Y } else { DVec3::NEG_Y };
-        }
-        let [a, b, _] = self.profile;
-        let gradient = DVec3::new(point.x, -(a * point.y + 0.5 * b), point.z);
-        let is_above = point.y > 0.5 * (self.range[0] + self.range[1]);
-        // a cone's tip has none
-        gradient.try_normalize().unwrap_or(if is_above { DVec3::Y } else { DVec3::NEG_Y })
-    }
-}
-
-/// The direction of (x, z) as a number from -2 to 2: how far along a square that stands on its corner.
-fn diamond(x: f64, z: f64) -> f64 {
-    let sum = x.abs() + z.abs();
-    if sum == 0.0 {
-        return 0.0;
-    }
-    (1.0 - x / sum).copysign(z)
-}
-
-/// Sine and cosine of the angle that [`diamond`] says.
-fn from_diamond(angle: f64) -> (f64, f64) {
-    let x = 1.0 - angle.abs();
-    let z = (1.0 - x.abs()).copysign(angle);
-    let length = (x * x + z * z).sqrt();
-    (z / length, x / length)
 }
 
 #[cfg(test)]

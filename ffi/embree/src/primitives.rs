@@ -20,6 +20,15 @@ pub trait Primitives: Debug + Send + Sync {
     /// The first place where `ray`, from `near` on and up to `far`, meets a primitive. `ends_here`: the ray ends at t = 1 in a
     /// place of this primitive, which does not count.
     fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit>;
+
+    /// What [`meet`](Self::meet) says of up to four rays; for whom four at a time are no more work than one.
+    fn meet_four(&self, primitive: u32, rays: &[(Segment, bool)]) -> [Option<PrimitiveHit>; 4] {
+        let mut hits = [None; 4];
+        for (hit, (ray, ends_here)) in hits.iter_mut().zip(rays) {
+            *hit = self.meet(primitive, ray, *ends_here);
+        }
+        hits
+    }
 }
 
 /// Where a ray meets a primitive.
@@ -154,13 +163,9 @@ pub(crate) unsafe fn intersect_if(
     let hits: *mut u32 = unsafe { rays.values.add(sys::RTC_RAY_N_ROWS * count) }.cast();
     // SAFETY: Embree passes its own context or the caller's, which begins with Embree's part.
     let context = unsafe { &*arguments.context };
-    // SAFETY: there are so many.
-    for lane in unsafe { valid_lanes(arguments.valid, count) } {
-        // SAFETY: the lane takes part.
-        let ray = unsafe { rays.segment(lane) };
-        let Some(hit) = primitives.meet(arguments.primID, &ray, false) else { continue };
+    let put_hit = |lane: usize, ray: &Segment, hit: PrimitiveHit| {
         let name = [context.instID[0], arguments.geomID, arguments.primID];
-        let Some(end) = end_at(rays.id(lane), hit.t, name) else { continue };
+        let Some(end) = end_at(rays.id(lane), hit.t, name) else { return };
         // SAFETY: the lane takes part, and the rows are those of a hit.
         let put = |row: usize, value: u32| unsafe { *hits.add(row * count + lane) = value };
         for (axis, part) in ray.direction.into_iter().enumerate() {
@@ -175,7 +180,9 @@ pub(crate) unsafe fn intersect_if(
         put(sys::RTC_HIT_N_INST_PRIM_ID_ROW, context.instPrimID[0]);
         // SAFETY: the lane takes part.
         unsafe { rays.end_at(lane, end) };
-    }
+    };
+    // SAFETY: by contract.
+    unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), |_| false, put_hit) };
 }
 
 /// # Safety
@@ -198,13 +205,47 @@ pub(crate) unsafe fn occlude(
     let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
     let count = arguments.N as usize;
     let rays = RaysN { values: arguments.ray.cast(), count };
-    // SAFETY: there are so many.
-    for lane in unsafe { valid_lanes(arguments.valid, count) } {
+    let end = |lane: usize, _: &Segment, _: PrimitiveHit| {
         // SAFETY: the lane takes part.
-        let ray = unsafe { rays.segment(lane) };
-        if primitives.meet(arguments.primID, &ray, ends_here(&rays, lane)).is_some() {
-            // SAFETY: as above.
-            unsafe { rays.end_at(lane, f32::NEG_INFINITY) };
+        unsafe { rays.end_at(lane, f32::NEG_INFINITY) };
+    };
+    let ends_here = |lane: usize| ends_here(&rays, lane);
+    // SAFETY: by contract.
+    unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), ends_here, end) };
+}
+
+/// Calls `then` for each ray that takes part and meets the primitive, with its lane and where it does: four rays are asked at a
+/// time, whichever take part.
+///
+/// # Safety
+/// As of [`valid_lanes`], where there are as many as rays; a ray that takes part is there.
+#[inline(always)]
+unsafe fn for_each_met(
+    primitives: &dyn Primitives,
+    primitive: u32,
+    (rays, valid): (&RaysN, *const i32),
+    ends_here: impl Fn(usize) -> bool,
+    mut then: impl FnMut(usize, &Segment, PrimitiveHit),
+) {
+    const NONE: Segment = Segment { origin: [0.0; 3], direction: [0.0; 3], near: 0.0, far: 0.0, mask: 0 };
+    // SAFETY: by contract.
+    let mut open = unsafe { valid_lanes(valid, rays.count) };
+    loop {
+        let (mut lanes, mut four, mut count) = ([0; 4], [(NONE, false); 4], 0);
+        for lane in open.by_ref().take(4) {
+            // SAFETY: the lane takes part.
+            four[count] = (unsafe { rays.segment(lane) }, ends_here(lane));
+            lanes[count] = lane;
+            count += 1;
+        }
+        if count == 0 {
+            return;
+        }
+        let hits = primitives.meet_four(primitive, &four[..count]);
+        for (lane, ((ray, _), hit)) in lanes.into_iter().zip(four.iter().zip(hits)).take(count) {
+            if let Some(hit) = hit {
+                then(lane, ray, hit);
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 
-use super::{Quadric, Ray, Shape};
+use super::{FOUR, Quadric, Ray, Shape};
 
 /// One of each shape.
 const SHAPES: [Shape; 8] = [
@@ -95,6 +95,40 @@ fn rays_meet_points_of_the_surface() {
         }
         assert!(count > 300, "{count}");
     }
+}
+
+/// Among rays that miss, end in the piece, or are the same, an answer is to the bit that of the ray alone.
+#[test]
+fn four_rays_are_answered_as_each_alone() {
+    let mut counts = [0; 2];
+    for quadric in quadrics() {
+        for piece in 0..quadric.count() {
+            let mut rays = rays(&quadric, piece);
+            for (number, ray) in rays.iter_mut().enumerate() {
+                let there = quadric.meet(piece, ray).map_or(1.0, |met| met.t);
+                match number % 5 {
+                    // to a place of the piece, which does not count
+                    0 => (ray.direction, ray.far, ray.ends_here) = (ray.direction * there, 1.0, true),
+                    1 => ray.far = there * 0.9,
+                    2 => ray.origin += ray.direction * there,
+                    _ => {}
+                }
+            }
+            for step in [1, 7] {
+                for first in 0..rays.len() - FOUR * step {
+                    let four: [Ray; FOUR] = std::array::from_fn(|lane| rays[first + lane * step]);
+                    let (met, meetings) = quadric.meet_four(piece, &four);
+                    for (lane, ray) in four.iter().enumerate() {
+                        let together = (met >> lane & 1 != 0).then_some(meetings[lane]);
+                        assert_eq!(together, quadric.meet(piece, ray), "{quadric:?} {ray:?}");
+                        counts[usize::from(together.is_some())] += 1;
+                    }
+                    assert!(met < 1 << FOUR);
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 10_000), "{counts:?}");
 }
 
 /// Along the normal on one side of the surface nothing is met again, and across it all ways in are ways out.

@@ -1,9 +1,11 @@
 //! Quadrics, as Embree asks for them: geometries of which it knows boxes alone.
 
+use std::array::from_fn;
 use std::sync::Arc;
 
 use embree::{Bounds, PrimitiveHit, Primitives, Segment};
 
+use crate::geometry::quadric::{FOUR, Meeting};
 use crate::geometry::{self, Quadric, quadric};
 
 /// A quadric's pieces.
@@ -21,9 +23,22 @@ impl Primitives for Pieces {
     }
 
     fn meet(&self, piece: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit> {
-        let (origin, direction) = (ray.origin.into(), ray.direction.into());
-        let ray = quadric::Ray { origin, direction, near: ray.near, far: ray.far, ends_here };
-        let met = self.0.meet(piece, &ray)?;
-        Some(PrimitiveHit { t: met.t, u: met.weights[0], v: met.weights[1] })
+        let [hit, ..] = self.meet_four(piece, &[(*ray, ends_here)]);
+        hit
+    }
+
+    fn meet_four(&self, piece: u32, rays: &[(Segment, bool)]) -> [Option<PrimitiveHit>; FOUR] {
+        let Some(last) = rays.len().checked_sub(1) else { return [None; FOUR] };
+        // lanes without a ray repeat the last one
+        let four = from_fn(|lane| {
+            let (ray, ends_here) = &rays[lane.min(last)];
+            let (origin, direction) = (ray.origin.into(), ray.direction.into());
+            quadric::Ray { origin, direction, near: ray.near, far: ray.far, ends_here: *ends_here }
+        });
+        let (met, meetings) = self.0.meet_four(piece, &four);
+        from_fn(|lane| {
+            let Meeting { t, weights: [u, v] } = meetings[lane];
+            (met >> lane & 1 != 0).then_some(PrimitiveHit { t, u, v })
+        })
     }
 }
