@@ -143,6 +143,8 @@ fn the_schema_refuses_what_the_program_refuses() {
         ("scale = \"big\"", "shot.model[0].scale"),
         ("scale = [1, 2]", "shot.model[0].scale"),
         ("visible = 1", "shot.model[0].visible"),
+        ("shapes = { obj = \"a.#.obj\", every = 0 }", "shot.model[0].shapes.every"),
+        ("shapes = {}", "shot.model[0].shapes"),
         ("reflection_map = 4", "shot.model[0].reflection_map"),
         ("reflection_map = 2000", "shot.model[0].reflection_map"),
         ("matrix = [[1, 0, 0, 0], [0, 1, 0, 0]]", "shot.model[0].matrix"),

@@ -130,6 +130,13 @@ fn a_still_life_of_quadrics() {
 }
 
 #[test]
+fn a_flag_in_the_wind() {
+    // the camera rests, then goes around
+    let share = audited(&own("cloth/cloth.toml"), (96, 54), &[14, 15, 16, 17, 30, 31, 32]);
+    assert!(share > 0.6, "{share}");
+}
+
+#[test]
 fn a_lens_and_a_shutter() {
     let mut shot = own("blur/blur.toml");
     shot.settings.exposures = 4;

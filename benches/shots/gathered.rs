@@ -253,6 +253,7 @@ fn ball() -> Mesh {
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
         quadric: None,
+        shapes: None,
         normals: Vec::new(),
         triangles: Arc::new(triangles),
     }

@@ -1,9 +1,11 @@
-//! Keyed values: tracks, and the transforms of models made of them.
+//! Keyed values: tracks, and the transforms and shapes of models made of them.
 
+pub mod shape;
 pub mod track;
 pub mod transform;
 pub mod visibility;
 
+pub use shape::{Shape, ShapeTrack};
 pub use track::{Interpolation, Keyed, Track};
 pub use transform::{Transform, TransformTrack};
 pub use visibility::Visibility;

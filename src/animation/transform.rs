@@ -1,8 +1,8 @@
-//! Where a model stands: a matrix, then scale, then rotation, then translation; and whether it is there at all.
+//! Where a model stands: a matrix, then scale, then rotation, then translation; whether it is there at all, and in which shape.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, EulerRot, Mat3A, Vec3, Vec3A};
 
-use super::{Track, Visibility};
+use super::{Shape, ShapeTrack, Track, Visibility};
 
 /// Keyed places of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,8 @@ pub struct TransformTrack {
     pub matrix: Option<Track<DAffine3>>,
     /// When the model is there.
     pub visible: Visibility,
+    /// Which shape it has, if it deforms.
+    pub shapes: Option<ShapeTrack>,
 }
 
 impl TransformTrack {
@@ -30,12 +32,17 @@ impl TransformTrack {
             scale: Track::constant(DVec3::ONE),
             matrix: None,
             visible: Visibility::ALWAYS,
+            shapes: None,
         }
     }
 
     /// Object to world at `frame`.
     pub fn at(&self, frame: f64) -> Transform {
-        if self.visible.at(frame) { Transform::new(self.map_at(frame)) } else { Transform::HIDDEN }
+        if !self.visible.at(frame) {
+            return Transform::HIDDEN;
+        }
+        let shape = self.shapes.as_ref().map_or(Shape::FIRST, |shapes| shapes.at(frame));
+        Transform { shape, ..Transform::new(self.map_at(frame)) }
     }
 
     /// Object to world at `frame`, exactly, whether the model is there or not.
@@ -57,9 +64,11 @@ impl TransformTrack {
         frames.chain(self.matrix.iter().flat_map(Track::frames)).collect()
     }
 
-    /// Whether the model is there, and stands still, for the whole shot.
+    /// Whether the model is there, and stands still, for the whole shot. One that has shapes never does: not even one shape need be
+    /// that of its file.
     pub fn is_constant(&self) -> bool {
-        self.translate.is_constant()
+        self.shapes.is_none()
+            && self.translate.is_constant()
             && self.rotate.is_constant()
             && self.scale.is_constant()
             && self.matrix.as_ref().is_none_or(Track::is_constant)
@@ -77,10 +86,12 @@ pub struct Transform {
     pub normal: Mat3A,
     /// World to object.
     pub to_object: Affine3A,
-    /// Whether nothing changes: most of most scenes stands where its file put it.
+    /// Whether the map changes nothing: most of most scenes stands where its file put it.
     pub is_identity: bool,
     /// Whether the model is there. What is not has no place, and is equal whatever its track says.
     pub is_visible: bool,
+    /// Which of its shapes the model has, if it deforms: what the map is applied to.
+    pub shape: Shape,
 }
 
 impl Transform {
@@ -91,6 +102,7 @@ impl Transform {
         to_object: Affine3A::IDENTITY,
         is_identity: true,
         is_visible: true,
+        shape: Shape::FIRST,
     };
 
     /// Of a model that is not there: no ray meets it, and it has no samples.
@@ -110,6 +122,7 @@ impl Transform {
             to_object: affine(inverse),
             is_identity: map == DAffine3::IDENTITY,
             is_visible: true,
+            shape: Shape::FIRST,
         }
     }
 
@@ -147,6 +160,15 @@ impl Transform {
             return normal;
         }
         (self.normal * Vec3A::from(normal)).into()
+    }
+
+    /// A line from a point along a direction, world to object.
+    pub fn line_to_object(&self, (origin, along): (Vec3, Vec3)) -> [DVec3; 2] {
+        let line = match self.is_identity {
+            true => [origin, along],
+            false => [self.to_object.transform_point3(origin), self.to_object.transform_vector3(along)],
+        };
+        line.map(|part| part.as_dvec3())
     }
 
     /// Column-major 3x4, as Embree takes it.

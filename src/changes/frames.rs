@@ -1,6 +1,6 @@
 //! The moments at which something differs from the moment before: frames, where each is seen at its own time alone.
 
-use crate::animation::{Keyed, Track, TransformTrack};
+use crate::animation::{Keyed, ShapeTrack, Track, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
 use crate::scene::{Light, LightKind};
@@ -54,7 +54,21 @@ impl<T: Keyed> Keys for Track<T> {
     }
 }
 
-/// The moments g of `clock` at which a model's transform differs from that of the moment that comes before it in `direction`, or
+impl Keys for ShapeTrack {
+    fn span(&self) -> (f64, f64) {
+        ShapeTrack::span(self)
+    }
+
+    fn rests_until(&self, frame: f64) -> f64 {
+        ShapeTrack::rests_until(self, frame)
+    }
+
+    fn rests_since(&self, frame: f64) -> f64 {
+        ShapeTrack::rests_since(self, frame)
+    }
+}
+
+/// The moments g of `clock` at which a model's transform, or its shape, differs from that of the moment that comes before it in `direction`, or
 /// at which it appears or disappears: rising, as [counts](Direction::count).
 pub fn of_model<'a>(
     track: &'a TransformTrack,
@@ -64,6 +78,7 @@ pub fn of_model<'a>(
     let mut tracks: Vec<&dyn Keys> = vec![&track.translate, &track.rotate, &track.scale];
     tracks.extend(track.matrix.iter().map(|matrix| matrix as &dyn Keys));
     tracks.extend(track.visible.track().map(|visible| visible as &dyn Keys));
+    tracks.extend(track.shapes.iter().map(|shapes| shapes as &dyn Keys));
     changes(tracks, clock, direction, |time| track.at(time))
 }
 

@@ -3,17 +3,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use super::split::{Around, Leaf, Split, parts};
+use super::parts::{MOST_BOXES, PartBoxes, count_of_boxes};
+use super::split::Leaf;
 use crate::animation::Transform;
 use crate::geometry::Bounds;
 use crate::scene::{Mesh, Model};
-
-/// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 64 a ball that flies
-/// through a room has a seventh of the rays of paths less than with 8, which are its cube.
-pub const MOST_BOXES: usize = 64;
 
 /// A model that moves.
 #[derive(Debug)]
@@ -97,9 +93,9 @@ impl Mover<'_> {
         self.changes[place.min(self.changes.len() - 1)]
     }
 
-    /// A leaf for each of `boxes` (object space) at each `together` places in a row.
-    fn leaves(&self, boxes: &[Bounds], at: impl Fn(&Self, i64) -> Transform, together: usize) -> Vec<Leaf> {
-        let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.len());
+    /// A leaf for each of `boxes` at each `together` places in a row.
+    fn leaves(&self, boxes: &PartBoxes, at: impl Fn(&Self, i64) -> Transform, together: usize) -> Vec<Leaf> {
+        let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.count());
         for from in (0..self.places()).step_by(together) {
             let to = self.places().min(from + together);
             let frames = Leaf {
@@ -109,10 +105,10 @@ impl Mover<'_> {
                 last: self.leaves_at(to - 1),
             };
             let group = leaves.len();
-            leaves.resize(group + boxes.len(), frames);
+            leaves.resize(group + boxes.count(), frames);
             for place in from..to {
                 let transform = at(self, self.frame_at(place));
-                for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes) {
+                for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes.in_shape(&transform.shape)) {
                     leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
                 }
             }
@@ -123,11 +119,11 @@ impl Mover<'_> {
     }
 }
 
-/// For each mesh that moves, by its address, boxes around its parts in object space.
-fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, Vec<Bounds>> {
+/// For each mesh that moves, by its address, boxes around its parts.
+fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, PartBoxes> {
     let mut boxes = HashMap::new();
     for Mover { model: Model { mesh, .. }, .. } in movers {
-        boxes.entry(address(mesh)).or_insert_with(|| boxes_of(mesh, most));
+        boxes.entry(address(mesh)).or_insert_with(|| PartBoxes::of(mesh, most));
     }
     boxes
 }
@@ -135,56 +131,4 @@ fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, Vec<Boun
 /// What tells meshes apart: models may share one.
 fn address(mesh: &Arc<Mesh>) -> usize {
     Arc::as_ptr(mesh).addr()
-}
-
-/// Three corners, object space.
-type Corners = [Vec3; 3];
-
-/// How many boxes [`boxes_of`] makes of `mesh`.
-fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
-    if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
-}
-
-/// Whether triangles of `mesh` are cut to pieces: what stands in for a quadric's pieces has their boxes, and is no surface.
-fn is_cut(mesh: &Mesh, most: usize) -> bool {
-    mesh.quadric.is_none() && !mesh.triangles.is_empty() && mesh.triangles.len() < most
-}
-
-/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them. Where triangles are
-/// few they are cut to as many pieces: a box around a large one that is turned is mostly empty.
-pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
-    let positions = mesh.positions.as_slice();
-    let corners = |triangle: &[u32; 3]| -> Corners {
-        triangle.map(|corner| Vec3::from_array(positions[corner as usize]))
-    };
-    if is_cut(mesh, most) {
-        let pieces = pieces(mesh.triangles.iter().map(corners).collect(), most);
-        return pieces.into_iter().map(|piece| piece.into_iter().fold(Bounds::EMPTY, Bounds::with)).collect();
-    }
-    let around = |triangle: &[u32; 3]| {
-        let bounds = corners(triangle).into_iter().fold(Bounds::EMPTY, Bounds::with);
-        Leaf { bounds, first: 0, second: 0, last: 0 }
-    };
-    let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
-    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
-    parts.iter().map(|part| Around::of(part).bounds).collect()
-}
-
-/// `count` pieces of `triangles`: always that with the longest edge is cut in the middle of it. What rounding does to middles is
-/// far less than the [room](Bounds::placed) around boxes.
-fn pieces(mut triangles: Vec<Corners>, count: usize) -> Vec<Corners> {
-    let edge = |[a, b, c]: &Corners| [a.distance_squared(*b), b.distance_squared(*c), c.distance_squared(*a)];
-    let longest = |triangle: &Corners| edge(triangle).into_iter().fold(0.0, f32::max);
-    while triangles.len() < count {
-        let all = triangles.iter().enumerate();
-        let Some((number, _)) = all.max_by(|a, b| longest(a.1).total_cmp(&longest(b.1))) else { break };
-        let triangle = triangles[number];
-        let edges = edge(&triangle);
-        let first = (0..3).max_by(|a, b| edges[*a].total_cmp(&edges[*b])).unwrap_or(0);
-        let [a, b, c] = [0, 1, 2].map(|corner| triangle[(first + corner) % 3]);
-        let middle = a.midpoint(b);
-        triangles[number] = [a, middle, c];
-        triangles.push([middle, b, c]);
-    }
-    triangles
 }

@@ -7,6 +7,7 @@
 //! | step | file | what |
 //! |---|---|---|
 //! | when | `frames.rs` | the frames in which a model or a light differs from the frame before |
+//! | parts | `parts.rs` | boxes around parts of a mesh, in each of its shapes |
 //! | where | `leaves.rs` | boxes around parts of the models at each of their places, with the frames of arriving and leaving |
 //! | tree | `split.rs`, `tree.rs` | a hierarchy over space and frames with eight children a node |
 //!
@@ -19,6 +20,7 @@
 mod frames;
 mod leaves;
 mod motion;
+mod parts;
 mod split;
 mod tree;
 mod until;

@@ -1,17 +1,18 @@
 //! Answers of [`Motion`], compared with those of looking at each frame, box and triangle.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 
-use super::leaves::{MOST_BOXES, boxes_of};
+use super::parts::{MOST_BOXES, PartBoxes, boxes_of};
 use super::world::*;
 use super::{Direction, Motion, Until};
-use crate::animation::{Interpolation, Track, Transform, TransformTrack};
+use crate::animation::{Interpolation, ShapeTrack, Track, Transform, TransformTrack};
 use crate::exposure::{Clock, Exposures, Shutter};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
-use crate::scene::Scene;
+use crate::scene::{Mesh, Scene, Shapes};
 
 /// Frames that hold all motion of random scenes.
 const FRAMES: std::ops::RangeInclusive<i32> = -15..=50;
@@ -61,8 +62,8 @@ fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
 }
 
 /// Boxes of all models, object space.
-fn boxes(scene: &Scene) -> Vec<Vec<Bounds>> {
-    scene.models.iter().map(|model| boxes_of(&model.mesh, MOST_BOXES)).collect()
+fn boxes(scene: &Scene) -> Vec<PartBoxes> {
+    scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
 }
 
 /// Whether a segment meets a box that is larger by a share of its distance: in double precision.
@@ -88,7 +89,9 @@ fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
 /// Whether a segment meets a triangle of a model, in double precision.
 fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment) -> bool {
     let mesh = &scene.models[model].mesh;
-    let corner = |i: u32| place.point(Vec3::from_array(mesh.positions.as_slice()[i as usize])).as_dvec3();
+    let deformed = mesh.shapes.as_ref().map(|shapes| shapes.positions(&place.shape));
+    let positions = deformed.as_deref().unwrap_or(mesh.positions.as_slice());
+    let corner = |i: u32| place.point(Vec3::from_array(positions[i as usize])).as_dvec3();
     let (origin, direction) = (segment.origin.as_dvec3(), segment.direction.as_dvec3());
     mesh.triangles.iter().any(|triangle| {
         let [a, b, c] = triangle.map(corner);
@@ -145,7 +148,9 @@ impl Tally {
         let by_box = |room: f64| {
             let boxes = &boxes;
             move |model: usize, place: &Transform, segment: &Segment| {
-                boxes[model].iter().any(|bounds| meets_box(&bounds.placed(place), segment, room))
+                boxes[model]
+                    .in_shape(&place.shape)
+                    .any(|bounds| meets_box(&bounds.placed(place), segment, room))
             }
         };
         let (exactly, roomy) = (by_box(0.0), by_box(1e-5));
@@ -516,4 +521,28 @@ fn speed_of_queries() {
             motion.nodes()
         );
     }
+}
+
+/// A pane that goes to and fro for ever: it is back in each frame, as it is in the first ones.
+#[test]
+fn what_repeats_moves_for_ever_from_its_first_frame_on() {
+    let mesh = pane();
+    let list =
+        [0.0, 1.0].map(|z| mesh.positions.as_slice().iter().map(|at| [at[0], at[1], at[2] + z]).collect());
+    let shapes = Shapes::new(list.to_vec(), &mesh.triangles, &[], &[0, 1, 2]);
+    let shapes_track = ShapeTrack::through(vec![(5.0, 0), (8.0, 1)], Some(3.0));
+    let track = TransformTrack { shapes: shapes_track, ..TransformTrack::identity() };
+    let mesh = Mesh { shapes: Some(Arc::new(shapes)), ..mesh };
+    let motion = Motion::of(&scene(vec![model(mesh, track)], vec![]));
+    // across the way, where it is in frame 5 and each sixth one after it alone: it leaves with the next one
+    let first = |after: i32| {
+        let until = motion.first_touch(Vec3::new(0.1, -0.2, -0.25), Vec3::Z, 0.5, after);
+        (1..3000).find(|frame| motion.has_expired(until, *frame))
+    };
+    assert_eq!(
+        (first(-7), first(4), first(6), first(11), first(2999 - 5)),
+        (Some(6), Some(6), Some(11), Some(12), Some(2999))
+    );
+    // beyond all frames with numbers everything counts as touched
+    assert!(motion.has_expired(motion.first_touch(Vec3::splat(9.0), Vec3::X, 1.0, 5), 5 + 65_536));
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::animation::{Interpolation, Track, TransformTrack, Visibility};
+use crate::animation::{Interpolation, ShapeTrack, Track, TransformTrack, Visibility};
 use crate::scene::camera::{Aim, Lens};
-use crate::scene::{Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene};
+use crate::scene::{Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene, Shapes};
 
 /// Numbers that look random (SplitMix64).
 pub struct Dice(pub u64);
@@ -77,6 +77,7 @@ pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
         },
         matrix: dice.one_in(4).then(|| matrices(dice, frames)),
         visible: if dice.one_in(3) { visibility(dice, frames) } else { Visibility::ALWAYS },
+        shapes: None,
     }
 }
 
@@ -151,12 +152,33 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
         quadric: None,
+        shapes: None,
         triangles: Arc::new(triangles),
     }
 }
 
 pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
     Model { name: "mover".into(), path: "mover".into(), mesh: Arc::new(mesh), track, reflection_map: None }
+}
+
+/// A model of `mesh` with a few shapes, in which it is elsewhere or bent, some of them twice in a row.
+fn deforming(dice: &mut Dice, mesh: Mesh, track: TransformTrack, [first, last]: [f64; 2]) -> Model {
+    let count = 1 + dice.below(4);
+    let list = (0..count).map(|_| {
+        let (aside, slope) = (dice.point(2.0), dice.point(0.7));
+        let moved = |at: &[f32; 3]| {
+            let at = Vec3::from_array(*at).as_dvec3();
+            (at + aside + slope * at.x * at.y).as_vec3().to_array()
+        };
+        mesh.positions.as_slice().iter().map(moved).collect()
+    });
+    let places: Vec<u32> = (0..mesh.positions.as_slice().len() as u32).collect();
+    let shapes = Shapes::new(list.collect(), &mesh.triangles, &[], &places);
+    let step = ((last - first) / 4.0).max(0.5);
+    let number = |dice: &mut Dice| dice.below(count) as u32;
+    let keys = (0..4).map(|key| (first + f64::from(key) * step, number(dice))).collect();
+    let track = TransformTrack { shapes: ShapeTrack::through(keys, None), ..track };
+    model(Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, track)
 }
 
 /// A lamp of constant colour.
@@ -197,10 +219,14 @@ pub fn random_scene(dice: &mut Dice) -> Scene {
         let frames = [first, first + dice.between(3.0, 40.0)];
         let count = 1 + dice.below(150) as usize;
         let mesh = bent(dice, count, 1.0);
-        if dice.one_in(5) {
-            model(mesh, TransformTrack::identity())
-        } else {
-            model(mesh, motion(dice, frames, 4.0))
+        match dice.below(5) {
+            0 => model(mesh, TransformTrack::identity()),
+            1 => deforming(dice, mesh, TransformTrack::identity(), frames),
+            2 => {
+                let track = motion(dice, frames, 4.0);
+                deforming(dice, mesh, track, frames)
+            }
+            _ => model(mesh, motion(dice, frames, 4.0)),
         }
     });
     scene(models.collect(), vec![])

@@ -130,7 +130,8 @@ fn described(shot: &Shot, path: &Path) -> String {
         let moves = if model.track.is_constant() { "still" } else { "moves" };
         let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
         let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
-        line(&mut text, "", format!("{name}: {what}, {moves}, {path}"));
+        let shapes = shapes(model).map_or(String::new(), |shapes| format!("{shapes}, "));
+        line(&mut text, "", format!("{name}: {what}, {shapes}{moves}, {path}"));
     }
     line(&mut text, "lights", scene.lights.len().to_string());
     for light in &scene.lights {
@@ -160,6 +161,13 @@ fn described(shot: &Shot, path: &Path) -> String {
     }
     surfaces(&mut text, scene);
     text
+}
+
+/// Between what a model deforms, and when, if it does.
+fn shapes(model: &Model) -> Option<String> {
+    let (shapes, track) = (model.mesh.shapes.as_ref()?, model.track.shapes.as_ref()?);
+    let ([first, last], again) = (track.ends(), if track.repeats() { " and again" } else { "" });
+    Some(format!("{} shapes from frame {first} to {last}{again}", shapes.list().len()))
 }
 
 fn model(scene: &Scene) -> String {

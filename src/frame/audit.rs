@@ -43,7 +43,7 @@ use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, f
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
-use crate::shade::surface::{There, corners_of, reflectance, uv_at};
+use crate::shade::surface::{There, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
@@ -217,20 +217,26 @@ fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
     if sample.model != BACKGROUND {
-        let (mesh, transform) =
-            (&frame.scene.models[sample.model as usize].mesh, frame.transform(sample.model));
+        let mesh = &frame.scene.models[sample.model as usize].mesh;
         if mesh.quadric.is_some() {
-            return largest.max(transform.direction(sample.point).abs()).max_element() * COORDINATE_TOLERANCE;
+            let of_object = frame.transform(sample.model).direction(sample.point).abs();
+            return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
         }
-        for corner in corners_of(mesh, sample.record.triangle) {
-            largest = largest.max((transform.point(corner.as_vec3()) - eye).abs());
+        for corner in frame.place(sample.model).corners(mesh, sample.record.triangle) {
+            largest = largest.max((corner - eye).abs());
         }
     }
     largest.max_element() * COORDINATE_TOLERANCE
 }
 
 fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
-    frame.offset(sample.point, sample.model)
+    frame.offset(sample.point, sample.model, sample.record.triangle)
+}
+
+/// Of the sample's triangle, on the sample's side: world space, unit length.
+fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
+    let Record { triangle, geometric_normal, .. } = sample.record;
+    frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
 }
 
 /// Directions (any unit) at right angles to `way`, all around it.
@@ -277,10 +283,9 @@ fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> 
 /// another surface in the same place, either of which may be met first.
 fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
-    let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let tolerance = reach(frame, sample) + rounding(frame, sample);
     let from_eye = sight.origin - frame.view.camera.eye + met.t * sight.direction;
-    (from_eye - offset(frame, sample)).dot(geometric_normal).abs() <= tolerance
+    (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs() <= tolerance
 }
 
 /// Whether the sample is as near to the centre of its cell as one must be that serves it.
@@ -306,7 +311,6 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let reach = f64::from(TOLERANCE) * f64::from(offset(frame, sample).length().max(sample.point.length()));
 
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let geometric_normal = frame.transform(sample.model).normal(sample.record.geometric_normal.unfold());
     let number = mesh.material_of[sample.record.triangle as usize];
     let material = &frame.scene.materials[usize::from(number)];
     let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, there.weights));
@@ -316,7 +320,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
             && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
-            && geometric_normal.dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
+            && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
     )
 }
 

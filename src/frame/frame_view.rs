@@ -9,11 +9,12 @@ use super::grid::place;
 use super::kernel::Kernel;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
+use super::place::Place;
 use super::plan::Plan;
 use super::reflection_maps::ReflectionMaps;
 use super::view::View;
 use super::wanted::Wanted;
-use crate::animation::Transform;
+use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
 use crate::lanes::{LANES, Mask, Vec3x8};
@@ -22,6 +23,7 @@ use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::{LightGroups, Scene};
 use crate::settings::{Budget, Reuse};
+use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
@@ -52,7 +54,9 @@ pub struct FrameView<'a> {
     pub palette: &'a Palette,
     /// Where it is.
     pub pose: &'a Pose,
-    /// For each model, whether it stands elsewhere than where its file puts it; empty where none does.
+    /// The models that deform, as they are.
+    pub deformations: &'a Deformations,
+    /// For each model, whether it stands elsewhere than where its file puts it, or deforms; empty where none does.
     pub displaced: &'a [bool],
     /// For each model, whether it is not there; empty where all are.
     pub hidden: &'a [bool],
@@ -184,15 +188,32 @@ impl<'a> FrameView<'a> {
         let pixel = grid.number_of_pixel([x, y].map(|at| at.div_euclid(samples)));
         let number = y.rem_euclid(samples) * samples + x.rem_euclid(samples);
         let pose = match self.displaced.get(model as usize) {
-            Some(true) => hash_of(&self.transform(model).to_world.to_cols_array()),
+            Some(true) => {
+                hash_of(&self.transform(model).to_world.to_cols_array()) ^ self.hash_of_shape(model)
+            }
             _ => 0,
         };
         SampleSeed::new(pixel, number as u32, self.view_hash, pose)
     }
 
-    /// The model's place.
+    /// A hash that changes when the shape of a model does; 0 for one that does not deform.
+    fn hash_of_shape(&self, model: u32) -> u32 {
+        if self.deformations.of_model(model).is_none() {
+            return 0;
+        }
+        let Shape { from, to, share } = self.transform(model).shape;
+        hash_of(&[from as f32, to as f32, share as f32])
+    }
+
+    /// The map of the model's place.
     pub fn transform(&self, model: u32) -> &'a Transform {
         &self.pose.models[model as usize]
+    }
+
+    /// The model's place.
+    #[inline(always)]
+    pub fn place(&self, model: u32) -> Place<'a> {
+        Place::of(self.scene, &self.pose.models, self.deformations, model)
     }
 
     /// Whether any layer shows one sample of several for each pixel, the nearest to its centre.
@@ -200,14 +221,14 @@ impl<'a> FrameView<'a> {
         self.view.grid.samples > 1 && self.layers.has(Layers::OF_ONE_SAMPLE)
     }
 
-    /// From the eye to a sample at `point` of `model`: an offset for a surface, a direction for the
+    /// From the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a direction for the
     /// background.
     #[inline]
-    pub fn offset(&self, point: Vec3, model: u32) -> Vec3 {
+    pub fn offset(&self, point: Vec3, model: u32, triangle: u32) -> Vec3 {
         if model == BACKGROUND {
             return point;
         }
-        self.transform(model).point(point) - self.view.camera.eye
+        self.place(model).point(|| triangle, point) - self.view.camera.eye
     }
 
     /// The same for eight cells of `tile`, from `first` on.
@@ -216,13 +237,14 @@ impl<'a> FrameView<'a> {
         let models = &tile.model[first..first + LANES];
         let mut points = tile.points(first);
         for lane in set_bits(self.displaced_bits(models)) {
-            points.set_lane(lane, self.transform(models[lane]).point(points.lane(lane)));
+            let triangle = || tile.record[first + lane].triangle;
+            points.set_lane(lane, self.place(models[lane]).point(triangle, points.lane(lane)));
         }
         let background = Mask::equal(models, BACKGROUND);
         background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
     }
 
-    /// Of eight samples' models, those whose object space is not world space, a bit each.
+    /// Of eight samples' models, those whose object space is not world space, or that deform, a bit each.
     #[inline(always)]
     pub fn displaced_bits(&self, models: &[u32]) -> u8 {
         if self.displaced.is_empty() {

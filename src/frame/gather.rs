@@ -15,7 +15,7 @@ use super::placed::{Placed, PlacedTile};
 use super::ray_tally::RayTally;
 use crate::changes::Until;
 use crate::lanes::{LANES, Vec3x8};
-use crate::samples::{CELLS, Flags, PathLight, Tile, half_colors};
+use crate::samples::{CELLS, Flags, PathLight, Record, Tile, half_colors};
 use crate::settings::Budget;
 use crate::shade::sampling::{PathSequence, orthonormal};
 
@@ -164,16 +164,16 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         sequence: PathSequence::of_sample(tile.gathered.seed(cell), paths),
         point: placed.point.lane(lane),
         normal,
-        tangent: tangent(frame, model, tile.record[cell].normal.unfold(), normal),
+        tangent: tangent(frame, model, &tile.record[cell], normal),
         geometric_normal: placed.geometric_normal.lane(lane),
     }
 }
 
-/// A direction at right angles to `normal` (world space) that turns with the model: of the one that the normal has in
-/// object space.
-fn tangent(frame: &FrameView, model: u32, object_normal: Vec3, normal: Vec3) -> Vec3 {
-    let [tangent, _] = orthonormal(object_normal);
-    let turned = frame.transform(model).direction(tangent);
+/// A direction at right angles to `normal` (world space) that turns with the model, or with its triangle where it deforms: of the one
+/// that the normal has in object space.
+fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3 {
+    let [tangent, _] = orthonormal(record.normal.unfold());
+    let turned = frame.place(model).direction(record.triangle, tangent);
     let across = turned - normal * normal.dot(turned);
     across.try_normalize().unwrap_or_else(|| orthonormal(normal)[0])
 }

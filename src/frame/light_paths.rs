@@ -249,12 +249,13 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
                 let [choice, along, above, triangle] = random.four(2 * bounce + 1);
                 let choices = Asks::count(frame, bounce);
                 let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
-                let (model, distance) = (packet.model[from + lane], packet.t[from + lane]);
+                let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
+                let distance = packet.t[from + lane];
                 vertices.push(Vertex {
                     ray,
                     surface,
                     light: Vec3::ZERO,
-                    emission_weight: ray.emission_weight(frame, model, &surface, distance),
+                    emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
                     asks: Asks::of(frame, bounce, choice),
                     choices,
                     place: [along, above, triangle],
@@ -282,9 +283,10 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
             |lane| some[lane].direction,
             |lane, surface| {
                 let ray = some[lane];
-                let (model, distance) = (packet.model[from + lane], packet.t[from + lane]);
+                let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
+                let distance = packet.t[from + lane];
                 let emission = frame.scene.materials[usize::from(surface.material)].emission;
-                let weight = ray.emission_weight(frame, model, &surface, distance);
+                let weight = ray.emission_weight(frame, primitive, &surface, distance);
                 brought[ray.path as usize].radiance += ray.weight * emission * weight;
             },
         );
@@ -418,8 +420,14 @@ fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
 
 impl PathRay {
     /// The weight of what `surface` of `model` emits, which the ray has met at this distance.
-    fn emission_weight(&self, frame: &FrameView, model: u32, surface: &Surface, distance: f32) -> f32 {
-        self.chances.of_path_to_emitter(frame, (self.normal, self.direction), (model, surface), distance)
+    fn emission_weight(
+        &self,
+        frame: &FrameView,
+        primitive: (u32, u32),
+        surface: &Surface,
+        distance: f32,
+    ) -> f32 {
+        self.chances.of_path_to_emitter(frame, (self.normal, self.direction), (primitive, surface), distance)
     }
 }
 

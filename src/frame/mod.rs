@@ -49,6 +49,7 @@ mod parts;
 mod path_ends;
 mod picture;
 pub mod pixels;
+mod place;
 mod placed;
 pub mod plan;
 mod prepared;

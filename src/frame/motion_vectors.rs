@@ -9,11 +9,13 @@ use glam::{Vec2, Vec3};
 
 use super::grid::Grid;
 use super::moved_bounds::ModelSet;
+use super::place::Place;
 use super::view::View;
 use crate::animation::Transform;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::BACKGROUND;
 use crate::scene::Scene;
+use crate::shade::deformed::Deformations;
 use crate::stereo::EyePlace;
 
 /// Motion about one frame. Built once a frame, where a layer shows it.
@@ -34,6 +36,7 @@ pub struct MotionVectors {
 struct Seen {
     view: View,
     models: Vec<Transform>,
+    deformations: Deformations,
 }
 
 /// A frame beside this one.
@@ -66,7 +69,10 @@ impl MotionVectors {
             differing = ModelSet::of(&models.filter(differs).collect::<Vec<u32>>());
         }
         let Neighbours { all: [before, own, after], cuts } = near;
-        let seen = |pose: Pose| Seen { view: View::new(grid, pose.camera), models: pose.models };
+        let seen = |pose: Pose| {
+            let deformations = Deformations::of(scene, &pose.models, false);
+            Seen { view: View::new(grid, pose.camera), models: pose.models, deformations }
+        };
         let beside = |other: Pose, is_cut: bool| {
             let moves = other.camera != own.camera || other.models != own.models;
             match (is_cut, moves) {
@@ -89,18 +95,18 @@ impl MotionVectors {
         self.beside.each_ref().map(|beside| matches!(beside, Beside::Same))
     }
 
-    /// From where a point of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
+    /// From where a point of a triangle of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
     /// pixels, x to the right and y upwards. `None` where that is not known: across a cut, where either place is behind the eye,
     /// of a model that is not there in the other frame, and for the background of an orthographic camera that moves, which has
     /// no place.
-    pub fn of(&self, point: Vec3, model: u32) -> [Option<Vec2>; 2] {
-        let here = self.own.sees(point, model);
+    pub fn of(&self, scene: &Scene, point: Vec3, (model, triangle): (u32, u32)) -> [Option<Vec2>; 2] {
+        let here = self.own.sees(scene, point, (model, triangle));
         let per_pixel = (self.own.view.grid.samples as f32).recip();
         self.beside.each_ref().map(|beside| match beside {
             Beside::Same => Some(Vec2::ZERO),
             Beside::Cut => None,
             Beside::Moved(seen) => {
-                let there = seen.sees(point, model)?;
+                let there = seen.sees(scene, point, (model, triangle))?;
                 Some((there - here?) * Vec2::new(per_pixel, -per_pixel))
             }
         })
@@ -108,15 +114,18 @@ impl MotionVectors {
 }
 
 impl Seen {
-    /// Where a point of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, for
+    /// Where a point of a triangle of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, for
     /// the background of an orthographic view, and for a model that is not there.
-    fn sees(&self, point: Vec3, model: u32) -> Option<Vec2> {
-        let Self { view, models } = self;
+    fn sees(&self, scene: &Scene, point: Vec3, (model, triangle): (u32, u32)) -> Option<Vec2> {
+        let Self { view, models, deformations } = self;
         let offset = match model {
             BACKGROUND if view.camera.is_orthographic() => return None,
             BACKGROUND => point,
             _ if !models[model as usize].is_visible => return None,
-            _ => models[model as usize].point(point) - view.camera.eye,
+            _ => {
+                let place = Place::of(scene, models, deformations, model);
+                place.point(|| triangle, point) - view.camera.eye
+            }
         };
         view.project_one(offset).map(Vec3::truncate)
     }

@@ -9,7 +9,7 @@ use super::ray_trees::bytes_of_tree;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Spare, TagLayout, Tile};
-use crate::scene::{CameraTrack, LightGroups, Material, Scene, Shot};
+use crate::scene::{CameraTrack, LightGroups, Material, Model, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
 
@@ -103,9 +103,14 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         BackendKind::Rust => [0, 0],
     };
     let trees = trees(&shot.scene, settings, stores * samples);
+    let deforming = deforming(&shot.scene, kind);
     let parts = parts
         .into_iter()
-        .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")));
+        .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")))
+        .chain(
+            deforming
+                .map(|bytes| Part::new("a frame's shapes of models that deform", bytes, "smaller models")),
+        );
     Need { parts: parts.collect(), reserved }
 }
 
@@ -126,6 +131,20 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
         moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
     let all = samples * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
+}
+
+/// Of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before
+/// is still there. All shapes themselves are read by then.
+fn deforming(scene: &Scene, kind: BackendKind) -> Option<u64> {
+    /// Positions twice, and normals.
+    const VERTEX: usize = 3 * size_of::<[f32; 3]>();
+    let of_model = |model: &Model| {
+        let (vertices, triangles) =
+            (model.mesh.positions.as_slice().len(), model.mesh.triangles.len() as u64);
+        (vertices * VERTEX) as u64 + triangles * bytes_of_triangle(kind)
+    };
+    let deforming = scene.models.iter().filter(|model| model.mesh.shapes.is_some());
+    Some(deforming.map(of_model).sum()).filter(|bytes| *bytes > 0)
 }
 
 /// `need` and that of writing frames of `scene` with `settings` while the next one is rendered: a second film, and one more

@@ -88,20 +88,21 @@ impl Chances {
         by_asking / (by_asking + self.goes_on * cosine_density(normal, direction))
     }
 
-    /// The weight of what `met`, a surface of `model`, emits where a path finds it that left a surface with this `normal`
+    /// The weight of what `met`, a surface of a `primitive`, emits where a path finds it that left a surface with this `normal`
     /// in this `direction` (unit length).
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
         (normal, direction): (Vec3, Vec3),
-        (model, met): (u32, &Surface),
+        (primitive, met): ((u32, u32), &Surface),
         distance: f32,
     ) -> f32 {
         if self.asks_emitter == 0.0 {
             return 1.0;
         }
         let by_path = self.goes_on * cosine_density(normal, direction);
-        let of_area = frame.emitters.density(frame.pose, model, met.material, met.geometric_normal);
+        let normal = met.geometric_normal;
+        let of_area = frame.emitters.density(frame.scene, frame.pose, frame.deformations, primitive, normal);
         let cos = met.geometric_normal.dot(direction).abs();
         // both in solid angle times the cosine: on edge neither way is likely
         let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);
@@ -237,7 +238,7 @@ impl LightRays {
         brought: &mut Brought,
     ) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let place = match frame.emitters.choose(frame.scene, frame.pose, random) {
+        let place = match frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) {
             None => return,
             Some(Err(NotThere { model })) => {
                 // it may appear anywhere
@@ -250,9 +251,10 @@ impl LightRays {
         let squared = way.length_squared();
         let direction = way / squared.sqrt();
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
-        // what is not a number leads nowhere
+        // what is not a number leads nowhere, nor does a triangle that has shrunk to nothing
         let leads = (by_cosine > 0.0 || coat.is_some())
             && geometric_normal.dot(direction) > 0.0
+            && place.density > 0.0
             && cos != 0.0
             && squared.is_normal();
         if !leads {

@@ -22,13 +22,13 @@ use super::surroundings;
 use super::tiles::{Shows, TileSum};
 use super::view::View;
 use super::wanted::Wanted;
-use crate::animation::Transform;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
 use crate::settings::{Backdrop, Mode, Settings};
+use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
 use crate::trace::timed::Timed;
@@ -158,6 +158,7 @@ struct Setup<'a> {
     motion_vectors: Vec<Option<MotionVectors>>,
     moved_bounds: MovedBounds,
     dynamic_bounds: MovedBounds,
+    deformations: Deformations,
     displaced: Vec<bool>,
     hidden: Vec<bool>,
     base_plan: Plan,
@@ -183,10 +184,13 @@ impl<'a> Setup<'a> {
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
+            deformations: Deformations::of(scene, &pose.models, true),
             moved_bounds: MovedBounds::of(scene, bounds, pose, &order.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
-            displaced: flagged(pose, |transform| !transform.is_identity),
-            hidden: flagged(pose, |transform| !transform.is_visible),
+            displaced: flagged(pose, |model| {
+                !pose.models[model].is_identity || scene.models[model].mesh.shapes.is_some()
+            }),
+            hidden: flagged(pose, |model| !pose.models[model].is_visible),
             base_plan: Plan::of_base_frame(pose),
             area_light_change: areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until)),
             motions,
@@ -208,6 +212,7 @@ impl<'a> Setup<'a> {
             emitters: &prepared.emitters,
             palette: &prepared.palette,
             pose: order.pose,
+            deformations: &self.deformations,
             displaced: &self.displaced,
             hidden: &self.hidden,
             slots: &prepared.layout.slots,
@@ -320,8 +325,8 @@ fn view_hash(camera: &CameraPose) -> u32 {
     hash_of(axes.as_flattened()) ^ camera.half_height.to_bits() ^ hash_of(&camera.shift)
 }
 
-/// For each model, whether this holds of its place; empty where it holds of none.
-fn flagged(pose: &Pose, holds: impl Fn(&Transform) -> bool) -> Vec<bool> {
-    let flags: Vec<bool> = pose.models.iter().map(holds).collect();
+/// For each model, by its number, whether this holds of it; empty where it holds of none.
+fn flagged(pose: &Pose, holds: impl Fn(usize) -> bool) -> Vec<bool> {
+    let flags: Vec<bool> = (0..pose.models.len()).map(holds).collect();
     if flags.contains(&true) { flags } else { Vec::new() }
 }

@@ -13,7 +13,7 @@ use super::ray_tally::CellRays;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
-use crate::scene::RenderSpace;
+use crate::scene::{RenderSpace, Scene};
 use crate::shade::surface::{Corners, of_quadrics, uv_at};
 
 /// `Z` of the background: finite, and far behind everything.
@@ -182,7 +182,7 @@ pub fn take_data(
     // where pixels have one sample each it is the only one to choose
     let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
     if let Some(vectors) = frame.motion_vectors {
-        write_motion(vectors, tile, cells, data);
+        write_motion(frame.scene, vectors, tile, cells, data);
     }
     if frame.layers.has(Layers::MATERIAL) {
         for (number, cell) in data.open_zeroed(data::MATERIAL).iter_mut().zip(cells) {
@@ -210,7 +210,13 @@ pub fn take_data(
 }
 
 /// The motion vectors of the samples in the `cells` that pixels show.
-fn write_motion(vectors: &MotionVectors, tile: &Tile, cells: &[u16], data: &mut Planes<{ data::COUNT }>) {
+fn write_motion(
+    scene: &Scene,
+    vectors: &MotionVectors,
+    tile: &Tile,
+    cells: &[u16],
+    data: &mut Planes<{ data::COUNT }>,
+) {
     let at_rest = vectors.is_at_rest();
     for (first, _) in [data::BACKWARD, data::FORWARD].into_iter().zip(at_rest).filter(|(_, rests)| *rests) {
         data.open(first + 2).fill(1.0);
@@ -223,7 +229,7 @@ fn write_motion(vectors: &MotionVectors, tile: &Tile, cells: &[u16], data: &mut 
         let cell = usize::from(*cell);
         let (point, model) = (tile.point(cell), tile.model[cell]);
         if model != EMPTY {
-            *of_pixel = vectors.of(point, model);
+            *of_pixel = vectors.of(scene, point, (model, tile.record[cell].triangle));
         }
     }
     let planes = [(0, data::BACKWARD, 1.0), (1, data::FORWARD, 1.0), (1, data::FROM_NEXT, -1.0)];

@@ -30,7 +30,8 @@ impl Placed {
             if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
         let mut placed = Self { point, normal, geometric_normal };
         let Self { point, normal, geometric_normal } = &mut placed;
-        place(frame, &tile.model[first..first + LANES], [point, normal, geometric_normal]);
+        let triangle = |lane: usize| tile.record[first + lane].triangle;
+        place(frame, &tile.model[first..first + LANES], triangle, [point, normal, geometric_normal]);
         placed
     }
 }

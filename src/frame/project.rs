@@ -17,7 +17,7 @@ pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Proje
     let mut offsets = Vec3x8::ZERO;
     for (lane, spare) in spares.samples[first..].iter().take(LANES).enumerate() {
         models[lane] = spare.model;
-        offsets.set_lane(lane, frame.offset(spare.point, spare.model));
+        offsets.set_lane(lane, frame.offset(spare.point, spare.model, spare.record.triangle));
     }
     project(frame, &models, offsets)
 }

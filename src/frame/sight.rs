@@ -51,8 +51,9 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
     // which side needs no length
     let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
     for lane in set_bits(frame.displaced_bits(models)) {
-        geometric_normals
-            .set_lane(lane, frame.transform(models[lane]).geometric_normal(geometric_normals.lane(lane)));
+        let triangle = tile.record[first + lane].triangle;
+        let placed = frame.place(models[lane]).geometric_normal(triangle, geometric_normals.lane(lane));
+        geometric_normals.set_lane(lane, placed);
     }
     let before = geometric_normals.dot(frame.view.sights(frame.offsets(tile, first))).lt(F32x8::ZERO);
     may_have_turned & !before.bits()

@@ -177,7 +177,10 @@ fn hide<'t>(
     /// Of the distance from the eye: what is nearer than this is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
-    let (camera, is_placed) = (&pose.camera, |model: u32| pose.models[model as usize].is_identity);
+    let camera = &pose.camera;
+    let is_placed = |model: u32| {
+        pose.models[model as usize].is_identity && scene.models[model as usize].mesh.shapes.is_none()
+    };
     let line_of_sight = |point: Vec3| (camera.origin(point - camera.eye), camera.sight(point - camera.eye));
     let mut count = 0;
     for tile in tiles {

@@ -166,7 +166,8 @@ pub fn surfaces(
     hits.put_quadric_points(frame, corners.quadrics(), &mut point);
     let normals = [&mut normal, &mut geometric_normal];
     hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
-    place(frame, hits.models, [&mut point, &mut normal, &mut geometric_normal]);
+    let triangle = |lane: usize| hits.triangles[lane];
+    place(frame, hits.models, triangle, [&mut point, &mut normal, &mut geometric_normal]);
     let (materials, reflectances) = hits.reflectances(frame, hits.weights);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
@@ -183,14 +184,20 @@ pub fn surfaces(
     }
 }
 
-/// Takes eight surfaces of `models` from object to world space. Normals have unit length. What is in a lane without a
-/// surface stays.
+/// Takes eight surfaces of `models` from object to world space; `triangle`: that of a lane. Normals have unit length. What is in a lane
+/// without a surface stays.
 #[inline(always)]
-pub fn place(frame: &FrameView, models: &[u32], [point, normal, geometric_normal]: [&mut Vec3x8; 3]) {
+pub fn place(
+    frame: &FrameView,
+    models: &[u32],
+    triangle: impl Fn(usize) -> u32,
+    [point, normal, geometric_normal]: [&mut Vec3x8; 3],
+) {
     for lane in set_bits(frame.displaced_bits(models)) {
-        let transform = frame.transform(models[lane]);
-        point.set_lane(lane, transform.point(point.lane(lane)));
-        normal.set_lane(lane, transform.normal(normal.lane(lane)));
-        geometric_normal.set_lane(lane, transform.normal(geometric_normal.lane(lane)));
+        let object = [&*point, &*normal, &*geometric_normal].map(|all| all.lane(lane));
+        let world = frame.place(models[lane]).surface(triangle(lane), object);
+        point.set_lane(lane, world[0]);
+        normal.set_lane(lane, world[1]);
+        geometric_normal.set_lane(lane, world[2]);
     }
 }

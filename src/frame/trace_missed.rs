@@ -7,7 +7,6 @@ use super::surface::Hits8;
 use super::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
-use crate::shade::surface::meet_exactly;
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
 /// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
@@ -106,7 +105,7 @@ fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owne
     met.put_quadric_weights(frame, quadrics, &point, &mut weights);
     let (mut normal, mut geometric_normal) = (corners.normal(weights), corners.geometric_normal());
     met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
-    let behind = seen_from_behind(frame, geometric_normal, direction, models);
+    let behind = seen_from_behind(frame, geometric_normal, direction, &met);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
     let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
     let (numbers, colors) = met.reflectances(frame, weights);
@@ -156,7 +155,7 @@ fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32,
         return model == NO_HIT && tile.model[cell] == BACKGROUND;
     }
     let server = &tile.record[cell];
-    let offset = frame.offset(tile.point(cell), model);
+    let offset = frame.offset(tile.point(cell), model, server.triangle);
     let far = offset.dot(frame.view.camera.forward);
     server.triangle == met.triangle
         || server.material == met.material && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
@@ -173,29 +172,30 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
     let models = met.models;
     let mut world = *point;
     for lane in set_bits(frame.displaced_bits(models)) {
-        world.set_lane(lane, frame.transform(models[lane]).point(point.lane(lane)));
+        world.set_lane(lane, frame.place(models[lane]).point(|| met.triangles[lane], point.lane(lane)));
     }
     let offset = world - origin;
     let aside = offset.cross(direction);
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
-        let (transform, mesh) = (frame.transform(models[lane]), met.mesh(frame, lane));
+        let (place, mesh) = (frame.place(models[lane]), met.mesh(frame, lane));
         let (origin, direction) = (origin.lane(lane), direction.lane(lane));
         let (primitive, about) = ((mesh, met.triangles[lane]), point.lane(lane));
-        let exact = meet_exactly(transform, primitive, (origin, direction), about);
+        let exact = place.meet_exactly(primitive, (origin, direction), about);
         if let Some(exact) = exact {
             point.set_lane(lane, exact);
         }
     }
 }
 
-/// Where rays along `direction` see the backs of triangles with these normals (object space).
+/// Where rays along `direction` see the backs of the triangles that they `met`, with these normals (object space).
 #[inline(always)]
-fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, models: &[u32]) -> Mask {
+fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, met: &Hits8) -> Mask {
     let mut world = geometric_normal;
-    for lane in set_bits(frame.displaced_bits(models)) {
-        world.set_lane(lane, frame.transform(models[lane]).geometric_normal(geometric_normal.lane(lane)));
+    for lane in set_bits(frame.displaced_bits(met.models)) {
+        let (place, triangle) = (frame.place(met.models[lane]), met.triangles[lane]);
+        world.set_lane(lane, place.geometric_normal(triangle, geometric_normal.lane(lane)));
     }
     world.dot(direction).gt(F32x8::ZERO)
 }

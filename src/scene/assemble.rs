@@ -17,6 +17,7 @@ use super::mtl::{self, MtlFile, MtlMaterial};
 use super::obj::{self, Named, ObjFile};
 use super::paths::find_beside;
 use super::pictures::Pictures;
+use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::spelling;
 use super::{Material, Mesh, SceneError, Texture};
 use crate::digest::Digest;
@@ -46,6 +47,10 @@ pub(crate) struct Assembly {
     materials: Vec<Material>,
     pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// Of each of these, from where in its file its vertices come.
+    origins: HashMap<PathBuf, Arc<Origins>>,
+    /// By file and the source of their shapes, meshes that deform.
+    deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// By name, those of quadrics.
     of_quadrics: HashMap<String, u16>,
     /// What was read so far, but for pictures.
@@ -185,6 +190,7 @@ impl Assembly {
         };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
+        self.origins.insert(key.clone(), Arc::new(Origins::of(&obj)));
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
         let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
@@ -193,6 +199,24 @@ impl Assembly {
         }
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
+    }
+
+    /// The mesh of the OBJ file at `path` with the shapes in `source`.
+    ///
+    /// # Errors
+    /// Those of [`mesh`](Self::mesh), and what is wrong with a shape.
+    pub fn deforming(&mut self, path: &Path, source: ShapeSource) -> Result<ReadShapes, SceneError> {
+        let mesh = self.mesh(path)?;
+        let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let origins = Arc::clone(&self.origins[&key]);
+        if let Some(read) = self.deforming.get(&(key.clone(), source.clone())) {
+            return Ok(read.clone());
+        }
+        let read = shape_files::read(&mesh, path, &origins, &source)?;
+        self.files.extend(source.files());
+        self.digests.push(read.digest);
+        self.deforming.insert((key, source), read.clone());
+        Ok(read)
     }
 
     /// Reads the MTL files of `obj`. The flag says whether all were found.
@@ -455,5 +479,6 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
         groups: Arc::new(groups),
         shadow_casting,
         quadric: None,
+        shapes: None,
     }
 }

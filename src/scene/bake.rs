@@ -52,6 +52,7 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         groups: mesh.groups.clone(),
         shadow_casting: mesh.shadow_casting,
         quadric: None,
+        shapes: None,
     })
 }
 
@@ -69,6 +70,7 @@ mod tests {
             material_of: vec![0],
             groups: Default::default(),
             quadric: None,
+            shapes: None,
             shadow_casting: 1,
         }
     }

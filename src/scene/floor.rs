@@ -77,6 +77,7 @@ impl Floor {
             material_of: vec![material; triangles.len()],
             groups: Arc::default(),
             quadric: None,
+            shapes: None,
             shadow_casting: triangles.len(),
             triangles: Arc::new(triangles),
             normals: Vec::new(),

@@ -7,6 +7,7 @@ use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
+use super::Shapes;
 use crate::geometry::{Bounds, Quadric};
 
 /// Triangles that one thread looks at in one go.
@@ -36,6 +37,9 @@ pub struct Mesh {
     pub groups: Arc<Groups>,
     /// What is seen instead of the triangles.
     pub quadric: Option<Arc<Quadric>>,
+    /// Where its vertices are instead of at `positions`, if it deforms. Then these are the shape at rest: what is kept of a place on
+    /// the mesh is the point there.
+    pub shapes: Option<Arc<Shapes>>,
 }
 
 /// Names of a mesh's triangles, as OBJ files give with `g` and `o`.
@@ -111,13 +115,26 @@ impl Mesh {
             material_of: vec![material; count as usize],
             groups: Arc::default(),
             quadric: Some(Arc::new(quadric)),
+            shapes: None,
         }
     }
 
-    /// The smallest box around the vertices that triangles use, object space: stray ones must not make the model
+    /// Where its vertices are, object space: in each of its shapes, if it deforms.
+    fn all_positions(&self) -> impl Iterator<Item = &[[f32; 3]]> {
+        let own = self.shapes.is_none().then_some(self.positions.as_slice());
+        let shapes = self.shapes.iter().flat_map(|shapes| shapes.list()).map(Vec::as_slice);
+        own.into_iter().chain(shapes)
+    }
+
+    /// The smallest box around the vertices that triangles use, object space, in all shapes: stray ones must not make the model
     /// small.
     pub fn bounds(&self) -> (DVec3, DVec3) {
-        let positions = self.positions.as_slice();
+        let all = self.all_positions().map(|positions| self.bounds_of(positions));
+        let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        all.fold(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    fn bounds_of(&self, positions: &[[f32; 3]]) -> (DVec3, DVec3) {
         let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
         let joined = |a: (Vec3A, Vec3A), b: (Vec3A, Vec3A)| (a.0.min(b.0), a.1.max(b.1));
         let of_block = |block: &[[u32; 3]]| {
@@ -130,8 +147,8 @@ impl Mesh {
 }
 
 impl Bounds {
-    /// Around all vertices of `mesh`, object space, used by a triangle or not.
+    /// Around all vertices of `mesh`, object space, in all of its shapes, used by a triangle or not.
     pub fn of(mesh: &Mesh) -> Self {
-        mesh.positions.as_slice().iter().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
+        mesh.all_positions().flatten().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
     }
 }

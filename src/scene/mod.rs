@@ -22,16 +22,21 @@ pub mod obj;
 mod orbit;
 mod paths;
 mod pictures;
+mod point_cache;
 mod polygon;
 mod quadric_table;
 pub mod render_space;
 mod samples_table;
+mod shape_files;
+pub mod shapes;
+mod shapes_table;
 pub mod shot;
 mod shot_environment;
 mod shot_file;
 mod shot_lens;
 mod shot_model;
 mod shot_quadric;
+mod shot_shapes;
 mod shot_tracks;
 mod shot_values;
 mod spelling;
@@ -54,6 +59,7 @@ pub use loader::{load, load_turntable};
 pub use material::Material;
 pub use mesh::Mesh;
 pub use render_space::RenderSpace;
+pub use shapes::Shapes;
 pub use shot::Shot;
 pub use shot_file::schema;
 pub use texture::Texture;
@@ -114,12 +120,12 @@ impl Scene {
         layers.has(Layers::OCCLUSION) || self.occludes_ambient()
     }
 
-    /// The meshes that tracers build: one that moves at several places is built once.
+    /// The meshes that tracers build: one that moves at several places is built once, and one that deforms for each model.
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
         let mut moving = HashSet::new();
+        let is_own = |model: &Model| model.track.is_constant() || model.mesh.shapes.is_some();
         let models = self.models.iter();
-        let built =
-            models.filter(move |model| model.track.is_constant() || moving.insert(Arc::as_ptr(&model.mesh)));
+        let built = models.filter(move |model| is_own(model) || moving.insert(Arc::as_ptr(&model.mesh)));
         built.map(|model| &*model.mesh)
     }
 }

@@ -21,7 +21,7 @@ use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
     Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_lens,
-    shot_model, shot_quadric, shot_tracks,
+    shot_model, shot_quadric, shot_shapes, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::exposure::MOST_EXPOSURES;
@@ -463,14 +463,18 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
 }
 
 fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let (track, span) = (shot_model::track(text, table)?, table.span());
-    let ModelTable { name, obj, quadric, reflection_map: map, .. } = table.get_ref();
+    let (mut track, span) = (shot_model::track(text, table)?, table.span());
+    let ModelTable { name, obj, quadric, shapes, reflection_map: map, .. } = table.get_ref();
     let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
         (None, Some(_), Some(quadric)) => {
             let message = "`obj` and `quadric` exclude each other: write a [[model]] for each";
             return Err(text.fault(quadric.span(), message));
         }
         (None, None, Some(quadric)) => {
+            if let Some(shapes) = shapes {
+                let message = "`shapes` are those of an OBJ file, and a quadric has none: take them out";
+                return Err(text.fault(shapes.span(), message));
+            }
             let mesh = shot_quadric::of_table(text, quadric, assembly)?;
             (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
         }
@@ -484,7 +488,15 @@ fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) ->
                 (None, obj) => file_of(text, "obj", obj.as_ref().expect("all others are above"))?,
             };
             let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            (path.clone(), assembly.mesh(&path)?, stem)
+            let mesh = match shapes {
+                None => assembly.mesh(&path)?,
+                Some(shapes) => {
+                    let (mesh, shapes) = shot_shapes::of_table(text, shapes, &path, assembly)?;
+                    track.shapes = Some(shapes);
+                    mesh
+                }
+            };
+            (path, mesh, stem)
         }
     };
     let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;

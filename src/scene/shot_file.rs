@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::camera_table::{CameraTable, ShutterTable, StereoTable};
 use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
+use super::shapes_table::ShapesTable;
 use super::shot_values::{LARGEST_MAP, LEAST_MAP};
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
@@ -272,6 +273,8 @@ pub(crate) struct ModelTable {
     pub obj: Option<At<String>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
     pub quadric: Option<At<QuadricTable>>,
+    /// Files of the shapes between which the model deforms; `obj` is its shape at rest
+    pub shapes: Option<At<ShapesTable>>,
     /// Applied last [0, 0, 0]
     pub translate: Option<Three>,
     /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]

@@ -41,6 +41,7 @@ pub(super) fn track(text: TomlText<'_>, table: &At<ModelTable>) -> Result<Transf
         scale: through_or(constant, &keys, how, |key| or(&key.scale, "scale", constant, factor))?,
         matrix: has_matrix.then_some(matrices),
         visible: visibility(model, &all),
+        shapes: None,
     };
     refuse_flat(text, table, &keys, &track)?;
     Ok(track)

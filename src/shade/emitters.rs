@@ -2,10 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
+use super::deformed::Deformations;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::pose::Pose;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Model, Scene};
 
 /// The triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its light. Each is chosen in proportion to the light that it sends, and each place
 /// on it as often as any other.
@@ -115,6 +116,7 @@ impl Emitters {
         &self,
         scene: &Scene,
         pose: &Pose,
+        deformations: &Deformations,
         random: [f32; 3],
     ) -> Option<Result<EmitterPlace, NotThere>> {
         let [choice, along, above] = random;
@@ -126,10 +128,11 @@ impl Emitters {
         if !transform.is_visible {
             return Some(Err(NotThere { model }));
         }
-        let positions = mesh.positions.as_slice();
-        let corner = |corner: u32| transform.point(Vec3::from_array(positions[corner as usize]));
-        let [a, b, c] = mesh.triangles[triangle as usize].map(corner);
-        let normal = transform.normal(normal_of(mesh, triangle));
+        let deformed = deformations.of_model(model);
+        let corners =
+            deformed.map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
+        let normal = transform.normal(normal_of(corners));
+        let [a, b, c] = corners.map(|corner| transform.point(corner.as_vec3()));
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
         let material = mesh.material_of[triangle as usize];
@@ -138,20 +141,32 @@ impl Emitters {
             point: a * (1.0 - root) + b * (root * (1.0 - above)) + c * (root * above),
             normal,
             radiance: scene.materials[usize::from(material)].emission,
-            density: self.density(pose, model, material, normal),
+            density: self.density(scene, pose, deformations, (model, triangle), normal),
         }))
     }
 
-    /// The density with which a place on a triangle of `model` with this `material` is chosen, for each unit of area in
-    /// world space. `normal`: of the triangle, unit length, world space, on either side.
-    pub fn density(&self, pose: &Pose, model: u32, material: u16, normal: Vec3) -> f32 {
+    /// The density with which a place on a triangle of a model is chosen, for each unit of area in world space. `normal`: of the
+    /// triangle, unit length, world space, on either side.
+    pub fn density(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        deformations: &Deformations,
+        (model, triangle): (u32, u32),
+        normal: Vec3,
+    ) -> f32 {
+        let mesh = &scene.models[model as usize].mesh;
+        let material = mesh.material_of[triangle as usize];
         let Some(brightness) =
             self.brightness.get(usize::from(material)).filter(|brightness| **brightness > 0.0)
         else {
             return 0.0;
         };
         let transform = &pose.models[model as usize];
-        let of_object = brightness * self.chance[model as usize];
+        let mut of_object = brightness * self.chance[model as usize];
+        if let Some(deformed) = deformations.of_model(model) {
+            of_object *= deformed.shrinks(mesh, triangle) as f32;
+        }
         if transform.is_identity {
             return of_object;
         }
@@ -162,9 +177,8 @@ impl Emitters {
     }
 }
 
-/// Unit length, object space.
-fn normal_of(mesh: &Mesh, triangle: u32) -> Vec3 {
-    let [a, b, c] = corners_of(mesh, triangle);
+/// Unit length, of a triangle with these corners.
+fn normal_of([a, b, c]: [DVec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3()
 }
 
@@ -185,12 +199,13 @@ fn growth(model: &Model) -> f64 {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::sync::Arc;
 
     use glam::{DAffine3, DMat3};
 
     use super::*;
-    use crate::animation::Visibility;
-    use crate::scene;
+    use crate::animation::{ShapeTrack, Visibility};
+    use crate::scene::{self, Mesh, Shapes};
     use crate::shade::sampling::PathRandom;
 
     /// The city, of which every second material glows.
@@ -208,8 +223,35 @@ mod tests {
         scene
     }
 
-    fn world_area(scene: &Scene, pose: &Pose, model: usize, triangle: u32) -> (f32, Vec3) {
-        let corners = corners_of(&scene.models[model].mesh, triangle);
+    /// The same with all that moves bent and stretched, unevenly.
+    fn bent(mut scene: Scene) -> Scene {
+        let moves = |model: &&mut Model| !model.track.is_constant() && model.mesh.quadric.is_none();
+        for model in scene.models.iter_mut().filter(moves) {
+            let bend = |at: &[f32; 3]| [at[0] * 2.0, at[1] + at[0] * at[2], at[2] * 0.75 + 0.3 * at[1]];
+            let rest = model.mesh.positions.as_slice().to_vec();
+            let list = vec![rest.iter().map(bend).collect(), rest];
+            let places: Vec<u32> = (0..model.mesh.positions.as_slice().len() as u32).collect();
+            let shapes = Shapes::new(list, &model.mesh.triangles, &[], &places);
+            model.track.shapes = ShapeTrack::through(vec![(0.0, 0), (25.0, 1)], None);
+            model.mesh = Arc::new(Mesh { shapes: Some(Arc::new(shapes)), ..Mesh::clone(&model.mesh) });
+        }
+        scene
+    }
+
+    fn deformations(scene: &Scene, pose: &Pose) -> Deformations {
+        Deformations::of(scene, &pose.models, false)
+    }
+
+    fn world_area(
+        scene: &Scene,
+        (pose, shapes): (&Pose, &Deformations),
+        model: usize,
+        triangle: u32,
+    ) -> (f32, Vec3) {
+        let mesh = &scene.models[model].mesh;
+        let corners = shapes
+            .of_model(model as u32)
+            .map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
         let [a, b, c] = corners.map(|corner| pose.models[model].point(corner.as_vec3()).as_dvec3());
         let across = (b - a).cross(c - a);
         ((0.5 * across.length()) as f32, across.normalize_or(DVec3::Y).as_vec3())
@@ -217,46 +259,51 @@ mod tests {
 
     #[test]
     fn the_density_of_all_places_is_one() {
-        let scene = glowing_city();
-        let emitters = Emitters::of(&scene);
-        assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
-        for frame in [1, 20] {
-            let pose = Pose::of(&scene, frame);
-            let mut sum = 0.0;
-            for (number, model) in scene.models.iter().enumerate() {
-                for (triangle, material) in (0..).zip(&model.mesh.material_of) {
-                    let (area, normal) = world_area(&scene, &pose, number, triangle);
-                    let density = emitters.density(&pose, number as u32, *material, normal);
-                    assert_eq!(density > 0.0, emitters.emits(*material));
-                    sum += f64::from(area * density);
+        for scene in [glowing_city(), bent(glowing_city())] {
+            let emitters = Emitters::of(&scene);
+            assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
+            for frame in [1, 20] {
+                let pose = Pose::of(&scene, frame);
+                let shapes = deformations(&scene, &pose);
+                let mut sum = 0.0;
+                for (number, model) in scene.models.iter().enumerate() {
+                    for (triangle, material) in (0..).zip(&model.mesh.material_of) {
+                        let (area, normal) = world_area(&scene, (&pose, &shapes), number, triangle);
+                        let primitive = (number as u32, triangle);
+                        let density = emitters.density(&scene, &pose, &shapes, primitive, normal);
+                        assert_eq!(density > 0.0, emitters.emits(*material));
+                        sum += f64::from(area * density);
+                    }
                 }
+                assert!((sum - 1.0).abs() < 1e-3, "frame {frame}: {sum}");
             }
-            assert!((sum - 1.0).abs() < 1e-3, "frame {frame}: {sum}");
         }
     }
 
     #[test]
     fn places_are_as_dense_as_they_say() {
-        let scene = glowing_city();
-        let (emitters, pose) = (Emitters::of(&scene), Pose::of(&scene, 20));
-        let mut counts = vec![0; scene.models.len()];
-        const DRAWN: u32 = 4096;
-        for index in 0..DRAWN {
-            let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
-            let place = emitters.choose(&scene, &pose, [choice, along, above]).expect("much glows");
-            let place = place.expect("all are there");
-            counts[place.model as usize] += 1;
-            assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
-        }
-        for (number, model) in scene.models.iter().enumerate() {
-            let glowing =
-                (0..).zip(&model.mesh.material_of).filter(|(_, material)| emitters.emits(**material));
-            let share = glowing.map(|(triangle, material)| {
-                let (area, normal) = world_area(&scene, &pose, number, triangle);
-                area * emitters.density(&pose, number as u32, *material, normal)
-            });
-            let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
-            assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
+        for scene in [glowing_city(), bent(glowing_city())] {
+            let (emitters, pose) = (Emitters::of(&scene), Pose::of(&scene, 20));
+            let shapes = deformations(&scene, &pose);
+            let mut counts = vec![0; scene.models.len()];
+            const DRAWN: u32 = 4096;
+            for index in 0..DRAWN {
+                let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
+                let place = emitters.choose(&scene, &pose, &shapes, [choice, along, above]);
+                let place = place.expect("much glows").expect("all are there");
+                counts[place.model as usize] += 1;
+                assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
+            }
+            for (number, model) in scene.models.iter().enumerate() {
+                let glowing =
+                    (0..).zip(&model.mesh.material_of).filter(|(_, material)| emitters.emits(**material));
+                let share = glowing.map(|(triangle, _)| {
+                    let (area, normal) = world_area(&scene, (&pose, &shapes), number, triangle);
+                    area * emitters.density(&scene, &pose, &shapes, (number as u32, triangle), normal)
+                });
+                let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
+                assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
+            }
         }
     }
 
@@ -267,7 +314,9 @@ mod tests {
             let (emitters, pose) = (Emitters::of(scene), Pose::of(scene, 20));
             let choose = |index| {
                 let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
-                emitters.choose(scene, &pose, [choice, along, above]).expect("much glows")
+                emitters
+                    .choose(scene, &pose, &Deformations::default(), [choice, along, above])
+                    .expect("much glows")
             };
             (0..1024).map(choose).map(|chosen| chosen.map(|place| place.model)).collect::<Vec<_>>()
         };
@@ -292,6 +341,6 @@ mod tests {
         };
         let emitters = Emitters::of(&dark);
         assert!(emitters.is_empty() && !emitters.emits(0));
-        assert_eq!(emitters.choose(&dark, &Pose::of(&dark, 1), [0.5; 3]), None);
+        assert_eq!(emitters.choose(&dark, &Pose::of(&dark, 1), &Deformations::default(), [0.5; 3]), None);
     }
 }

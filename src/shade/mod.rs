@@ -2,6 +2,7 @@
 
 pub mod area;
 pub mod coat;
+pub mod deformed;
 pub mod emitters;
 pub mod ggx;
 pub mod light;

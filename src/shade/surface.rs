@@ -111,19 +111,10 @@ impl Corners {
         let coordinates = |of: &Vec3x8| [*of.x.values(), *of.y.values(), *of.z.values()];
         let [a, b, c, p] = [&self.first, &self.second, &self.third, &points].map(coordinates);
         for lane in 0..LANES {
-            let from_a = |of: &[[f32; LANES]; 3]| {
-                let along = |axis: usize| f64::from(of[axis][lane]) - f64::from(a[axis][lane]);
-                DVec3::new(along(0), along(1), along(2))
-            };
-            let (ab, ac, ap) = (from_a(&b), from_a(&c), from_a(&p));
-            let normal = ab.cross(ac);
-            let square = normal.dot(normal);
-            let scale = if square > 0.0 { 1.0 / square } else { 0.0 };
-            let u = (ap.cross(ac).dot(normal) * scale).max(0.0);
-            let v = (ab.cross(ap).dot(normal) * scale).max(0.0);
-            let most = (u + v).max(1.0);
-            second.set_lane(lane, (u / most) as f32);
-            third.set_lane(lane, (v / most) as f32);
+            let at = |of: &[[f32; LANES]; 3]| DVec3::from([0, 1, 2].map(|axis| f64::from(of[axis][lane])));
+            let [u, v] = weights_of([at(&a), at(&b), at(&c)], at(&p));
+            second.set_lane(lane, u as f32);
+            third.set_lane(lane, v as f32);
         }
         [second, third]
     }
@@ -162,6 +153,20 @@ impl Corners {
         let usable = self.is_smooth & squared.gt(F32x8::splat(LEAST_SQUARE));
         usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), geometric_normal)
     }
+}
+
+/// Barycentric weights of the second and third corner at `point` of a triangle: those of a point inside, see
+/// [`Corners::weights_at`].
+#[inline(always)]
+pub fn weights_of([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let square = normal.dot(normal);
+    let scale = if square > 0.0 { 1.0 / square } else { 0.0 };
+    let u = (ap.cross(ac).dot(normal) * scale).max(0.0);
+    let v = (ab.cross(ap).dot(normal) * scale).max(0.0);
+    let most = (u + v).max(1.0);
+    [u / most, v / most]
 }
 
 /// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of`: the mesh and the primitive
@@ -242,14 +247,7 @@ pub fn meet_exactly(
     (eye, direction): (Vec3, Vec3),
     about: Vec3,
 ) -> Option<Vec3> {
-    let (origin, along) = match transform.is_identity {
-        true => (eye, direction),
-        false => {
-            let to_object = &transform.to_object;
-            (to_object.transform_point3(eye), to_object.transform_vector3(direction))
-        }
-    };
-    let (origin, along) = (origin.as_dvec3(), along.as_dvec3());
+    let [origin, along] = transform.line_to_object((eye, direction));
     if let Some(quadric) = &mesh.quadric {
         return Some(quadric.meet_line(triangle, origin, along, about));
     }

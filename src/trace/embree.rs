@@ -2,9 +2,10 @@
 //!
 //! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
 //! put them there), built once. *Movable* holds an instance of each model that moves
-//! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances.
+//! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances. A model that
+//! deforms has an instance of a scene of its own, which is built anew when its shape is another.
 //!
-//! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`]).
+//! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
 //!
 //! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
 //! this order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads
@@ -19,6 +20,7 @@
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
 //! and nothing else, and shadow rays are asked of these.
 
+mod frozen;
 mod mask;
 mod one_by_one;
 mod pieces;
@@ -28,8 +30,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use embree::{
-    BuildQuality, Coherence as EmbreeCoherence, Committed, Device, FrozenScene, Geometry, GeometryId, Hit,
-    INVALID, PacketWidth, PrimId, Ray, RayHit, Scene as EmbreeScene, Valid,
+    BuildQuality, Coherence as EmbreeCoherence, Committed, Device, GeometryId, Hit, INVALID, PacketWidth,
+    PrimId, Ray, RayHit, Scene as EmbreeScene, Valid,
 };
 
 use super::{
@@ -40,12 +42,8 @@ use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::Build;
-use pieces::Pieces;
+use frozen::{CASTS_SHADOW, Deforming, Frozen, ROBUST, freeze, geometries_of};
 use places::set_places;
-
-/// Closed surfaces have no cracks: without this, a few rays slip between two triangles
-/// that share an edge and show what is behind them, and the audit rightly complains.
-const ROBUST: bool = true;
 
 /// Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else. Large enough that products
 /// with it are not subnormal in scenes of usual size, which would be slow.
@@ -78,6 +76,9 @@ pub struct EmbreeBackend {
     movable_parts: Vec<[Part; 2]>,
     /// The movable models, each with its instance.
     instances: Vec<(usize, GeometryId)>,
+    /// Those of them that deform.
+    deforming: Vec<Deforming>,
+    device: Device,
     /// Of the packets that Embree gets.
     width: PacketWidth,
 }
@@ -124,19 +125,28 @@ impl EmbreeBackend {
             still_parts: Vec::new(),
             movable_parts: Vec::new(),
             instances: Vec::new(),
+            deforming: Vec::new(),
             width: device.native_width(),
+            device: device.clone(),
         };
         let mut frozen = HashMap::new();
         for (number, model) in scene.models.iter().enumerate() {
             if model.track.is_constant() {
                 backend.add_still(&device, number as u32, &model.mesh)?;
+            } else if model.mesh.shapes.is_some() {
+                let with_casters = backend.casters.is_some();
+                let (deforming, parts) = Deforming::new(&device, number, &model.mesh, with_casters)?;
+                let instances = backend.add_movable(number as u32, &parts)?;
+                backend.deforming.push(deforming.placed(instances));
             } else {
                 let shared = Arc::as_ptr(&model.mesh);
                 let parts = match frozen.get(&shared) {
                     Some(parts) => Arc::clone(parts),
                     None => {
                         let with_casters = backend.casters.is_some();
-                        let made = Arc::new(freeze(&device, &model.mesh, quality, with_casters)?);
+                        let mesh = &model.mesh;
+                        let made = freeze(&device, mesh, &mesh.positions, quality, with_casters)?;
+                        let made = Arc::new(made);
                         frozen.insert(shared, Arc::clone(&made));
                         made
                     }
@@ -159,7 +169,7 @@ impl EmbreeBackend {
     }
 
     fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
-        for (half, (geometry, first)) in geometries_of(device, mesh)? {
+        for (half, (geometry, first)) in geometries_of(device, mesh, &mesh.positions)? {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
             self.still_parts.push(Part { model, first });
@@ -170,87 +180,29 @@ impl EmbreeBackend {
         Ok(())
     }
 
-    fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<(), TraceError> {
+    /// The instances of the model: among all, and among those that cast shadows.
+    fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<[Option<GeometryId>; 2], TraceError> {
         let identity = crate::animation::Transform::IDENTITY.columns();
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
         debug_assert_eq!(instance.0 as usize, self.movable_parts.len());
         self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));
         self.instances.push((model as usize, instance));
+        let mut of_caster = None;
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
             let id = casters.movable.attach_instance(scene, identity, mask::MOVED)?;
             casters.instances.push((model as usize, id));
+            of_caster = Some(id);
         }
-        Ok(())
+        Ok([Some(instance), of_caster])
     }
-}
-
-/// A movable model's own scene.
-struct Frozen {
-    scene: Arc<FrozenScene>,
-    /// First triangle by geometry id.
-    firsts: [u32; 2],
-    /// The triangles that cast shadows by themselves, where that is wanted and there are any.
-    casters: Option<Arc<FrozenScene>>,
-}
-
-fn freeze(
-    device: &Device,
-    mesh: &Mesh,
-    quality: BuildQuality,
-    with_casters: bool,
-) -> Result<Frozen, TraceError> {
-    let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
-    let mut firsts = [0; 2];
-    let halves = geometries_of(device, mesh)?;
-    for (_, (geometry, first)) in &halves {
-        let GeometryId(id) = scene.attach(geometry)?;
-        firsts[id as usize] = *first;
-    }
-    let scene = scene.freeze()?;
-    let casters = match halves.as_slice() {
-        [(CASTS_SHADOW, _)] if with_casters => Some(Arc::clone(&scene)),
-        [(CASTS_SHADOW, (geometry, _)), _] if with_casters => {
-            let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
-            casters.attach(geometry)?;
-            Some(casters.freeze()?)
-        }
-        _ => None,
-    };
-    Ok(Frozen { scene, firsts, casters })
-}
-
-/// The half of a mesh that casts shadows; the other one is clear.
-const CASTS_SHADOW: usize = 0;
-
-/// A half of a mesh with its first triangle.
-type Half = (usize, (Geometry, u32));
-
-/// The geometries of `mesh` that have triangles.
-fn geometries_of(device: &Device, mesh: &Mesh) -> Result<Vec<Half>, TraceError> {
-    let (all, split) = (&mesh.triangles, mesh.shadow_casting);
-    if let Some(quadric) = &mesh.quadric {
-        let (half, mask) =
-            if split > 0 { (CASTS_SHADOW, mask::CASTS_SHADOW) } else { (1 - CASTS_SHADOW, mask::CLEAR) };
-        let pieces = Arc::new(Pieces(Arc::clone(quadric)));
-        return Ok(vec![(half, (Geometry::primitives(device, pieces, mask)?, 0))]);
-    }
-    let ranges = [(0..split, mask::CASTS_SHADOW), (split..all.len(), mask::CLEAR)];
-    let mut halves = Vec::new();
-    for (half, (range, mask)) in ranges.into_iter().enumerate() {
-        if range.is_empty() {
-            continue;
-        }
-        let first = range.start as u32;
-        let triangles =
-            if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
-        let geometry = Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?;
-        halves.push((half, (geometry, first)));
-    }
-    Ok(halves)
 }
 
 impl Backend for EmbreeBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
+        for deforming in &mut self.deforming {
+            let casters = self.casters.as_mut().map(|casters| &mut casters.movable);
+            deforming.deform(&self.device, &mut self.movable, casters, pose)?;
+        }
         set_places(&mut self.movable, &self.instances, pose, moved)?;
         let has_movable = !self.instances.is_empty();
         Ok(Box::new(EmbreeTracer {

@@ -2,7 +2,8 @@
 //!
 //! Made of the same halves as [`embree`](super::embree): one tree of the triangles of all models that never
 //! move, in world space; and for each other mesh a tree in object space, with a small tree of the instances
-//! above that is built anew in every frame. An instance takes the rays into its own space; directions keep
+//! above that is built anew in every frame. A mesh that deforms has a tree for each of its models, built anew when its shape is
+//! another. An instance takes the rays into its own space; directions keep
 //! their length there, so that t means the same in both.
 //!
 //! - [`tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
@@ -41,6 +42,7 @@ use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
+use crate::animation::Shape;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
@@ -64,11 +66,25 @@ pub struct RustBackend {
 /// The trees of all triangles, or of some.
 struct Trees {
     still: Triangles,
-    /// Of the models that move; those of one mesh share them.
+    /// Of the models that move; those of one mesh share them, if it does not deform.
     meshes: Vec<Triangles>,
+    /// Of the models that deform.
+    deforming: Vec<Deforming>,
+    /// How many of a mesh's triangles, from the first on.
+    count: fn(&Mesh) -> usize,
     /// The models that move, and which of `meshes` each has.
     movable: Vec<(u32, usize)>,
     quadrics: Quadrics,
+}
+
+/// A model whose triangles are built anew for each of its shapes.
+struct Deforming {
+    model: u32,
+    mesh: Arc<Mesh>,
+    /// Which of the meshes are its triangles.
+    at: usize,
+    /// The shape that they have.
+    shape: Shape,
 }
 
 impl RustBackend {
@@ -91,12 +107,18 @@ impl RustBackend {
 impl Trees {
     /// Of the first triangles of each mesh, as many as `count` says, and of `quadrics`.
     fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
-        let (mut still, mut meshes, mut movable) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut still, mut meshes, mut movable, mut deforming) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut known = HashMap::new();
         let has_triangles = |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0;
         for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() {
                 still.push((number as u32, &*model.mesh));
+            } else if model.mesh.shapes.is_some() {
+                let (mesh, shape) = (Arc::clone(&model.mesh), Shape::FIRST);
+                deforming.push(Deforming { model: number as u32, at: meshes.len(), shape, mesh });
+                movable.push((number as u32, meshes.len()));
+                meshes.push(deformed(&model.mesh, &shape, count));
             } else {
                 let mesh: &Mesh = &model.mesh;
                 let at = *known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| {
@@ -106,16 +128,30 @@ impl Trees {
                 movable.push((number as u32, at));
             }
         }
-        Self { still: Triangles::new(&still, count), meshes, movable, quadrics }
+        Self { still: Triangles::new(&still, count), meshes, deforming, count, movable, quadrics }
+    }
+
+    /// Builds anew what has another shape. Nothing of the tree before is kept: frames do not depend on which others were rendered.
+    fn deform(&mut self, pose: &Pose) {
+        let Self { meshes, deforming, count, .. } = self;
+        for Deforming { model, mesh, at, shape } in deforming {
+            let place = &pose.models[*model as usize];
+            if place.is_visible && place.shape != *shape {
+                *shape = place.shape;
+                meshes[*at] = deformed(mesh, shape, *count);
+            }
+        }
     }
 
     /// As they stand in one frame.
-    fn open(&self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
+    fn open(&mut self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
+        self.deform(pose);
+        let this = &*self;
         let is_there = |model: u32| pose.models[model as usize].is_visible;
-        let instances: Vec<Instance> = (self.movable.iter())
+        let instances: Vec<Instance> = (this.movable.iter())
             .filter(|(model, _)| is_there(*model))
             .map(|(model, mesh)| Instance {
-                triangles: &self.meshes[*mesh],
+                triangles: &this.meshes[*mesh],
                 model: *model,
                 moved: moved[*model as usize],
                 to_object: pose.models[*model as usize].to_object,
@@ -125,14 +161,21 @@ impl Trees {
             .map(|instance| instance.triangles.tree.bounds.placed(&pose.models[instance.model as usize]))
             .collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
-        let (still_quadrics, quadrics) = (self.quadrics.still(), self.quadrics.open(pose, moved));
-        OpenTrees { still: &self.still, instances, above, still_quadrics, quadrics }
+        let (still_quadrics, quadrics) = (this.quadrics.still(), this.quadrics.open(pose, moved));
+        OpenTrees { still: &this.still, instances, above, still_quadrics, quadrics }
     }
+}
+
+/// The triangles of a mesh in one of its shapes.
+fn deformed(mesh: &Mesh, shape: &Shape, count: fn(&Mesh) -> usize) -> Triangles {
+    let positions = mesh.shapes.as_ref().map(|shapes| shapes.positions(shape));
+    let positions = positions.as_deref().unwrap_or(mesh.positions.as_slice());
+    Triangles::at(&[(OF_INSTANCE, mesh, positions)], count)
 }
 
 impl Backend for RustBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
-        let casters = self.casters.as_ref().map(|trees| trees.open(pose, moved));
+        let casters = self.casters.as_mut().map(|trees| trees.open(pose, moved));
         Ok(Box::new(RustTracer { all: self.all.open(pose, moved), casters }))
     }
 }

@@ -5,14 +5,14 @@ pub mod worlds;
 
 use std::sync::Arc;
 
-use afterimage::animation::{Interpolation, Track, TransformTrack};
+use afterimage::animation::{Interpolation, ShapeTrack, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::Shape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::{
-    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene,
+    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
@@ -34,6 +34,7 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
         material_of: vec![material; triangles.len()],
         groups: Default::default(),
         quadric: None,
+        shapes: None,
     }
 }
 
@@ -182,4 +183,39 @@ pub fn mean_difference(a: &Finished, b: &Finished, plane: &str) -> f32 {
     let values = |finished: &'_ Finished| finished.film.values(plane).expect("the plane is there");
     let (a, b) = (values(a), values(b));
     a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
+}
+
+/// `mesh`, which goes straight from shape to shape: at each frame of `shapes` its vertices are where a function puts them.
+pub fn deforming(
+    name: &str,
+    mesh: Mesh,
+    track: TransformTrack,
+    shapes: &[(f64, &dyn Fn(Vec3) -> Vec3)],
+) -> Model {
+    let place = |shape: &dyn Fn(Vec3) -> Vec3| {
+        let moved = |at: &[f32; 3]| shape(Vec3::from_array(*at)).to_array();
+        mesh.positions.as_slice().iter().map(moved).collect()
+    };
+    let list = shapes.iter().map(|(_, shape)| place(*shape)).collect();
+    let places: Vec<u32> = (0..mesh.positions.as_slice().len() as u32).collect();
+    let data = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
+    let keys = shapes.iter().zip(0..).map(|((frame, _), number)| (*frame, number)).collect();
+    let track = TransformTrack { shapes: ShapeTrack::through(keys, None), ..track };
+    moving(name, Mesh { shapes: Some(Arc::new(data)), ..mesh }, track)
+}
+
+/// A sheet of `cells` x `cells` squares in the plane y = 0 that looks up, from -half to half; smooth, if that is asked for.
+pub fn sheet(half: f32, cells: u32, material: u16, is_smooth: bool) -> Mesh {
+    let row = cells + 1;
+    let at = |i: u32| half * (2.0 * i as f32 / cells as f32 - 1.0);
+    let corners: Vec<[f32; 3]> = (0..row * row).map(|i| [at(i % row), 0.0, -at(i / row)]).collect();
+    let square = |i: u32| {
+        let first = i / cells * row + i % cells;
+        [[first, first + 1, first + row + 1], [first, first + row + 1, first + row]]
+    };
+    let triangles: Vec<[u32; 3]> = (0..cells * cells).flat_map(square).collect();
+    let sheet = mesh(&corners, &triangles, material, true);
+    let uvs = corners.iter().map(|[x, _, z]| Vec2::new(*x, -*z) / (2.0 * half) + 0.5).collect();
+    let normals = if is_smooth { vec![Vec3::Y; corners.len()] } else { Vec::new() };
+    Mesh { normals, uvs, ..sheet }
 }

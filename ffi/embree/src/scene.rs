@@ -10,7 +10,8 @@ use std::sync::Arc;
 /// How much time to spend on the acceleration structure.
 ///
 /// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
-/// buffers here never change.
+/// buffers here never change. What deforms is built anew, in a scene that takes the other's
+/// [place](Scene::set_instance_scene).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Fastest to build: for scenes that change each frame.
@@ -50,7 +51,7 @@ pub struct Scene {
 #[derive(Debug)]
 enum Attached {
     Mesh { mesh: MeshHandle, mask: u32 },
-    Instance { handle: Handle, transform: [f32; 12], mask: u32, _of: Arc<FrozenScene> },
+    Instance { handle: Handle, transform: [f32; 12], mask: u32, of: Arc<FrozenScene> },
 }
 
 /// A scene that was committed for good. Instances place it in other scenes.
@@ -111,23 +112,17 @@ impl Scene {
         transform: [f32; 12],
         mask: u32,
     ) -> Result<GeometryId, Error> {
-        self.check_device(&of.scene.device)?;
+        self.check_instanced(of)?;
         check_transform(&transform)?;
-        if of.scene.attached.iter().any(|a| matches!(a, Attached::Instance { .. })) {
-            return Err(Error::new(
-                ErrorCode::InvalidOperation,
-                "a scene that holds instances cannot be instanced: there is one level of instances",
-            ));
-        }
         let mut handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_INSTANCE)?;
-        // SAFETY: both are live and of one device; `_of` keeps the child alive longer than this scene.
+        // SAFETY: both are live and of one device; `of` in `attached` keeps the child alive longer than this scene.
         unsafe { sys::rtcSetGeometryInstancedScene(handle.raw(), of.scene.raw.0) };
         handle.set_mask(mask);
         handle.set_transform(&transform);
         handle.commit();
         self.device.take_error()?;
         let id = self.attach_handle(&handle)?;
-        self.attached.push(Attached::Instance { handle, transform, mask, _of: Arc::clone(of) });
+        self.attached.push(Attached::Instance { handle, transform, mask, of: Arc::clone(of) });
         Ok(id)
     }
 
@@ -145,6 +140,27 @@ impl Scene {
             *old = transform;
             handle.set_transform(&transform);
             handle.commit();
+            self.changed = true;
+        }
+        self.device.take_error()
+    }
+
+    /// Has an instance place another frozen scene; its transform and mask stay. The same scene again is no change.
+    ///
+    /// # Errors
+    /// If `id` is no instance of this scene, if `of` is of another device or holds instances itself, or if memory is exhausted.
+    pub fn set_instance_scene(&mut self, id: GeometryId, of: &Arc<FrozenScene>) -> Result<(), Error> {
+        self.check_instanced(of)?;
+        let Attached::Instance { handle, of: old, .. } = self.find(id)? else {
+            let text = format!("geometry {} is a mesh, and only instances place a scene", id.0);
+            return Err(Error::new(ErrorCode::InvalidOperation, text));
+        };
+        if !Arc::ptr_eq(old, of) {
+            // SAFETY: both are live and of one device. Embree keeps a reference of its own to the child; that `of` is
+            // replaced only after it has let go of the old one, whose buffers `old` keeps, holds for what it reads.
+            unsafe { sys::rtcSetGeometryInstancedScene(handle.raw(), of.scene.raw.0) };
+            handle.commit();
+            *old = Arc::clone(of);
             self.changed = true;
         }
         self.device.take_error()
@@ -210,6 +226,18 @@ impl Scene {
         self.attached
             .get_mut(id.0 as usize)
             .ok_or_else(|| Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0)))
+    }
+
+    /// Whether instances in this scene may place `of`.
+    fn check_instanced(&self, of: &FrozenScene) -> Result<(), Error> {
+        self.check_device(&of.scene.device)?;
+        if of.scene.attached.iter().any(|a| matches!(a, Attached::Instance { .. })) {
+            return Err(Error::new(
+                ErrorCode::InvalidOperation,
+                "a scene that holds instances cannot be instanced: there is one level of instances",
+            ));
+        }
+        Ok(())
     }
 
     fn check_device(&self, other: &Device) -> Result<(), Error> {

@@ -75,14 +75,21 @@ fn misuse_of_a_scene_is_an_error() {
     assert_eq!(code(&|s| s.attach_instance(&child, nan, 1).map(drop)), ErrorCode::InvalidArgument);
     assert_eq!(code(&|s| s.set_instance_transform(plain, IDENTITY)), ErrorCode::InvalidOperation);
     assert_eq!(code(&|s| s.set_mask(GeometryId(2), 1)), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.set_instance_scene(plain, &child)), ErrorCode::InvalidOperation);
+    assert_eq!(code(&|s| s.set_instance_scene(GeometryId(2), &child)), ErrorCode::InvalidArgument);
     let foreign = scenes::device();
     let strange = mesh(&foreign, &[UNIT_TRIANGLE], 1);
     assert_eq!(code(&|s| s.attach(&strange).map(drop)), ErrorCode::InvalidArgument);
+    let elsewhere = medium(&foreign).freeze().unwrap();
+    assert_eq!(code(&|s| s.set_instance_scene(placed, &elsewhere)), ErrorCode::InvalidArgument);
 
     // One level of instances: what holds one cannot be one.
     let nested = scene.freeze().unwrap();
     let error = medium(&device).attach_instance(&nested, IDENTITY, 1).unwrap_err();
     assert_eq!(error.code(), ErrorCode::InvalidOperation);
+    let mut other = medium(&device);
+    let placed = other.attach_instance(&child, IDENTITY, 1).unwrap();
+    assert_eq!(other.set_instance_scene(placed, &nested).unwrap_err().code(), ErrorCode::InvalidOperation);
 }
 
 #[test]

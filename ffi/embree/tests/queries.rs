@@ -118,6 +118,28 @@ fn an_instance_stands_where_its_transform_puts_it() {
 }
 
 #[test]
+fn an_instance_shows_the_scene_that_it_places_now() {
+    let device = scenes::device();
+    let child = |z: f32| {
+        let mut child = medium(&device);
+        child.attach(&mesh(&device, &[UNIT_TRIANGLE.map(|[x, y, _]| [x, y, z])], u32::MAX)).unwrap();
+        child.freeze().unwrap()
+    };
+    let mut scene = medium(&device);
+    let first = child(0.0);
+    let id = scene.attach_instance(&first, moved(5.0, 0.0, -1.0), 0b010).unwrap();
+    assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 0b010).0, 2.0);
+    for depth in 1..4 {
+        // nobody else holds the one before
+        scene.set_instance_scene(id, &child(-depth as f32)).unwrap();
+        let (t, ids, _) = drop_ray(&mut scene, 5.25, 0.25, 0b010);
+        assert_eq!((t, ids), (2.0 + depth as f32, [0, 0, id.0]), "where it was, with its own mask");
+        assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 0b101).0, f32::INFINITY);
+    }
+    assert_eq!(std::sync::Arc::strong_count(&first), 1, "let go");
+}
+
+#[test]
 fn masks_hide_meshes_and_instances() {
     let device = scenes::device();
     let mut child = medium(&device);

@@ -19,6 +19,7 @@ mod number;
 mod oracle;
 mod piece;
 mod plain;
+mod positions;
 mod share;
 mod source;
 mod statement;
@@ -37,6 +38,7 @@ use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
 pub use join::{Named, Use};
 use piece::{Piece, Reader};
+pub use positions::{line_of_position, read_positions};
 use share::Vertices;
 use source::Source;
 
@@ -49,6 +51,10 @@ const PIECE: u64 = 1 << 18;
 pub struct ObjFile {
     /// Object space, finite. With room for one more.
     pub positions: Vec<[f32; 3]>,
+    /// By vertex, the number of its position (`v`) in the file, from 0; empty where these are the vertices' own numbers.
+    pub sources: Vec<u32>,
+    /// How many positions the file has.
+    pub places: usize,
     /// One a vertex or none at all; unit length, or zero where the file has none that is usable.
     pub normals: Vec<Vec3>,
     /// One a vertex or none at all; finite.
@@ -78,19 +84,30 @@ pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
 /// # Errors
 /// The same.
 pub fn read_with_digest(path: &Path) -> Result<(ObjFile, Digest), SceneError> {
-    let unreadable =
-        |error: io::Error| SceneError::new(path, format!("the OBJ file cannot be read: {error}"));
-    let source = Source::open(path).map_err(unreadable)?;
-    if let Some(what) = not_a_model(&source).map_err(unreadable)? {
+    let source = open(path)?;
+    let read = parse(&source, PIECE).map_err(|error| unreadable(path, &error))?;
+    read.map_err(|fault| faulty(path, fault))
+}
+
+/// The text of the OBJ file at `path`, if there is memory for what is read of it.
+fn open(path: &Path) -> Result<Source<'static>, SceneError> {
+    let source = Source::open(path).map_err(|error| unreadable(path, &error))?;
+    if let Some(what) = not_a_model(&source).map_err(|error| unreadable(path, &error))? {
         return Err(SceneError::new(path, what));
     }
     // what is read takes about as much as the text of it
     let need = Need::of(Part::new("the text of the model", source.len(), "a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
-    parse(&source, PIECE).map_err(unreadable)?.map_err(|fault| {
-        let error = SceneError::new(path, fault.message);
-        if fault.line == 0 { error } else { error.at_line(fault.line) }
-    })
+    Ok(source)
+}
+
+fn unreadable(path: &Path, error: &io::Error) -> SceneError {
+    SceneError::new(path, format!("the OBJ file cannot be read: {error}"))
+}
+
+fn faulty(path: &Path, fault: Fault) -> SceneError {
+    let error = SceneError::new(path, fault.message);
+    if fault.line == 0 { error } else { error.at_line(fault.line) }
 }
 
 /// What a file is that has the name of a model by mistake.
@@ -148,7 +165,8 @@ fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
 /// Makes one file of the pieces of one.
 fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let mut joined = join::join(pieces)?;
-    let Vertices { positions, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
+    let places = joined.positions.len();
+    let Vertices { positions, sources, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
     let Joined { runs, materials, groups, libraries, too_small, .. } = joined;
     let triangles = cut::cut(runs, &positions);
     if !are_within_reach(&positions) {
@@ -160,7 +178,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let (triangles, uses) = (triangles.corners, triangles.uses);
     // the same bytes: nothing is copied
     let (normals, uvs) = (cast_vec(normals), cast_vec(uvs));
-    Ok(ObjFile { positions, normals, uvs, triangles, uses, materials, groups, libraries })
+    Ok(ObjFile { positions, sources, places, normals, uvs, triangles, uses, materials, groups, libraries })
 }
 
 /// Whether all coordinates are numbers that can be used.

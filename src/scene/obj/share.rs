@@ -30,6 +30,8 @@ const BLOCKS_A_THREAD: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
     pub positions: Vec<[f32; 3]>,
+    /// Numbers of these in the file; empty where they are the vertices' own.
+    pub sources: Vec<u32>,
     /// Finite.
     pub uvs: Vec<[f32; 2]>,
     /// Of unit length, or zero.
@@ -114,7 +116,7 @@ fn as_they_are(joined: &mut Joined, parts: [Part; 2]) -> Vertices {
     let mut normals = if parts[1] == Part::Same { std::mem::take(&mut joined.normals) } else { Vec::new() };
     uvs.truncate(positions.len());
     normals.truncate(positions.len());
-    Vertices { positions, uvs, normals }
+    Vertices { positions, sources: Vec::new(), uvs, normals }
 }
 
 fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
@@ -148,6 +150,7 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
     });
     Ok(Vertices {
         positions: gathered(&blocks, size, |position, _| joined.positions[position]),
+        sources: gathered(&blocks, size, |position, _| position as u32),
         uvs: match parts[0] {
             Part::Absent => Vec::new(),
             part => gathered(&blocks, size, |position, [key, _]| {

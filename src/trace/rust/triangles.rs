@@ -45,12 +45,18 @@ impl Triangles {
     /// Of the first triangles, as many as `count` says, of each of `meshes`, with what they shall say of their
     /// model. Their positions are taken as they are.
     pub fn new(meshes: &[(u32, &Mesh)], count: fn(&Mesh) -> usize) -> Self {
+        let placed = meshes.iter().map(|(model, mesh)| (*model, *mesh, mesh.positions.as_slice()));
+        Self::at(&placed.collect::<Vec<_>>(), count)
+    }
+
+    /// The same with each mesh's vertices at these positions.
+    pub fn at(meshes: &[(u32, &Mesh, &[[f32; 3]])], count: fn(&Mesh) -> usize) -> Self {
         let sources: Vec<(u32, u32)> = (meshes.iter().enumerate())
-            .flat_map(|(i, (_, mesh))| (0..count(mesh) as u32).map(move |t| (i as u32, t)))
+            .flat_map(|(i, (_, mesh, _))| (0..count(mesh) as u32).map(move |t| (i as u32, t)))
             .collect();
         let corners = |(mesh, triangle): (u32, u32)| {
-            let mesh = meshes[mesh as usize].1;
-            mesh.triangles[triangle as usize].map(|corner| mesh.positions.as_slice()[corner as usize])
+            let (_, mesh, positions) = meshes[mesh as usize];
+            mesh.triangles[triangle as usize].map(|corner| positions[corner as usize])
         };
         let boxes: Vec<Box3> = sources.iter().map(|source| Box3::around(corners(*source))).collect();
         let mut blocks = Vec::with_capacity(sources.len() / 4);
@@ -58,7 +64,7 @@ impl Triangles {
             let mut block = Block::EMPTY;
             for (lane, id) in ids.iter().enumerate() {
                 let source = sources[*id as usize];
-                let (model, mesh) = meshes[source.0 as usize];
+                let (model, mesh, _) = meshes[source.0 as usize];
                 block.put(lane, corners(source), model, source.1, (source.1 as usize) < mesh.shadow_casting);
             }
             blocks.push(block);

@@ -1,0 +1,139 @@
+//! Boxes around parts of a mesh: what moves is in them, and only where they are touched may anything change.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::split::{Around, Leaf, Split, parts};
+use crate::animation::Shape;
+use crate::geometry::Bounds;
+use crate::scene::{Mesh, Shapes};
+
+/// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 64 a ball that flies
+/// through a room has a seventh of the rays of paths less than with 8, which are its cube.
+pub const MOST_BOXES: usize = 64;
+
+/// Boxes around the parts of a mesh, object space. The parts are the same triangles in all of its shapes.
+#[derive(Debug)]
+pub struct PartBoxes {
+    /// Part by part; of a mesh that does not deform for the one shape that it has.
+    in_shapes: Vec<Vec<Bounds>>,
+}
+
+impl PartBoxes {
+    /// Up to `most` for each shape of `mesh`, which hold all its triangles.
+    pub fn of(mesh: &Mesh, most: usize) -> Self {
+        let Some(shapes) = &mesh.shapes else { return Self { in_shapes: vec![boxes_of(mesh, most)] } };
+        let parts = parts_of(mesh, most);
+        let in_shape = |positions: &Vec<[f32; 3]>| -> Vec<Bounds> {
+            let corners =
+                |triangle: &u32| mesh.triangles[*triangle as usize].map(|at| positions[at as usize]);
+            let around = |part: &Vec<u32>| {
+                let all = part.iter().flat_map(corners).map(Vec3::from_array);
+                all.fold(Bounds::EMPTY, Bounds::with)
+            };
+            parts.iter().map(around).collect()
+        };
+        Self { in_shapes: Shapes::list(shapes).par_iter().map(in_shape).collect() }
+    }
+
+    /// How many there are in a shape.
+    pub fn count(&self) -> usize {
+        self.in_shapes[0].len()
+    }
+
+    /// Around the parts in `shape`. Corners go straight from shape to shape: in between they are within what goes straight from box to
+    /// box, but for rounding by a float.
+    pub fn in_shape(&self, shape: &Shape) -> impl Iterator<Item = Bounds> + '_ {
+        let [from, to] = [shape.from, shape.to].map(|number| &self.in_shapes[number as usize]);
+        let shape = *shape;
+        from.iter().zip(to).map(move |(from, to)| Bounds {
+            low: moved(shape.between(from.low, to.low), -f32::EPSILON),
+            high: moved(shape.between(from.high, to.high), f32::EPSILON),
+        })
+    }
+}
+
+/// `point`, moved by a share of its coordinates, upwards or downwards.
+fn moved(point: Vec3, by: f32) -> Vec3 {
+    point + point.abs() * by
+}
+
+/// Up to `most` lists of triangles that lie together in the shape at rest, about as long as each other.
+fn parts_of(mesh: &Mesh, most: usize) -> Vec<Vec<u32>> {
+    let positions = mesh.positions.as_slice();
+    let middle = |triangle: &u32| -> Vec3 {
+        mesh.triangles[*triangle as usize].iter().map(|at| Vec3::from_array(positions[*at as usize])).sum()
+    };
+    let mut triangles: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let mut open = vec![(triangles.as_mut_slice(), most.min(mesh.triangles.len()))];
+    let mut parts = Vec::new();
+    while let Some((part, count)) = open.pop() {
+        if count <= 1 {
+            parts.push(part.to_vec());
+            continue;
+        }
+        let around = part.iter().map(middle).fold(Bounds::EMPTY, Bounds::with);
+        let axis = (around.high - around.low).max_position();
+        let at = part.len() * (count / 2) / count;
+        part.select_nth_unstable_by(at, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
+        let (left, right) = part.split_at_mut(at);
+        open.extend([(left, count / 2), (right, count - count / 2)]);
+    }
+    parts
+}
+
+/// Three corners, object space.
+type Corners = [Vec3; 3];
+
+/// How many boxes there are [of](PartBoxes::of) a mesh.
+pub fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
+    if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
+}
+
+/// Whether triangles of `mesh` are cut to pieces: what stands in for a quadric's pieces has their boxes, and is no surface; and
+/// parts of a mesh that deforms are whole triangles.
+fn is_cut(mesh: &Mesh, most: usize) -> bool {
+    mesh.quadric.is_none()
+        && mesh.shapes.is_none()
+        && !mesh.triangles.is_empty()
+        && mesh.triangles.len() < most
+}
+
+/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them. Where triangles are
+/// few they are cut to as many pieces: a box around a large one that is turned is mostly empty.
+pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
+    let positions = mesh.positions.as_slice();
+    let corners = |triangle: &[u32; 3]| -> Corners {
+        triangle.map(|corner| Vec3::from_array(positions[corner as usize]))
+    };
+    if is_cut(mesh, most) {
+        let pieces = pieces(mesh.triangles.iter().map(corners).collect(), most);
+        return pieces.into_iter().map(|piece| piece.into_iter().fold(Bounds::EMPTY, Bounds::with)).collect();
+    }
+    let around = |triangle: &[u32; 3]| {
+        let bounds = corners(triangle).into_iter().fold(Bounds::EMPTY, Bounds::with);
+        Leaf { bounds, first: 0, second: 0, last: 0 }
+    };
+    let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
+    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
+    parts.iter().map(|part| Around::of(part).bounds).collect()
+}
+
+/// `count` pieces of `triangles`: always that with the longest edge is cut in the middle of it. What rounding does to middles is
+/// far less than the [room](Bounds::placed) around boxes.
+fn pieces(mut triangles: Vec<Corners>, count: usize) -> Vec<Corners> {
+    let edge = |[a, b, c]: &Corners| [a.distance_squared(*b), b.distance_squared(*c), c.distance_squared(*a)];
+    let longest = |triangle: &Corners| edge(triangle).into_iter().fold(0.0, f32::max);
+    while triangles.len() < count {
+        let all = triangles.iter().enumerate();
+        let Some((number, _)) = all.max_by(|a, b| longest(a.1).total_cmp(&longest(b.1))) else { break };
+        let triangle = triangles[number];
+        let edges = edge(&triangle);
+        let first = (0..3).max_by(|a, b| edges[*a].total_cmp(&edges[*b])).unwrap_or(0);
+        let [a, b, c] = [0, 1, 2].map(|corner| triangle[(first + corner) % 3]);
+        let middle = a.midpoint(b);
+        triangles[number] = [a, middle, c];
+        triangles.push([middle, b, c]);
+    }
+    triangles
+}

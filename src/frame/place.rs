@@ -1,0 +1,92 @@
+//! Where models are, and in which shape: the one way from object space, where samples are kept, to world space.
+
+use glam::Vec3;
+
+use crate::animation::Transform;
+use crate::scene::{Mesh, Scene};
+use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
+use crate::shade::surface::{corners_of, meet_exactly};
+
+/// Where the primitives of a model are at one time. Object space is that of the shape at rest, where the model deforms: a point on one
+/// of its triangles goes where the same weights of the corners lead in the shape that it has.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    transform: &'a Transform,
+    deformed: Option<(&'a Deformed, &'a Mesh)>,
+}
+
+impl<'a> Place<'a> {
+    /// Of `model`, where models are at `places`, in these shapes.
+    #[inline]
+    pub fn of(scene: &'a Scene, places: &'a [Transform], shapes: &'a Deformations, model: u32) -> Self {
+        let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
+        Self { transform: &places[model as usize], deformed }
+    }
+
+    /// A point of a triangle, object to world. Which `triangle` it is, is only asked where the model deforms: elsewhere nobody need
+    /// look it up.
+    #[inline(always)]
+    pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
+        match self.deformed {
+            None => self.transform.point(point),
+            Some((deformed, mesh)) => self.transform.point(deformed.point(mesh, triangle(), point)),
+        }
+    }
+
+    /// A point of `triangle` and the normals there, for shading and of the triangle, on either side: object to world. Normals have unit
+    /// length, but that of a deformed triangle without an area is zero.
+    #[inline]
+    pub fn surface(&self, triangle: u32, [point, normal, geometric_normal]: [Vec3; 3]) -> [Vec3; 3] {
+        let transform = self.transform;
+        let Some((deformed, mesh)) = self.deformed else {
+            return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
+        };
+        let side = side(mesh, triangle, geometric_normal);
+        let DeformedPlace { point, normal, geometric_normal } = deformed.place(mesh, triangle, point);
+        let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
+        [transform.point(point), normal, geometric_normal]
+    }
+
+    /// The normal of `triangle`, on either side: object to world, of any length; zero if it is deformed and has no area.
+    #[inline]
+    pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
+        match self.deformed {
+            None => self.transform.geometric_normal(geometric_normal),
+            Some((deformed, mesh)) => {
+                let side = side(mesh, triangle, geometric_normal);
+                self.transform.geometric_normal(deformed.geometric_normal(mesh, triangle) * side)
+            }
+        }
+    }
+
+    /// A direction in the plane of `triangle`, object to world, of any length.
+    pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
+        let deformed =
+            self.deformed.and_then(|(deformed, mesh)| deformed.direction(mesh, triangle, direction));
+        self.transform.direction(deformed.unwrap_or(direction))
+    }
+
+    /// See [`meet_exactly`]: what is met is a point in object space, at rest.
+    pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
+        match self.deformed {
+            None => meet_exactly(self.transform, primitive, ray, about),
+            Some((deformed, mesh)) => deformed.meet(mesh, primitive.1, self.transform.line_to_object(ray)),
+        }
+    }
+
+    /// The corners of `triangle` of `mesh`, the model's: world space.
+    pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+        let corners = match self.deformed {
+            None => corners_of(mesh, triangle),
+            Some((deformed, mesh)) => deformed.corners(mesh, triangle),
+        };
+        corners.map(|corner| self.transform.point(corner.as_vec3()))
+    }
+}
+
+/// 1 for the outside of a triangle at rest, by a normal of either side of it; -1 for its inside.
+#[inline]
+fn side(mesh: &Mesh, triangle: u32, geometric_normal: Vec3) -> f32 {
+    let [a, b, c] = corners_of(mesh, triangle);
+    if (b - a).cross(c - a).dot(geometric_normal.as_dvec3()) < 0.0 { -1.0 } else { 1.0 }
+}

@@ -1,0 +1,148 @@
+//! The scenes of movable models: built once, or anew for each shape of a model that deforms.
+
+use std::sync::Arc;
+
+use embree::{BuildQuality, Device, FrozenScene, Geometry, GeometryId, Scene as EmbreeScene, VertexBuffer};
+
+use super::mask;
+use super::pieces::Pieces;
+use crate::animation::Shape;
+use crate::pose::Pose;
+use crate::scene::{Mesh, Shapes};
+use crate::trace::TraceError;
+
+/// Closed surfaces have no cracks: without this, a few rays slip between two triangles
+/// that share an edge and show what is behind them, and the audit rightly complains.
+pub const ROBUST: bool = true;
+
+/// A movable model's own scene.
+pub struct Frozen {
+    pub scene: Arc<FrozenScene>,
+    /// First triangle by geometry id.
+    pub firsts: [u32; 2],
+    /// The triangles that cast shadows by themselves, where that is wanted and there are any.
+    pub casters: Option<Arc<FrozenScene>>,
+}
+
+/// Builds the scene of `mesh` with its vertices at `positions`.
+pub fn freeze(
+    device: &Device,
+    mesh: &Mesh,
+    positions: &Arc<VertexBuffer>,
+    quality: BuildQuality,
+    with_casters: bool,
+) -> Result<Frozen, TraceError> {
+    let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
+    let mut firsts = [0; 2];
+    let halves = geometries_of(device, mesh, positions)?;
+    for (_, (geometry, first)) in &halves {
+        let GeometryId(id) = scene.attach(geometry)?;
+        firsts[id as usize] = *first;
+    }
+    let scene = scene.freeze()?;
+    let casters = match halves.as_slice() {
+        [(CASTS_SHADOW, _)] if with_casters => Some(Arc::clone(&scene)),
+        [(CASTS_SHADOW, (geometry, _)), _] if with_casters => {
+            let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
+            casters.attach(geometry)?;
+            Some(casters.freeze()?)
+        }
+        _ => None,
+    };
+    Ok(Frozen { scene, firsts, casters })
+}
+
+/// The half of a mesh that casts shadows; the other one is clear.
+pub const CASTS_SHADOW: usize = 0;
+
+/// A half of a mesh with its first triangle.
+pub type Half = (usize, (Geometry, u32));
+
+/// The geometries of `mesh` that have triangles, with its vertices at `positions`.
+pub fn geometries_of(
+    device: &Device,
+    mesh: &Mesh,
+    positions: &Arc<VertexBuffer>,
+) -> Result<Vec<Half>, TraceError> {
+    let (all, split) = (&mesh.triangles, mesh.shadow_casting);
+    if let Some(quadric) = &mesh.quadric {
+        let (half, mask) =
+            if split > 0 { (CASTS_SHADOW, mask::CASTS_SHADOW) } else { (1 - CASTS_SHADOW, mask::CLEAR) };
+        let pieces = Arc::new(Pieces(Arc::clone(quadric)));
+        return Ok(vec![(half, (Geometry::primitives(device, pieces, mask)?, 0))]);
+    }
+    let ranges = [(0..split, mask::CASTS_SHADOW), (split..all.len(), mask::CLEAR)];
+    let mut halves = Vec::new();
+    for (half, (range, mask)) in ranges.into_iter().enumerate() {
+        if range.is_empty() {
+            continue;
+        }
+        let first = range.start as u32;
+        let triangles =
+            if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
+        let geometry = Geometry::triangles(device, Arc::clone(positions), triangles, mask)?;
+        halves.push((half, (geometry, first)));
+    }
+    Ok(halves)
+}
+
+/// A model whose scene is built anew for each of its shapes.
+pub struct Deforming {
+    model: usize,
+    mesh: Arc<Mesh>,
+    /// Among all movable models, and among those that cast shadows if that one counts.
+    instances: [Option<GeometryId>; 2],
+    /// The shape that its scenes have.
+    shape: Shape,
+}
+
+impl Deforming {
+    /// Model number `model`, with its scenes in the first of its shapes.
+    pub fn new(
+        device: &Device,
+        model: usize,
+        mesh: &Arc<Mesh>,
+        with_casters: bool,
+    ) -> Result<(Self, Frozen), TraceError> {
+        let shape = Shape::FIRST;
+        let deforming = Self { model, mesh: Arc::clone(mesh), instances: [None; 2], shape };
+        let frozen = deforming.freeze(device, with_casters)?;
+        Ok((deforming, frozen))
+    }
+
+    /// The same, placed by these instances.
+    pub fn placed(self, instances: [Option<GeometryId>; 2]) -> Self {
+        Self { instances, ..self }
+    }
+
+    /// Nothing of the scenes before is kept, and none is refitted: frames do not depend on which others were rendered.
+    fn freeze(&self, device: &Device, with_casters: bool) -> Result<Frozen, TraceError> {
+        let of_shape = |shapes: &Arc<Shapes>| Arc::new(VertexBuffer::new(shapes.positions(&self.shape)));
+        let positions = self.mesh.shapes.as_ref().map_or_else(|| Arc::clone(&self.mesh.positions), of_shape);
+        freeze(device, &self.mesh, &positions, BuildQuality::Low, with_casters)
+    }
+
+    /// Builds the model's scenes anew if it has another shape in `pose`, and is there.
+    pub fn deform(
+        &mut self,
+        device: &Device,
+        movable: &mut EmbreeScene,
+        casters: Option<&mut EmbreeScene>,
+        pose: &Pose,
+    ) -> Result<(), TraceError> {
+        let place = &pose.models[self.model];
+        if !place.is_visible || place.shape == self.shape {
+            return Ok(());
+        }
+        self.shape = place.shape;
+        let frozen = self.freeze(device, casters.is_some())?;
+        let scenes =
+            [Some((movable, Some(&frozen.scene))), casters.map(|scene| (scene, frozen.casters.as_ref()))];
+        for (id, scenes) in self.instances.into_iter().zip(scenes) {
+            if let (Some(id), Some((scene, Some(of)))) = (id, scenes) {
+                scene.set_instance_scene(id, of)?;
+            }
+        }
+        Ok(())
+    }
+}
