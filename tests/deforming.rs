@@ -282,6 +282,24 @@ fn bent_meshes_are_smooth_where_their_file_is() {
     }
 }
 
+/// A ridge that is flat at rest: both of its sides are as bright, and one surface. Its fold alone asks for more samples.
+#[test]
+fn folds_that_are_not_there_at_rest_are_refined() {
+    let ridge: &dyn Fn(Vec3) -> Vec3 = &|at| at.with_y(-0.3 * at.x.abs());
+    let same: &dyn Fn(Vec3) -> Vec3 = &|at| at;
+    let mesh = toy::sheet(20.0, 2, 0, false);
+    let model = toy::deforming("ridge", mesh, TransformTrack::identity(), &[(1.0, same), (3.0, ridge)]);
+    let settings = Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..toy::settings(1) };
+    let scene = from_above(model, 4.0);
+    let mut renderer = Renderer::new(&scene, &settings).unwrap();
+    let frames = [1, 2, 3, 4].map(|frame| renderer.render(frame, true).unwrap().stats);
+    assert!(frames.iter().all(|stats| stats.audit.unwrap().differing == 0));
+    let samples = frames.each_ref().map(|stats| stats.samples.total());
+    assert_eq!(samples[0], 96 * 72, "it is flat");
+    // along the ridge at least a pixel of each row
+    assert!(samples[3] >= 96 * 72 + 72 * 4 && samples[3] < 2 * 96 * 72, "{samples:?}");
+}
+
 /// What has no area in some frame is not seen there, and comes again.
 #[test]
 fn a_sheet_that_collapses_is_gone_and_comes_back() {

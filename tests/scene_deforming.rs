@@ -236,6 +236,7 @@ fn point_caches_that_do_not_fit_are_refused() {
         (vec![], "a.cache: this is no point cache"),
         (b"POINTCACHE2\0".to_vec(), "a.cache: this is no point cache"),
         (pc2(&[], 1.0, 1.0), "a.cache: the point cache is empty"),
+        (pc2(&three, 1.0, 1e-9), "the cache has a sample every 0.000000000999"),
         (vec![255; 64], "a.cache: this is no point cache"),
     ] {
         fs::write(folder.path().join("a.cache"), bytes).unwrap();

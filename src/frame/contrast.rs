@@ -54,7 +54,7 @@ pub fn note_colors(radiance: &Radiance, colors: &mut TileColors) {
 struct Look {
     /// [`EMPTY`] if there is nothing to compare.
     model: u32,
-    /// Object space.
+    /// Object space; of a model that deforms, world space, because its folds are not those at rest.
     normal: Octahedral,
     color: [f32; 3],
     /// Lights that reach it, and that are hidden from it, a bit each. From the 33rd on they are not compared.
@@ -68,13 +68,13 @@ impl Look {
         Self { model: EMPTY, normal: Octahedral::default(), color: [0.0; 3], lit: 0, hidden: 0 }
     }
 
-    fn of(tile: &Tile, colors: &TileColors, slots: &[TagSlot], cell: usize) -> Self {
+    fn of(frame: &FrameView, tile: &Tile, colors: &TileColors, cell: usize) -> Self {
         let model = tile.model[cell];
         let Some(color) = colors.get(cell).filter(|_| model != EMPTY) else { return Self::nothing() };
         let (mut lit, mut hidden) = (0, 0);
         let single = |slot: &&TagSlot| matches!(slot, TagSlot::Single(_));
         for (light, slot) in
-            slots.iter().take(u32::BITS as usize).enumerate().filter(|(_, slot)| single(slot))
+            frame.slots.iter().take(u32::BITS as usize).enumerate().filter(|(_, slot)| single(slot))
         {
             match tile.tags.get(*slot, 0, cell) {
                 Tag::Lit => lit |= 1 << light,
@@ -82,7 +82,8 @@ impl Look {
                 Tag::Unknown | Tag::BackFacing => {}
             }
         }
-        Self { model, normal: tile.record[cell].normal, color: color.map(f16::to_f32), lit, hidden }
+        let normal = normal_of(frame, tile, cell);
+        Self { model, normal, color: color.map(f16::to_f32), lit, hidden }
     }
 
     /// Whether two neighbours differ by any criterion.
@@ -104,6 +105,17 @@ impl Look {
     }
 }
 
+/// The shading normal of a sample: see [`Look::normal`].
+fn normal_of(frame: &FrameView, tile: &Tile, cell: usize) -> Octahedral {
+    let (model, record) = (tile.model[cell], &tile.record[cell]);
+    if frame.deformations.of_model(model).is_none() {
+        return record.normal;
+    }
+    let kept = [tile.point(cell), record.normal.unfold(), record.geometric_normal.unfold()];
+    let [_, normal, _] = frame.place(model).surface(record.triangle, kept);
+    Octahedral::fold(normal)
+}
+
 /// Cells across a tile with one around it.
 const ACROSS: usize = TILE + 2;
 
@@ -120,7 +132,7 @@ impl TileLooks {
         for row in 0..rows {
             for column in 0..columns {
                 let cell = cell_number([column as u32, row as u32]);
-                looks[(row + 1) * ACROSS + column + 1] = Look::of(tile, own, frame.slots, cell);
+                looks[(row + 1) * ACROSS + column + 1] = Look::of(frame, tile, own, cell);
             }
         }
         let corner = grid.tile_corner(number);
@@ -132,7 +144,7 @@ impl TileLooks {
             if x < grid.cells[0] && y < grid.cells[1] {
                 let index = grid.index_of([x, y]) as usize;
                 let (tile, cell) = (index / CELLS, index % CELLS);
-                looks[row * ACROSS + column] = Look::of(&store.tiles[tile], &colors[tile], frame.slots, cell);
+                looks[row * ACROSS + column] = Look::of(frame, &store.tiles[tile], &colors[tile], cell);
             }
         };
         (1..=columns).for_each(|column| [0, rows + 1].into_iter().for_each(|row| beside(column, row)));

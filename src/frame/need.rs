@@ -103,7 +103,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
         BackendKind::Rust => [0, 0],
     };
     let trees = trees(&shot.scene, settings, stores * samples);
-    let deforming = deforming(&shot.scene, kind);
+    let deforming = deforming(&shot.scene, settings, kind);
     let parts = parts
         .into_iter()
         .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")))
@@ -135,13 +135,15 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
 
 /// Of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before
 /// is still there. All shapes themselves are read by then.
-fn deforming(scene: &Scene, kind: BackendKind) -> Option<u64> {
-    /// Positions twice, and normals.
-    const VERTEX: usize = 3 * size_of::<[f32; 3]>();
+fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u64> {
+    const POSITION: usize = size_of::<[f32; 3]>();
+    // positions twice, and normals; positions in three frames for the motion vectors of each level
+    let of_motion = if settings.layers.has(Layers::ALL_MOTION) { 3 * settings.levels().count() } else { 0 };
+    let bytes_of_vertex = (3 + of_motion) * POSITION;
     let of_model = |model: &Model| {
         let (vertices, triangles) =
             (model.mesh.positions.as_slice().len(), model.mesh.triangles.len() as u64);
-        (vertices * VERTEX) as u64 + triangles * bytes_of_triangle(kind)
+        (vertices * bytes_of_vertex) as u64 + triangles * bytes_of_triangle(kind)
     };
     let deforming = scene.models.iter().filter(|model| model.mesh.shapes.is_some());
     Some(deforming.map(of_model).sum()).filter(|bytes| *bytes > 0)

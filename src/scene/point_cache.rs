@@ -56,12 +56,13 @@ pub(super) fn read(path: &Path) -> Result<PointCache, SceneError> {
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let layout = layout_of(&bytes).map_err(|message| SceneError::new(path, message))?;
     let Layout { samples, points, begins, first, every, number } = layout;
-    let positions = bytes[begins as usize..].chunks_exact(POINT).map(|point| {
+    let position = |point: &[u8]| -> [f32; 3] {
         let axis = |at: usize| number([point[at], point[at + 1], point[at + 2], point[at + 3]]);
         [axis(0), axis(4), axis(8)]
-    });
-    let positions: Vec<[f32; 3]> = positions.collect();
-    let samples = positions.chunks_exact(points).take(samples).map(<[_]>::to_vec).collect();
+    };
+    let positions = |sample: &[u8]| sample.chunks_exact(POINT).map(position).collect();
+    let samples =
+        bytes[begins as usize..].chunks_exact(points * POINT).take(samples).map(positions).collect();
     Ok(PointCache { first, every, samples, digest: Digest::of(&bytes) })
 }
 

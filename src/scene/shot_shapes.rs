@@ -49,6 +49,11 @@ pub(super) fn of_table(
     let (begins, _) = keys[0];
     let (says_first, says_every) = says.unwrap_or((begins, 1.0));
     let (first, every) = (first.unwrap_or(says_first), every.unwrap_or(says_every));
+    if !STEPS.contains(&every) {
+        let message =
+            format!("`shapes`: the cache has a sample every {every} frames; say `every`, from 1e-6 to 1e6");
+        return Err(text.fault(table.span(), message));
+    }
     let frames = keys.iter().map(|(time, number)| (first + (time - begins) * every, *number));
     let track = ShapeTrack::through(frames.collect(), repeat.then_some(every));
     let track =
