@@ -24,6 +24,7 @@ use super::surface::{Hits8, surfaces};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
+use crate::samples::Tag;
 use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
@@ -104,6 +105,9 @@ pub const AT_ONCE: usize = 256;
 /// How many eights of hits ahead their triangles are fetched; half of that, their corners.
 const AHEAD: usize = 4;
 
+/// The segment `origin + t * direction`, t in 0 to the last value.
+type Way = (Vec3, Vec3, f32);
+
 /// A worker's memory for paths.
 #[derive(Debug, Default)]
 pub struct PathScratch {
@@ -120,6 +124,8 @@ pub struct PathScratch {
     by_light: Vec<u32>,
     /// Of those that ask one light: what reaches them if nothing is in its way.
     reflected: Vec<Vec3>,
+    /// Of those that face it: the ways to it.
+    ways: Vec<Way>,
     light_rays: LightRays,
     queue: ShadowQueue,
 }
@@ -206,7 +212,7 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let is_hit = packet.model[lane] != NO_HIT;
             let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
             let brought = &mut brought[ray.path as usize];
-            brought.until = brought.until.min(frame.first_touch(ray.origin, ray.direction, far));
+            brought.until = frame.first_touch_before(ray.origin, ray.direction, far, brought.until);
             if !ray.chances.lights_are_summed() {
                 brought.until = brought.until.min(frame.area_light_change);
                 let of_lights = ray.chances.of_lights(frame, ray.normal, (ray.origin, ray.direction), far);
@@ -295,7 +301,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 
 /// Lights the vertices: emission and ambient light, and what reaches them of the light that each has chosen.
 fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, vertices, by_light, reflected, light_rays, queue, .. } = scratch;
+    let PathScratch { starts, brought, vertices, by_light, reflected, ways, light_rays, queue, .. } = scratch;
     for some in vertices.chunks_mut(LANES) {
         let surfaces = Eight::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.materials, surfaces.reflectance);
@@ -340,7 +346,15 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
             brought.until = brought.until.min(change);
         }
         let light = &frame.pose.lights[number as usize];
-        ask_light(frame, (bounce, light), group, starts, (vertices, brought), (queue, reflected), tally);
+        ask_light(
+            frame,
+            (bounce, light),
+            group,
+            starts,
+            (vertices, brought),
+            (queue, reflected, ways),
+            tally,
+        );
         rest = after;
     }
 }
@@ -352,7 +366,7 @@ fn ask_light(
     group: &[u32],
     starts: &[PathStart],
     (vertices, brought): (&mut [Vertex], &mut [Brought]),
-    (queue, reflected): (&mut ShadowQueue, &mut Vec<Vec3>),
+    (queue, reflected, ways): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<Way>),
     tally: &mut RayTally,
 ) {
     // one of them stands for all
@@ -360,6 +374,7 @@ fn ask_light(
     let radiance = light.shape.is_area().then(|| radiance(light));
     queue.clear();
     reflected.clear();
+    ways.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
         let eight = Eight::of(some.len(), |lane| &vertices[some[lane] as usize]);
         let light_sample = light_from_anywhere(light, eight.place, eight.point);
@@ -391,17 +406,23 @@ fn ask_light(
                 let path = vertices[*vertex as usize].ray.path as usize;
                 let counted = &mut tally.cells.shadow[starts[path].cell as usize];
                 *counted = counted.saturating_add(1);
-                let brought = &mut brought[path];
-                let (from, to_light) = (eight.point.lane(lane), light_sample.to_light.lane(lane));
-                brought.until = brought.until.min(frame.first_touch(from, to_light, light_sample.far));
+                ways.push((eight.point.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
             }
         }
     }
     tally.counts.shadow += queue.count();
     let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
+    // in the order of the answers
+    let mut ways = ways.iter();
     queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| {
+        let vertex = &mut vertices[group[member as usize] as usize];
         if tag.is_lit() {
-            vertices[group[member as usize] as usize].light += reflected[member as usize];
+            vertex.light += reflected[member as usize];
+        }
+        // what is still stays in the way, whatever else comes there or goes
+        if let Some((from, way, far)) = ways.next().filter(|_| tag != Tag::StaticOccluder) {
+            let brought = &mut brought[vertex.ray.path as usize];
+            brought.until = frame.first_touch_before(*from, *way, *far, brought.until);
         }
     });
 }

@@ -162,6 +162,8 @@ struct LightRay {
     /// To the light, at `far` along it.
     direction: Vec3,
     far: f32,
+    /// Whether it leads elsewhere in other frames, to a model that moves.
+    end_moves: bool,
     brings: Brings,
 }
 
@@ -200,6 +202,7 @@ impl OfSky {
 pub struct LightRays {
     waiting: Vec<LightRay>,
     rays: RayBatch,
+    by_still: Vec<u16>,
     blocked: Vec<u16>,
 }
 
@@ -225,7 +228,7 @@ impl LightRays {
             brings = Brings::Light(of_sky.light(light) + reflected);
         }
         let origin = off_surface(point, geometric_normal);
-        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
+        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, end_moves: false, brings });
     }
 
     /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
@@ -257,8 +260,9 @@ impl LightRays {
             && place.density > 0.0
             && cos != 0.0
             && squared.is_normal();
+        let end_moves = !frame.scene.models[place.model as usize].track.is_constant();
         if !leads {
-            if !frame.scene.models[place.model as usize].track.is_constant() {
+            if end_moves {
                 brought.until = brought.until.min(frame.first_touch(point, way, 1.0));
             }
             return;
@@ -273,7 +277,14 @@ impl LightRays {
         let origin = off_surface(point, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
-        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: Brings::Light(light) });
+        self.waiting.push(LightRay {
+            path,
+            origin,
+            direction,
+            far: 1.0,
+            end_moves,
+            brings: Brings::Light(light),
+        });
     }
 
     /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
@@ -284,7 +295,7 @@ impl LightRays {
         brought: &mut [Brought],
         tally: &mut RayTally,
     ) {
-        let Self { waiting, rays, blocked } = self;
+        let Self { waiting, rays, by_still, blocked } = self;
         if waiting.is_empty() {
             return;
         }
@@ -295,15 +306,20 @@ impl LightRays {
             *counted = counted.saturating_add(1);
         }
         tally.counts.shadow += waiting.len() as u64;
-        blocked.clear();
-        blocked.resize(rays.packet_count(), 0);
-        for by in [Occluders::Still, Occluders::Movable] {
+        by_still.clear();
+        by_still.resize(rays.packet_count(), 0);
+        let ask = |by: Occluders, blocked: &mut [u16]| {
             frame.tracer.blocked(rays, by, Purpose::Shadow, Coherence::Incoherent, blocked);
-        }
+        };
+        ask(Occluders::Still, by_still);
+        blocked.clone_from(by_still);
+        ask(Occluders::Movable, blocked);
         for (number, ray) in waiting.drain(..).enumerate() {
             let brought = &mut brought[ray.path as usize];
-            let until = frame.first_touch(ray.origin, ray.direction, ray.far);
-            brought.until = brought.until.min(until);
+            // what is still stays in the way, whatever else comes there or goes
+            if ray.end_moves || !bit(by_still, number) {
+                brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
+            }
             if !bit(blocked, number) {
                 brought.radiance += match ray.brings {
                     Brings::Light(light) => light,
