@@ -329,6 +329,58 @@ fn few_paths_are_traced_again() {
     assert!(rests[1..].iter().all(|finished| finished.stats.rays.gathering == 0), "nothing moves");
 }
 
+/// What moves in a closed body that rests lies behind its walls on the ways of all paths.
+#[test]
+fn behind_what_rests_nothing_is_traced_again() {
+    let inside = TransformTrack {
+        translate: goes(DVec3::new(-0.3, 1.5, 0.0), DVec3::new(0.3, 1.5, 0.0)),
+        scale: rests(DVec3::splat(0.2)),
+        ..TransformTrack::identity()
+    };
+    let models = vec![
+        toy::still("floor", toy::floor(6.0, 0), Vec3::ZERO),
+        toy::still("body", toy::octahedron(0, true), Vec3::new(0.0, 1.5, 0.0)),
+        toy::moving("fly", toy::octahedron(0, true), inside),
+    ];
+    let camera = toy::camera(rests(DVec3::new(0.0, 4.0, 6.0)), rests(DVec3::ZERO));
+    let scene = toy::scene(camera, models, vec![toy::matt(0.5)], vec![toy::sun_overhead(1.0)]);
+    for scene in [scene.clone(), under_a_sky(scene)] {
+        let frames = toy::render(&scene, &settings(8, 2), FRAMES);
+        assert!(frames[0].stats.rays.gathering > 0);
+        for finished in &frames[1..] {
+            assert_eq!((finished.stats.rays.gathering, differing(finished)), (0, 0));
+        }
+    }
+}
+
+/// What glows behind a wall that rests lights the floor as soon as it comes out.
+#[test]
+fn light_comes_out_from_behind_what_rests() {
+    let glowing = Material { emission: Vec3::new(9.0, 8.0, 4.0), ..toy::matt(0.3) };
+    let wall = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]];
+    let comes_out = TransformTrack {
+        translate: goes(DVec3::new(0.0, 1.0, -0.6), DVec3::new(2.5, 1.0, -0.6)),
+        scale: rests(DVec3::splat(0.3)),
+        ..TransformTrack::identity()
+    };
+    let models = vec![
+        toy::still("floor", toy::floor(6.0, 0), Vec3::ZERO),
+        toy::still("wall", toy::mesh(&wall, &[[0, 1, 2], [0, 2, 3]], 0, true), Vec3::ZERO),
+        toy::moving("lamp", toy::octahedron(1, true), comes_out),
+    ];
+    let camera = toy::camera(rests(DVec3::new(0.0, 4.0, 6.0)), rests(DVec3::ZERO));
+    let mut scene = toy::scene(camera, models, vec![toy::matt(0.5), glowing], vec![]);
+    scene.background = Background::uniform(Vec3::ZERO);
+    for scene in [scene.clone(), camera_goes(scene)] {
+        let frames = toy::render(&scene, &settings(8, 2), FRAMES);
+        frames
+            .iter()
+            .for_each(|finished| assert_eq!(differing(finished), 0, "frame {}", finished.stats.frame));
+        let [first, .., last] = &frames[..] else { panic!("there are several") };
+        assert!(mean(last).y > 1.2 * mean(first).y, "{}, {}", mean(first), mean(last));
+    }
+}
+
 /// The error of the last of so many frames at rest, against many paths.
 fn error_after(settings: &Settings, frames: i32) -> f32 {
     let mut scene = world();
