@@ -163,6 +163,29 @@ fn what_a_base_frame_in_the_middle_gathers_serves_both_sides() {
     }
 }
 
+/// Looking back from the end of a motion that goes on for longer than answers can be counted, all have expired; none is lost.
+#[test]
+fn what_moves_for_days_is_exact_on_both_sides() {
+    let mut scene = with_camera(with_fly(world()), goes(EYE, EYE + DVec3::X), rests(TARGET));
+    let days = toy::keys(&[(1.0, DVec3::new(-1.0, 0.4, 1.5)), (2e5, DVec3::new(5e4, 0.4, 1.5))]);
+    scene.models.last_mut().unwrap().track.translate = days;
+    for budget in [Budget::None, Budget::Full] {
+        let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::settings(1) };
+        let settings = Settings { base_place: BasePlace::Middle, occlusion_rays: 4, ..paths };
+        let mut renderer = Renderer::new(&scene, &settings).unwrap();
+        let mut render = |frame, kept: Option<_>| {
+            kept.into_iter().for_each(|kept| renderer.restore(kept));
+            let finished = renderer.render(frame, true).unwrap();
+            assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+            renderer.snapshot()
+        };
+        let base = render(3, None);
+        [4, 5].into_iter().for_each(|frame| drop(render(frame, None)));
+        render(2, base);
+        render(1, None);
+    }
+}
+
 /// The way that a frame is come to shows in its samples, and in nothing that a viewer would see.
 #[test]
 fn backwards_is_as_exact_as_forwards() {
@@ -207,15 +230,12 @@ fn a_copy_of_samples_is_gone_back_to() {
     let mut other = Renderer::new(&scene, &settings).unwrap();
     film(&mut other, 3);
     other.forget_film();
-    for (one, frame) in after.iter().zip([2, 1]) {
-        let straight = film(&mut other, frame);
+    // both keep their films: whoever does has a whole picture shown anew, and mirrors cast their rays for that
+    let straight = [film(&mut other, 2), film(&mut other, 1)];
+    for ((one, straight), frame) in after.iter().zip(&straight).zip([2, 1]) {
         for plane in &one.planes {
-            assert_eq!(
-                one.values(&plane.name),
-                straight.values(&plane.name),
-                "{} of frame {frame}",
-                plane.name
-            );
+            let is_same = one.values(&plane.name) == straight.values(&plane.name);
+            assert!(is_same, "{} of frame {frame}", plane.name);
         }
     }
 }

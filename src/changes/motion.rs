@@ -23,7 +23,7 @@ const MOST_LEAVES: usize = 1 << 20;
 /// shots with so much motion that boxes are shared by parts, or by places of several frames.
 #[derive(Debug, Clone, Default)]
 pub struct Motion {
-    /// The [count](Direction::count) of the frame before the first one in which anything differs from the frame before; 0 if
+    /// The [count](Direction::count) of the frame two before the first one in which anything differs from the frame before; 0 if
     /// nothing ever moves. Other frames are counted from here.
     start: i64,
     /// In which frames are counted.
@@ -72,8 +72,8 @@ impl Motion {
         let Some(start) = first_changes.0.into_iter().chain(first_changes.1).min() else {
             return Self { direction, ..Self::default() };
         };
-        // counted from the frame before it, so that 0 is no frame of motion
-        let start = start - 1;
+        // counted from two frames before it: the first two numbers of `Until` name none
+        let start = start - 2;
         let of_model =
             |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, clock, direction), start);
         let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
@@ -145,24 +145,25 @@ impl Motion {
     /// before this is true.
     pub fn has_expired(&self, until: Until, frame: impl Into<i64>) -> bool {
         let frame = self.since_start(frame);
-        until != Until::FOREVER && (until == Until::UNKNOWN || frame >= i64::from(until.to_bits()))
+        until != Until::FOREVER && (until <= Until::EXPIRED || frame >= i64::from(until.to_bits()))
     }
 
     /// Whether an answer does not hold in the frame after `frame`, if it does in that.
     pub fn expires_next(&self, until: Until, frame: impl Into<i64>) -> bool {
-        until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
+        until <= Until::EXPIRED
+            || until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
     }
 
     /// An answer that was found in `frame` as `other` says it, in which time runs the other way: it holds for as many frames.
     pub fn translated(&self, until: Until, frame: impl Into<i64>, other: &Self) -> Until {
         let frame = frame.into();
-        if until == Until::FOREVER || until == Until::UNKNOWN {
+        if until == Until::FOREVER || until <= Until::EXPIRED {
             return until;
         }
         let frames = i64::from(until.to_bits()) - self.since_start(frame);
-        // what is 0 or below has no number, and has expired
-        let count = (other.since_start(frame) + frames).clamp(0, Until::LAST.into());
-        Until::frame(count as u16)
+        // before the first frame of motion none has a number
+        let count = other.since_start(frame) + frames;
+        Until::frame(count.clamp(Until::EXPIRED.to_bits().into(), Until::LAST.into()) as u16)
     }
 
     /// Whether nothing ever moves or changes.

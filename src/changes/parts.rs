@@ -8,9 +8,9 @@ use crate::animation::Shape;
 use crate::geometry::Bounds;
 use crate::scene::{Mesh, Shapes};
 
-/// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 64 a ball that flies
-/// through a room has a seventh of the rays of paths less than with 8, which are its cube.
-pub const MOST_BOXES: usize = 64;
+/// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 256 a ball that flies
+/// through a room has a third of the rays of paths less than with 8, which are its cube.
+pub const MOST_BOXES: usize = 256;
 
 /// Boxes around the parts of a mesh, object space. The parts are the same triangles in all of its shapes.
 #[derive(Debug)]

@@ -315,8 +315,8 @@ fn frames_that_two_bytes_cannot_name_are_never_late() {
     let far = f64::from(first + 100_000);
     let begin = [(f64::from(first - 1), 0.0), (f64::from(first), 50.0)];
     let motion = Motion::of(&slider(&[begin[0], begin[1], (far - 1.0, 50.0), (far, 90.0)]));
-    // counted from the frame before the first
-    let last = first - 1 + named;
+    // counted from two frames before the first
+    let last = first - 2 + named;
     // the truth is `far`
     for after in [first, 0, last - 1] {
         let until = across(&motion, 50.0, after);
@@ -364,7 +364,7 @@ fn an_answer_can_be_told_in_the_other_direction() {
             assert!(own > 0 && others == own, "frame {frame}, {x}: {own}, {others}");
         }
     }
-    for until in [Until::FOREVER, Until::UNKNOWN] {
+    for until in [Until::FOREVER, Until::UNKNOWN, Until::EXPIRED] {
         assert_eq!(forward.translated(until, 7, &back), until);
     }
 }

@@ -5,7 +5,7 @@
 /// Frames are counted from the shot's first frame of motion, which [`Motion`](super::Motion) knows: ask
 /// [`Motion::has_expired`](super::Motion::has_expired). The earlier of two is `a.min(b)`.
 ///
-/// The first 65,535 frames of motion (45 minutes at 24 frames a second) are told apart exactly. What would
+/// The first 65,533 frames of motion (45 minutes at 24 frames a second) are told apart exactly. What would
 /// expire later expires in the last of these, so it is never too late. From that frame on an answer
 /// holds either forever or not at all: one that is given there expires in the frame in which it is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -15,6 +15,9 @@ impl Until {
     /// Nothing is known: it has expired in every frame.
     pub const UNKNOWN: Self = Self(0);
 
+    /// It held in the frame in which it was found, and is known to hold in no other.
+    pub const EXPIRED: Self = Self(1);
+
     /// It holds in all frames of the shot.
     pub const FOREVER: Self = Self(u16::MAX);
 
@@ -23,7 +26,7 @@ impl Until {
 
     /// From this frame of motion on it does not hold.
     pub(super) fn frame(frame: u16) -> Self {
-        Self(frame.min(Self::LAST))
+        Self(frame.clamp(Self::EXPIRED.0, Self::LAST))
     }
 
     /// Has what does not hold forever hold a frame longer: whether it did not. For tests of the audit.

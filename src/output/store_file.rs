@@ -25,7 +25,7 @@ use crate::scene::Scene;
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Of the format. It counts up whenever what a sample keeps changes, or means something else.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Bytes of a header, at most.
 const MOST_HEADER: u32 = 4096;
