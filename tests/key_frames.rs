@@ -92,6 +92,33 @@ fn an_interrupted_run_goes_on_to_the_same_frames() {
     );
 }
 
+/// A frame of the same ancestry is the same wherever base frames are, unless what is asked again takes paths from others.
+#[test]
+fn frames_of_one_ancestry_are_kept_unless_paths_share_a_budget() {
+    for blur in ["", "--shutter -0.25,0.25 --exposures 4"] {
+        let options = |more: &str| {
+            format!(
+                "--frames 3-4 --mode reproject --progress none --paths 8 --paths-per-frame 1 {blur} {more}"
+            )
+        };
+        let place = Place::new();
+        let run = |folder: &str, more: &str| {
+            place.render(&format!("-o {folder}/a.####.exr {}", options(more))).done().stderr
+        };
+        run("middle", "--base-every 5 --base-place middle");
+        run("first", "--base-every 2");
+        for frame in [3, 4] {
+            let [one, other] =
+                ["middle", "first"].map(|folder| place.path(&format!("{folder}/a.{frame:04}.exr")));
+            assert_same(&one, &other);
+        }
+        assert!(run("middle", "--base-every 2 --resume").contains("2 frames are there"));
+        run("middle", "--base-every 5 --base-place middle --budget full");
+        let again = run("middle", "--base-every 2 --budget full --resume");
+        assert!(again.contains("rendering again") && again.contains("other settings"), "{again}");
+    }
+}
+
 #[test]
 fn compare_measures_both_ways_of_all_frames() {
     let place = Place::new();
