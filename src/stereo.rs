@@ -5,7 +5,7 @@
 //! what is there has the same place in both pictures, and the shot's camera has it there, too. Cameras that are turned towards
 //! each other instead (toed in) would see that rectangle as two different trapezoids, whose rows do not match.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Two eyes, in the units of the shot's files.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -17,7 +17,7 @@ pub struct Stereo {
 }
 
 /// Which eye sees a picture. The one eye of a shot that is not in stereo is the left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Eye {
     /// Seen first.

@@ -459,9 +459,6 @@ fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
 fn what_does_not_go_with_exposures_is_refused_with_a_way_out() {
     let place = Place::new();
     for (options, word) in [
-        ("--shutter 0,0.5 --base-place middle", "--base-place first"),
-        ("--shutter 0,0.5 --save-store a.store", "--sharp"),
-        ("--shutter 0,0.5 --load-store a.store", "--sharp"),
         ("--shutter 0.5,0", "before it opens"),
         ("--shutter 0,1.5", "-1 to 1"),
         ("--shutter -0.75,0.5", "360 degrees"),

@@ -8,20 +8,28 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use afterimage::animation::Track;
 use afterimage::changes::Direction;
 use afterimage::digest::Digest;
+use afterimage::exposure::Shutter;
 use afterimage::frame::{Finished, Holds, Moment, Renderer, Snapshot};
 use afterimage::output::Fingerprint;
 use afterimage::output::store_file::{self, Header, MAGIC, StoreErrorKind, StoreFile, VERSION};
 use afterimage::samples::SampleStore;
-use afterimage::samples::saved::LevelSamples;
+use afterimage::samples::saved::{LevelSamples, PictureName, PictureSamples, Shape};
 use afterimage::scene::{Environment, Scene};
 use afterimage::settings::{Budget, Filter, Mode, Refinement, Reuse, Settings};
+use afterimage::stereo::{Eye, Stereo};
 use glam::DVec3;
 use program::{Place, Ran, assert_same};
 use toy::worlds::*;
 
 const OPTIONS: &str = "--mode reproject --progress none";
+
+/// Half of the time, about each frame's own.
+const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
+
+const STEREO: Option<Stereo> = Some(Stereo { separation: 0.25, convergence: Some(6.0) });
 
 fn render(place: &Place, options: &str) -> Ran {
     place.render(&format!("{OPTIONS} {options}"))
@@ -38,11 +46,24 @@ fn assert_same_frames(place: &Place, folders: [&str; 2], frames: std::ops::Range
 fn header(frame: i32, rendered: u32) -> Header {
     let digest = Digest::of(b"of a test");
     let fingerprint = Fingerprint { version: digest, shot: digest, inputs: digest, settings: digest };
-    Header { fingerprint, frame, ancestry: String::from("base"), rendered }
+    let [sampling, ancestry] = ["of a test", "base"].map(String::from);
+    Header { fingerprint, frame, sampling, ancestry, rendered }
 }
 
-fn borrowed(levels: &[LevelSamples<SampleStore>]) -> Vec<LevelSamples<&SampleStore>> {
-    levels.iter().map(|level| LevelSamples { store: &level.store, wanted: level.wanted.clone() }).collect()
+fn borrowed(pictures: &[PictureSamples<SampleStore>]) -> Vec<PictureSamples<&SampleStore>> {
+    let mut all = Vec::new();
+    for PictureSamples { picture, levels } in pictures {
+        let levels = levels.iter();
+        let levels = levels.map(|level| LevelSamples { store: &level.store, wanted: level.wanted.clone() });
+        all.push(PictureSamples { picture: *picture, levels: levels.collect() });
+    }
+    all
+}
+
+/// A frame as all eyes see it.
+fn seen(renderer: &mut Renderer<'_>, frame: i32) -> Vec<Finished> {
+    let eyes = renderer.eyes().iter();
+    eyes.map(|eye| renderer.render_eye(*eye, frame, true).unwrap()).collect()
 }
 
 /// A renderer of another process, which goes on from what `renderer` has.
@@ -52,15 +73,15 @@ fn through_a_file<'s>(
     settings: &Settings,
     path: &Path,
 ) -> Renderer<'s> {
-    let (moment, levels) = renderer.samples().unwrap();
-    let bytes =
-        store_file::write(path, &header(moment.frame, moment.rendered), &levels, renderer.shape().1).unwrap();
+    let (moment, pictures) = renderer.samples().unwrap();
+    let header = header(moment.frame, moment.rendered);
+    let bytes = store_file::write(path, &header, &pictures, renderer.shape().layout).unwrap();
     assert_eq!(bytes, fs::metadata(path).unwrap().len());
     let mut other = Renderer::new(scene, settings).unwrap();
     let file = StoreFile::open(path).unwrap();
-    assert_eq!(*file.header(), header(moment.frame, moment.rendered));
-    let levels = file.read(&other.shape().0, other.shape().1, scene).unwrap();
-    other.restore(Snapshot { moment, levels });
+    assert_eq!(*file.header(), header);
+    let pictures = file.read(&other.shape(), scene).unwrap();
+    other.restore(Snapshot { moment, pictures });
     other
 }
 
@@ -77,6 +98,18 @@ fn assert_same_film(name: &str, one: &Finished, other: &Finished, counts_rays: b
 
 fn camera_goes(scene: Scene) -> Scene {
     with_camera(scene, goes(EYE, EYE + DVec3::new(0.5, 0.2, -0.5)), rests(TARGET))
+}
+
+/// It rests, moves, and rests again, between exposures.
+fn camera_stops(scene: Scene) -> Scene {
+    let away = EYE + DVec3::new(0.3, 0.0, -0.2);
+    let eye = toy::keys(&[(1.0, EYE), (2.25, EYE), (3.5, away), (20.0, away)]);
+    with_camera(scene, eye, rests(TARGET))
+}
+
+fn with_lens(mut scene: Scene) -> Scene {
+    scene.camera.lens.aperture = Some(Track::constant(0.1));
+    scene
 }
 
 fn camera_turns(scene: Scene) -> Scene {
@@ -106,7 +139,24 @@ fn frames_after_a_store_are_those_of_one_run() {
         bounces: 1,
         ..toy::settings(1)
     };
-    let kinds: [(&str, Scene, &Settings); 11] = [
+    let exposed = Settings { shutter: HALF, exposures: 3, ..toy::settings(1) };
+    let of_all =
+        Settings { paths: 3, bounces: 1, budget: Budget::Full, paths_per_frame: 1, ..exposed.clone() };
+    let through_a_lens = Settings { refinement: adaptive.refinement, exposures: 2, ..toy::settings(1) };
+    let of_two = Settings { stereo: STEREO, ..toy::settings(1) };
+    let of_two_exposed = Settings { stereo: STEREO, ..exposed.clone() };
+    let kinds: [(&str, Scene, &Settings); 22] = [
+        ("exposures", camera_goes(with_flyer(world())), &exposed),
+        ("exposures at rest", with_flyer(world()), &exposed),
+        ("exposures of a camera that stops", camera_stops(with_flyer(world())), &exposed),
+        ("exposures and gathered light", camera_goes(under_a_sky(with_flyer(world()))), &of_all),
+        ("the same, stopping", camera_stops(under_a_sky(with_flyer(world()))), &of_all),
+        ("a lens", with_lens(camera_goes(with_flyer(world()))), &through_a_lens),
+        ("a lens at rest", with_lens(with_flyer(world())), &through_a_lens),
+        ("two eyes", camera_goes(with_flyer(world())), &of_two),
+        ("two eyes at rest", with_flyer(world()), &of_two),
+        ("exposures of two eyes", camera_goes(with_flyer(world())), &of_two_exposed),
+        ("exposures of two eyes that stop", camera_stops(with_flyer(world())), &of_two_exposed),
         ("adaptive samples", camera_goes(with_flyer(world())), &adaptive),
         ("adaptive samples at rest", with_flyer(world()), &adaptive),
         ("the camera moves", camera_goes(with_flyer(world())), &plain),
@@ -122,16 +172,16 @@ fn frames_after_a_store_are_those_of_one_run() {
     let folder = tempfile::tempdir().unwrap();
     for (name, scene, settings) in kinds {
         // at rest, what a film shows already casts no rays: that is counted, and changes nothing else
-        let moves = scene.camera.eye.at(1.0) != scene.camera.eye.at(6.0) || name.contains("turns");
+        let moves = scene.camera.eye.at(5.0) != scene.camera.eye.at(6.0) || name.contains("turns");
         let mut one = Renderer::new(&scene, settings).unwrap();
         let mut other = Renderer::new(&scene, settings).unwrap();
         for frame in 1..=FRAMES {
-            let uninterrupted = one.render(frame, true).unwrap();
-            let finished = other.render(frame, true).unwrap();
-            assert_same_film(name, &uninterrupted, &finished, moves);
-            assert_eq!(finished.stats.audit.unwrap().differing, 0, "{name}");
-            if moves {
-                assert_eq!(finished.stats.rays, uninterrupted.stats.rays, "{name}");
+            for (uninterrupted, finished) in seen(&mut one, frame).iter().zip(seen(&mut other, frame)) {
+                assert_same_film(name, uninterrupted, &finished, moves);
+                assert_eq!(finished.stats.audit.unwrap().differing, 0, "{name}");
+                if moves {
+                    assert_eq!(finished.stats.rays, uninterrupted.stats.rays, "{name}");
+                }
             }
             other = through_a_file(&other, &scene, settings, &folder.path().join("a.store"));
         }
@@ -140,27 +190,39 @@ fn frames_after_a_store_are_those_of_one_run() {
 
 #[test]
 fn answers_that_hold_backwards_come_back_as_such() {
-    let scene = camera_goes(with_flyer(world()));
-    let settings = Settings { paths: 4, bounces: 1, ..toy::settings(1) };
+    let sharp = Settings { paths: 4, bounces: 1, ..toy::settings(1) };
+    let blurred = Settings { shutter: HALF, exposures: 3, ..sharp.clone() };
+    let of_two = Settings { stereo: STEREO, ..blurred.clone() };
     let folder = tempfile::tempdir().unwrap();
-    let [mut one, mut other] = [(); 2].map(|()| Renderer::new(&scene, &settings).unwrap());
-    for frame in (1..=FRAMES).rev() {
-        let [uninterrupted, finished] =
-            [&mut one, &mut other].map(|renderer| renderer.render(frame, true).unwrap());
-        assert_same_film("backwards", &uninterrupted, &finished, true);
-        let direction = if frame == FRAMES { Direction::Forward } else { Direction::Backward };
-        assert_eq!(
-            one.samples().unwrap().0,
-            Moment { frame, rendered: (FRAMES - frame + 1) as u32, holds: Holds::To(direction) }
-        );
-        other = through_a_file(&other, &scene, &settings, &folder.path().join("a.store"));
+    for settings in [sharp, blurred, of_two] {
+        for scene in [camera_goes(with_flyer(world())), camera_stops(with_flyer(world()))] {
+            let moves = scene.camera.eye.at(5.0) != scene.camera.eye.at(6.0);
+            let [mut one, mut other] = [(); 2].map(|()| Renderer::new(&scene, &settings).unwrap());
+            for frame in (1..=FRAMES).rev() {
+                for (uninterrupted, finished) in seen(&mut one, frame).iter().zip(seen(&mut other, frame)) {
+                    assert_same_film("backwards", uninterrupted, &finished, moves);
+                    assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+                }
+                let direction = if frame == FRAMES { Direction::Forward } else { Direction::Backward };
+                assert_eq!(
+                    one.samples().unwrap().0,
+                    Moment { frame, rendered: (FRAMES - frame + 1) as u32, holds: Holds::To(direction) }
+                );
+                other = through_a_file(&other, &scene, &settings, &folder.path().join("a.store"));
+            }
+        }
     }
 }
 
 #[test]
 fn a_run_in_parts_makes_the_frames_of_the_whole() {
-    for options in ["--layers all", "--layers all --paths 4 --budget full --paths-per-frame 2 --filter tent"]
-    {
+    for options in [
+        "--layers all",
+        "--layers all --paths 4 --budget full --paths-per-frame 2 --filter tent",
+        "--layers all --shutter -0.25,0.25 --exposures 3 --paths 2",
+        "--stereo --separation 0.1",
+        "--stereo --separation 0.1 --shutter 0,0.5 --exposures 2 --samples 1-2",
+    ] {
         let place = Place::new();
         render(&place, &format!("-o whole/a.####.exr {options} --stats whole.json")).done();
         let first =
@@ -188,15 +250,25 @@ fn a_run_in_parts_makes_the_frames_of_the_whole() {
                 .map(|frame| frame["samples"].clone())
                 .collect::<Vec<_>>()
         };
-        assert_eq!(frames("whole.json")[6..], frames("a.json"));
+        // of the eyes of two frames
+        let (whole, last) = (frames("whole.json"), frames("a.json"));
+        assert_eq!(last.len(), if options.contains("stereo") { 4 } else { 2 });
+        assert_eq!(whole[whole.len() - last.len()..], last);
         assert_eq!(place.names(""), ["a.json", "a.store", "parts", "whole", "whole.json"]);
     }
 }
 
 #[test]
 fn a_store_of_a_middle_base_frame_serves_both_sides() {
+    for more in
+        ["", "--shutter -0.25,0.25 --exposures 3", "--stereo --separation 0.1 --shutter 0,0.5 --exposures 2"]
+    {
+        serves_both_sides(&format!("--base-every 5 --base-place middle --paths 2 --layers all {more}"));
+    }
+}
+
+fn serves_both_sides(options: &str) {
     let place = Place::new();
-    let options = "--base-every 5 --base-place middle --paths 2 --layers all";
     render(&place, &format!("-o whole/a.####.exr {options}")).done();
     render(&place, &format!("-o parts/a.####.exr {options} --frames 3 --save-store 3.store")).done();
     let loaded = |frames: &str, more: &str| {
@@ -328,10 +400,11 @@ fn a_damaged_store_is_refused() {
     let shot = afterimage::scene::load(&scene, false).unwrap();
     let settings = Settings { width: 64, height: 36, samples: 2, ..shot.settings.clone() };
     let renderer = Renderer::new(&shot.scene, &settings).unwrap();
-    let (tiles, layout) = renderer.shape();
+    let shape = renderer.shape();
+    let (tiles, layout) = (&shape.tiles, shape.layout);
     let read = |bytes: &[u8]| {
         fs::write(&bad, bytes).unwrap();
-        StoreFile::open(&bad).and_then(|file| file.read(&tiles, layout, &shot.scene)).map(drop)
+        StoreFile::open(&bad).and_then(|file| file.read(&shape, &shot.scene)).map(drop)
     };
     read(&whole).unwrap();
     let kind = |bytes: &[u8]| read(bytes).expect_err("it is damaged").kind;
@@ -354,36 +427,131 @@ fn a_damaged_store_is_refused() {
     }
     assert!(matches!(kind(&[&whole[..], b"x"].concat()), StoreErrorKind::Damaged));
     for other in [vec![tiles[0] + 1], vec![tiles[0]; 2], vec![]] {
-        assert!(StoreFile::open(&place.path("a.store")).unwrap().read(&other, layout, &shot.scene).is_err());
+        let other = Shape { tiles: other, ..shape.clone() };
+        assert!(StoreFile::open(&place.path("a.store")).unwrap().read(&other, &shot.scene).is_err());
     }
     // one that has right sums, and lies
-    let (moment, levels) = (Moment { frame: 2, rendered: 2, holds: Holds::Both }, {
+    let (moment, pictures) = (Moment { frame: 2, rendered: 2, holds: Holds::Both }, {
         let file = StoreFile::open(&place.path("a.store")).unwrap();
-        file.read(&tiles, layout, &shot.scene).unwrap()
+        file.read(&shape, &shot.scene).unwrap()
     });
     let lies: [&dyn Fn(&mut Snapshot); 5] = [
-        &|snapshot| snapshot.levels[0].store.tiles[1].model[5] = 77,
+        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].model[5] = 77,
         &|snapshot| {
-            snapshot.levels[0].store.tiles[1].record.iter_mut().for_each(|record| record.triangle = 1 << 30)
+            snapshot.pictures[0].levels[0].store.tiles[1]
+                .record
+                .iter_mut()
+                .for_each(|record| record.triangle = 1 << 30)
         },
-        &|snapshot| snapshot.levels[0].store.tiles[1].record[5].material = 999,
-        &|snapshot| snapshot.levels[0].store.tiles[1].record[5].traced = 3,
-        &|snapshot| snapshot.levels[0].store.tiles[1].y[5] = f32::NAN,
+        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].record[5].material = 999,
+        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].record[5].traced = 3,
+        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].y[5] = f32::NAN,
     ];
     for lie in lies {
-        let mut snapshot = Snapshot::of(moment, &borrowed(&levels));
+        let mut snapshot = Snapshot::of(moment, &borrowed(&pictures));
         lie(&mut snapshot);
-        store_file::write(&bad, &header(2, 2), &borrowed(&snapshot.levels), layout).unwrap();
-        let error = StoreFile::open(&bad).unwrap().read(&tiles, layout, &shot.scene).expect_err("it lies");
+        store_file::write(&bad, &header(2, 2), &borrowed(&snapshot.pictures), layout).unwrap();
+        let error = StoreFile::open(&bad).unwrap().read(&shape, &shot.scene).expect_err("it lies");
         assert!(matches!(error.kind, StoreErrorKind::Unfit), "{error}");
     }
     for rendered in [0, u32::MAX] {
-        store_file::write(&bad, &header(2, rendered), &borrowed(&levels), layout).unwrap();
+        store_file::write(&bad, &header(2, rendered), &borrowed(&pictures), layout).unwrap();
         assert!(StoreFile::open(&bad).is_err());
     }
     // through the program, with nothing left behind
     fs::write(&bad, &whole[..whole.len() / 2]).unwrap();
     render(&place, "-o b.####.exr --frames 3 --load-store bad.store").failed(&["not whole", "--save-store"]);
+}
+
+/// Of pictures that the shot does not have, of one twice, or without one: nothing is taken.
+#[test]
+fn a_store_of_other_pictures_is_refused() {
+    let scene = with_flyer(world());
+    let settings = Settings { stereo: STEREO, shutter: HALF, exposures: 2, ..toy::settings(1) };
+    let mut renderer = Renderer::new(&scene, &settings).unwrap();
+    seen(&mut renderer, 1);
+    let (_, pictures) = renderer.samples().unwrap();
+    let shape = renderer.shape();
+    let names: Vec<PictureName> = pictures.iter().map(|picture| picture.picture).collect();
+    let name = |eye, exposure| PictureName { eye, exposure };
+    let all = [name(Eye::Left, 0), name(Eye::Left, 1), name(Eye::Right, 0), name(Eye::Right, 1)];
+    assert_eq!(names, all);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.store");
+    let kind = |names: [PictureName; 4], count: usize| {
+        let renamed = pictures.iter().zip(names).take(count);
+        let renamed: Vec<_> =
+            renamed.map(|(of, picture)| PictureSamples { picture, levels: of.levels.clone() }).collect();
+        store_file::write(&path, &header(1, 1), &renamed, shape.layout).unwrap();
+        StoreFile::open(&path).unwrap().read(&shape, &scene).map(|read| read.len())
+    };
+    assert_eq!(kind(all, 4).unwrap(), 4);
+    let mut bad = vec![(all, 2), (all, 0)];
+    for (at, other) in [(3, name(Eye::Right, 2)), (1, all[0]), (2, all[3])] {
+        let mut names = all;
+        names[at] = other;
+        bad.push((names, 4));
+    }
+    for (names, count) in bad {
+        let error = kind(names, count).expect_err("they are not those of the shot");
+        assert!(matches!(error.kind, StoreErrorKind::Unfit), "{error}");
+    }
+    // where one picture ends and the next one begins
+    kind(all, 4).unwrap();
+    let whole = fs::read(&path).unwrap();
+    for end in (1..8).map(|eighth| whole.len() * eighth / 8) {
+        fs::write(&path, &whole[..end]).unwrap();
+        let error = StoreFile::open(&path).unwrap().read(&shape, &scene).expect_err("it ends early");
+        assert!(matches!(error.kind, StoreErrorKind::Short), "{error}");
+    }
+}
+
+#[test]
+fn a_store_of_frames_that_are_exposed_otherwise_is_refused() {
+    let place = Place::new();
+    let blurred = "--shutter -0.25,0.25 --exposures 3";
+    render(&place, &format!("-o a/a.####.exr --frames 1-2 {blurred} --save-store a.store")).done();
+    let theirs = "2x2 samples a pixel, 3 exposures, a shutter from -0.25 to 0.25";
+    for (options, ours) in [
+        (
+            "--shutter -0.25,0.25 --exposures 4",
+            "this run has 2x2 samples a pixel, 4 exposures, a shutter from -0.25",
+        ),
+        ("--shutter 0,0.5 --exposures 3", "a shutter from 0 to 0.5"),
+        ("--samples 1 --shutter -0.25,0.25 --exposures 3", "this run has 1x1 samples a pixel, 3 exposures"),
+        ("--stereo --separation 0.1 --shutter -0.25,0.25 --exposures 3", "two eyes 0.1 apart"),
+        ("--sharp", "this run has 2x2 samples a pixel)"),
+    ] {
+        render(&place, &format!("-o b.####.exr --frames 3 --load-store a.store {options}")).failed(&[
+            "a.store",
+            "other settings",
+            theirs,
+            ours,
+            "--save-store",
+        ]);
+    }
+    assert_eq!(place.names(""), ["a", "a.store"]);
+    // another lens is another shot
+    let text = fs::read_to_string(program::analytic()).unwrap();
+    let folder = program::analytic().canonicalize().unwrap();
+    let obj = format!("obj = \"{}/", folder.parent().unwrap().display());
+    for (name, aperture) in [("wide", "0.2"), ("narrow", "0.1")] {
+        let text =
+            text.replace("obj = \"", &obj).replace("fov = 40", &format!("fov = 40\naperture = {aperture}"));
+        fs::write(place.path(&format!("{name}.toml")), text).unwrap();
+    }
+    let run = |shot: &str, options: &str| {
+        Ran::of(place.command(shot, &format!("{OPTIONS} --exposures 2 {options}")).output().unwrap())
+    };
+    run("wide.toml", "-o wide/a.####.exr --frames 1-4").done();
+    run("wide.toml", "-o parts/a.####.exr --frames 1-2 --save-store a.store").done();
+    run("wide.toml", "-o parts/a.####.exr --frames 3-4 --load-store a.store").done();
+    assert_same_frames(&place, ["wide", "parts"], 1..=4);
+    run("narrow.toml", "-o b.####.exr --frames 3 --load-store a.store").failed(&[
+        "a.store",
+        "another shot file",
+        "--save-store",
+    ]);
 }
 
 #[test]

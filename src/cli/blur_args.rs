@@ -2,11 +2,9 @@
 
 use clap::Args;
 
-use super::failure::Failure;
 use crate::exposure::{MOST_EXPOSURES, Shutter};
-use crate::frame;
 use crate::scene::Scene;
-use crate::settings::{BasePlace, Settings};
+use crate::settings::Settings;
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -38,20 +36,6 @@ impl BlurArgs {
             ..settings
         }
     }
-}
-
-/// Refuses what does not go with several exposures of a frame.
-pub fn check(settings: &Settings, scene: &Scene) -> Result<(), Failure> {
-    if frame::exposures(scene, settings).is_none() {
-        return Ok(());
-    }
-    if settings.base_place == BasePlace::Middle {
-        return Err(Failure::Usage(String::from(
-            "base frames in the middle are for sharp frames, and this shot has a shutter or a lens: add --base-place first, or \
-             --sharp",
-        )));
-    }
-    Ok(())
 }
 
 fn shutter(text: &str) -> Result<Shutter, String> {

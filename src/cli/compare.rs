@@ -190,7 +190,7 @@ fn need(options: &Options, keeps: bool) -> Need {
         frame::need(&job.shot, settings, kind, rayon::current_num_threads())
     };
     let ours = |kind| match need(&job.settings, kind) {
-        need if keeps => frame::with_kept(need, &job.shot.scene, &job.settings),
+        need if keeps => frame::with_kept(need, &job.shot, &job.settings),
         need => need,
     };
     let both = |kind| [ours(kind), need(&in_full(job), kind)];

@@ -16,7 +16,7 @@ use crate::digest::Digest;
 use crate::frame;
 use crate::output::Fingerprint;
 use crate::report::versions;
-use crate::settings::{FileFormat, Mode, Settings};
+use crate::settings::{Budget, FileFormat, Mode, Settings};
 use crate::trace::BackendKind;
 
 /// What each frame of a run is made from.
@@ -92,8 +92,8 @@ fn settings(job: &Job) -> Digest {
         exposures: _,
         mode,
         reuse,
-        base_every: _, // these say which ancestry a frame has, which stands apart
-        base_place: _,
+        base_every: _, // says which ancestry a frame has, which stands apart
+        base_place,
         layers,
         background,
         audit: _, // looks, and changes nothing
@@ -105,11 +105,13 @@ fn settings(job: &Job) -> Digest {
     let reuse = (*mode != Mode::Full).then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
+    // answers of base frames in the middle are asked again sooner: where paths share a budget, that is seen
+    let base_place = (*paths > 0 && *budget != Budget::None).then_some(base_place);
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?}",
         job.denoise, job.shot.rate
     );
     Digest::of(text.as_bytes())

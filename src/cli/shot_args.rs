@@ -7,7 +7,7 @@ use clap::Args;
 use rayon::ThreadPool;
 
 use super::bare_model::{UpArg, is_model, turntable_options};
-use super::blur_args::{self, BlurArgs};
+use super::blur_args::BlurArgs;
 use super::failure::Failure;
 use super::samples_args::{self, SamplesArg};
 use super::target::Target;
@@ -212,7 +212,6 @@ impl ShotArgs {
     pub fn load(&self) -> Result<Job, Failure> {
         let mut shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
         let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
-        blur_args::check(&settings, &shot.scene)?;
         two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
@@ -273,11 +272,6 @@ impl ShotArgs {
         };
         samples_args::check_window(&settled)?;
         samples_args::check_samples(&settled, "--samples")?;
-        if settled.stereo.is_some() && settled.base_place == BasePlace::Middle {
-            return Err(Failure::Usage(String::from(
-                "base frames in the middle are for one eye, and this shot has two: add --base-place first, or --mono",
-            )));
-        }
         Ok(settled)
     }
 }

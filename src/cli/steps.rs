@@ -26,7 +26,7 @@ impl Walk {
     ) -> Result<Finished, Failure> {
         let start = Instant::now();
         match step.origin {
-            // it goes on from where the left one is
+            // it went where it goes on with the left one
             _ if eye == Eye::Right => {}
             Origin::Nothing | Origin::Before => {}
             // in either case nothing that later frames left in the film counts: what is rendered between does not matter
@@ -41,7 +41,7 @@ impl Walk {
             .render_eye(eye, step.frame, step.reuses())
             .map_err(|error| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame))))?;
         let start = Instant::now();
-        if step.keep && eye == Eye::Left {
+        if step.keep && renderer.eyes().last() == Some(&eye) {
             self.kept = renderer.snapshot();
         }
         let seconds = preparing + start.elapsed().as_secs_f64();

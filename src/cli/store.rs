@@ -11,13 +11,15 @@ use super::shot_args::Job;
 use super::terminal::Terminal;
 use crate::changes::Direction;
 use crate::digest::Digest;
+use crate::exposure::Shutter;
 use crate::frame::{self, Holds, Moment, Renderer, Snapshot};
 use crate::memory::Bytes;
 use crate::output::Fingerprint;
 use crate::output::fingerprint::Kind;
 use crate::output::store_file::{self, Header, StoreError, StoreErrorKind, StoreFile};
 use crate::report::file::Destination;
-use crate::settings::{BasePlace, Mode, Settings};
+use crate::settings::{BasePlace, Mode, Refinement, Settings};
+use crate::stereo::Stereo;
 
 /// As typed.
 #[derive(Debug, Clone, Default, Args)]
@@ -64,17 +66,6 @@ impl StoreArgs {
                 "{option}: in `full` mode no frame is made of the samples of another; leave it out"
             )));
         }
-        if job.settings.stereo.is_some() {
-            return Err(Failure::Usage(format!(
-                "{option}: a store has the samples of one eye, and this shot has two: leave it out, or add --mono"
-            )));
-        }
-        if frame::exposures(&job.shot.scene, &job.settings).is_some() {
-            return Err(Failure::Usage(format!(
-                "{option}: a store has the samples of one exposure, and frames with a shutter or a lens have several: leave it out, or \
-                 add --sharp"
-            )));
-        }
         match self.save_store.as_deref().map(destination) {
             Some(Err(error)) => Err(error),
             _ => Ok(()),
@@ -88,8 +79,11 @@ impl StoreArgs {
         let header = file.header().clone();
         let changes = fingerprint(job).changes(&header.fingerprint);
         if !changes.is_empty() {
+            let [theirs, ours] = [&header.sampling, &sampling(job)];
+            let differ =
+                if theirs == ours { String::new() } else { format!(" ({theirs}; this run has {ours})") };
             return Err(Failure::Failed(format!(
-                "{}: this sample store was made with {}; run what made it again with --save-store, or go on without --load-store",
+                "{}: this sample store was made with {}{differ}; run what made it again with --save-store, or go on without --load-store",
                 path.display(),
                 changes.into_iter().map(Kind::other).collect::<Vec<_>>().join(", and ")
             )));
@@ -134,13 +128,14 @@ impl StoreArgs {
         renderer: &Renderer<'_>,
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
-        let (Some(path), Some((moment, levels))) = (&self.save_store, renderer.samples()) else {
+        let (Some(path), Some((moment, pictures))) = (&self.save_store, renderer.samples()) else {
             return Ok(());
         };
         let Moment { frame, rendered, holds: _ } = moment; // that follows from the ancestry
         let ancestry = fingerprints.ancestry(frame).to_string();
-        let header = Header { fingerprint: fingerprint(job), frame, ancestry, rendered };
-        let written = store_file::write(&destination(path)?, &header, &levels, renderer.shape().1);
+        let header =
+            Header { fingerprint: fingerprint(job), frame, sampling: sampling(job), ancestry, rendered };
+        let written = store_file::write(&destination(path)?, &header, &pictures, renderer.shape().layout);
         let bytes = Bytes(written.map_err(Failure::of)?);
         terminal.result(&format!("{:<9}{} ({bytes}, the samples of frame {frame})", "store", path.display()));
         Ok(())
@@ -168,15 +163,16 @@ impl Loaded {
             let path = self.path.display();
             return Err(Failure::Failed(format!("{path}: another run has replaced this file; start again")));
         }
-        let (tiles, layout) = renderer.shape();
-        let levels = file.read(&tiles, layout, &job.shot.scene).map_err(Failure::of)?;
+        // so that there are never those of two frames
+        renderer.forget();
+        let pictures = file.read(&renderer.shape(), &job.shot.scene).map_err(Failure::of)?;
         let Header { frame, rendered, .. } = self.header;
         let holds = match self.ancestry {
             Ancestry::Base if job.settings.base_place == BasePlace::Middle => Holds::Both,
             Ancestry::Inferred { from, .. } if from > frame => Holds::To(Direction::Backward),
             _ => Holds::To(Direction::Forward),
         };
-        renderer.restore(Snapshot { moment: Moment { frame, rendered, holds }, levels });
+        renderer.restore(Snapshot { moment: Moment { frame, rendered, holds }, pictures });
         Ok(())
     }
 
@@ -195,6 +191,25 @@ impl Loaded {
 fn fingerprint(job: &Job) -> Fingerprint {
     let of_frames = Fingerprints::of_all_frames(job);
     Fingerprint { settings: settings(job), ..of_frames }
+}
+
+/// How many samples a job's pictures have, of which eyes and exposures, for people.
+fn sampling(job: &Job) -> String {
+    let Settings { samples, refinement, shutter, stereo, .. } = &job.settings;
+    let mut parts = vec![match refinement {
+        Some(Refinement { most, .. }) => format!("{samples}x{samples} to {most}x{most} samples a pixel"),
+        None => format!("{samples}x{samples} samples a pixel"),
+    }];
+    if let Some(exposures) = frame::exposures(&job.shot.scene, &job.settings) {
+        parts.push(match exposures.all.len() {
+            1 => String::from("1 exposure"),
+            count => format!("{count} exposures"),
+        });
+        parts.extend(shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}")));
+        parts.extend(job.shot.scene.camera.has_lens().then(|| String::from("a lens")));
+    }
+    parts.extend(stereo.map(|Stereo { separation, .. }| format!("two eyes {separation} apart")));
+    parts.join(", ")
 }
 
 /// Settings that decide what samples there are and what they keep. Each is named here, or left out for a reason, as in
@@ -224,8 +239,8 @@ fn settings(job: &Job) -> Digest {
         base_place,    // the same, and how long answers of base frames hold
         layers,        // but for what they ask of samples they only show them
         background: _,
-        stereo: _,  // has none: a store is of one eye
-        shutter: _, // the same: of one exposure
+        stereo,
+        shutter: _, // these say how a frame is exposed, if it is blurred
         exposures: _,
         audit: _,
         build,
@@ -233,9 +248,10 @@ fn settings(job: &Job) -> Digest {
     let backend = job.backend.unwrap_or_default().name();
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let window = job.settings.data_window();
+    let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
-         {bounces} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend}"
+         {bounces} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
     );
     Digest::of(text.as_bytes())
 }

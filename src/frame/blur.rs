@@ -10,6 +10,12 @@
 //!   out of focus as well. Until it has one it takes the samples of the exposure before, which gets them back, as the right
 //!   one of two eyes takes the left one's.
 //!
+//! Where frames are inferred backwards in time, a frame's exposures come in the reverse order: the first one of the frame after is
+//! nearest to the last one of this, so that steps stay as small as they are forwards. A base frame's come forwards in any case, from
+//! the one that is traced: later frames go on from its last exposure in a small step. Earlier ones go on from the same
+//! samples, so that there is one state to keep, and not two; their first exposure is a whole frame away then, as in a shot
+//! without blur, and no other is.
+//!
 //! Two eyes expose a frame one after the other, and each goes on with its own samples. From the left eye's exposure at the same time
 //! the right one would be further away than from its own exposure before; and the left eye has left that time when it is done.
 
@@ -21,6 +27,8 @@ use super::mean::{Mean, Rule};
 use super::picture::{self, Made, Order};
 use super::prepared::Prepared;
 use super::reflection_maps::ReflectionMaps;
+use super::snapshot::{Holds, Moment};
+use super::turn;
 use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::film::Film;
@@ -43,6 +51,16 @@ pub struct Blur {
     channels: Vec<Channel>,
     /// The frame rendered last.
     frame: Option<i32>,
+}
+
+/// A frame that is begun.
+#[derive(Debug, Clone, Copy)]
+pub struct Begun {
+    frame: i32,
+    /// In which its exposures are made.
+    direction: Direction,
+    /// Whether each of them keeps its samples in place.
+    rests: bool,
 }
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
@@ -72,6 +90,39 @@ impl Blur {
         }
     }
 
+    /// How many a frame has.
+    pub fn exposures(&self) -> usize {
+        self.exposures.all.len()
+    }
+
+    /// What is kept of each exposure of the frame rendered last, by number: nothing if that could not be finished.
+    pub fn finished(&self) -> impl Iterator<Item = (usize, &EyeMemory)> {
+        let memories = self.memories.iter().enumerate().filter(|_| self.frame.is_some());
+        memories.filter_map(|(index, memory)| Some((index, memory.as_ref()?)))
+    }
+
+    /// Goes on from samples of `moment`, as if its frame were the one rendered last, once they are [`restored`](Self::restored).
+    pub fn begin_restore(&mut self, moment: Moment) {
+        self.forget();
+        self.frame = Some(moment.frame);
+        self.newest = match moment.holds {
+            Holds::To(Direction::Backward) => 0,
+            Holds::To(Direction::Forward) | Holds::Both => self.memories.len() - 1,
+        };
+    }
+
+    /// Forgets all samples.
+    pub fn forget(&mut self) {
+        self.memories.iter_mut().for_each(|memory| *memory = None);
+        self.frame = None;
+    }
+
+    /// Where samples of exposure `index` of `frame` are to be put, and where everything was when they were seen.
+    pub fn restored(&mut self, prepared: &Prepared, frame: i32, index: usize) -> (&mut EyeMemory, Pose) {
+        let pose = self.pose(prepared, frame, index);
+        (self.memories[index].insert(fresh(self.place, prepared)), pose)
+    }
+
     /// All that is kept.
     pub fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
         self.memories.iter_mut().flatten()
@@ -87,53 +138,71 @@ impl Blur {
         self.memories[self.newest].as_mut()
     }
 
-    /// Whether each exposure of `frame` keeps its samples in place.
-    pub fn rests(&self, prepared: &Prepared, frame: i32) -> bool {
-        prepared.settings.mode != Mode::Full && rests(&self.exposures, prepared.scene, frame)
+    /// Begins `frame`, which comes after any other one of the shot or before it. With `reuse` its exposures are made of the samples
+    /// of the frame rendered last, if there was one; without it the first one is traced in full, and the others are made of its samples.
+    pub fn begin(&mut self, prepared: &mut Prepared, frame: i32, reuse: bool) -> Begun {
+        let is_full = prepared.settings.mode == Mode::Full;
+        let last = self.frame.take().filter(|last| reuse && !is_full && *last != frame);
+        if last.is_none() {
+            self.forget();
+        }
+        let direction = match last {
+            Some(last) if last > frame => Direction::Backward,
+            _ => Direction::Forward,
+        };
+        let rests = !is_full && rests(&self.exposures, prepared.scene, frame, direction);
+        if rests {
+            prepared.look_ahead();
+        }
+        if direction == Direction::Backward || turn::has_two_sides(&prepared.settings) {
+            prepared.look_back();
+        }
+        Begun { frame, direction, rests }
     }
 
-    /// Makes all exposures of `frame`, and gives each to `take`. With `reuse` they are made of the samples of an earlier frame, if there
-    /// was one; without it the first one is traced in full, and the others are made of its samples. `rendered`: frames so far, with this
-    /// one.
+    /// Makes all exposures of the frame that is `begun`, and gives each to `take`. `rendered`: frames so far, with this one.
     pub fn render(
         &mut self,
         prepared: &Prepared,
         (backend, maps): (&mut dyn Backend, &mut ReflectionMaps),
-        (frame, reuse): (i32, bool),
+        begun: Begun,
         rendered: u32,
         mut take: impl FnMut(Made),
     ) -> Result<Film, TraceError> {
-        let last = self.frame.take();
-        let is_full = prepared.settings.mode == Mode::Full;
-        if is_full || !reuse || last.is_none_or(|last| last >= frame) {
-            self.memories.iter_mut().for_each(|memory| *memory = None);
-        }
-        let rests = self.rests(prepared, frame);
         let size = prepared.settings.data_window();
         let mut mean = Mean::new(&prepared.channels, [size.width, size.height]);
-        for index in 0..self.memories.len() {
-            let made = self.expose(prepared, (&mut *backend, &mut *maps), (frame, index), rests, rendered)?;
+        let count = self.memories.len();
+        for number in 0..count {
+            let index = match begun.direction {
+                Direction::Forward => number,
+                Direction::Backward => count - 1 - number,
+            };
+            let made = self.expose(prepared, (&mut *backend, &mut *maps), (begun, index), rendered)?;
             mean.add(&made.film, &prepared.channels);
             take(made);
         }
-        self.frame = Some(frame);
+        self.frame = Some(begun.frame);
         Ok(mean.finish(&prepared.channels))
+    }
+
+    /// Where everything is in exposure `index` of `frame`.
+    fn pose(&self, prepared: &Prepared, frame: i32, index: usize) -> Pose {
+        let settings = &prepared.settings;
+        let cells = settings.levels().last().unwrap_or(settings.samples);
+        let picture = ([settings.width, settings.height], cells);
+        Pose::exposed(prepared.scene, frame, (&self.exposures, index), self.place.as_ref(), picture)
     }
 
     fn expose(
         &mut self,
         prepared: &Prepared,
         (backend, maps): (&mut dyn Backend, &mut ReflectionMaps),
-        (frame, index): (i32, usize),
-        rests: bool,
+        (Begun { frame, rests, .. }, index): (Begun, usize),
         rendered: u32,
     ) -> Result<Made, TraceError> {
         let start = Instant::now();
         let settings = &prepared.settings;
-        let cells = settings.levels().last().unwrap_or(settings.samples);
-        let picture = ([settings.width, settings.height], cells);
-        let exposure = (&self.exposures, index);
-        let pose = Pose::exposed(prepared.scene, frame, exposure, self.place.as_ref(), picture);
+        let pose = self.pose(prepared, frame, index);
         let is_middle = index == self.exposures.middle();
         let is_full = settings.mode == Mode::Full;
         let source = if is_full { Source::None } else { self.source(prepared, index, &pose, rests) };
@@ -149,12 +218,14 @@ impl Blur {
         if let Some(lender) = newest.as_mut().filter(|_| is_lent) {
             memory.borrow_from(lender);
         }
+        let time = turn::direction(settings, memory, source.pose(), &pose);
+        turn::turn(prepared, memory, source.pose(), time);
         let order = Order {
             pose: &pose,
             reuse: source.pose().is_some(),
             plan: source.plan(&pose),
             shown: source.pose().filter(|_| !is_lent),
-            time: (Direction::Forward, false),
+            time,
             rendered,
             channels: if is_middle { &prepared.channels } else { &self.channels },
             at_frame: is_middle.then_some(frame),
@@ -200,14 +271,18 @@ impl Blur {
     }
 }
 
-/// Whether the camera is in one place for all of this frame and the next one of the shot.
-fn rests(exposures: &Exposures, scene: &Scene, frame: i32) -> bool {
+/// Whether the camera is in one place for all of this frame and the one of the shot that comes next in that `direction`.
+fn rests(exposures: &Exposures, scene: &Scene, frame: i32, direction: Direction) -> bool {
     let clock = &exposures.clock;
     let at = |moment| {
         let time = clock.time(moment);
         (CameraPose::of(&scene.camera, time), scene.camera.lens_at(time))
     };
-    let [first, last] = [clock.moment(frame, 0), clock.moment(frame.saturating_add(1), usize::MAX >> 1)];
+    let next = match direction {
+        Direction::Forward => frame.saturating_add(1),
+        Direction::Backward => frame.saturating_sub(1),
+    };
+    let [first, last] = [clock.moment(frame.min(next), 0), clock.moment(frame.max(next), usize::MAX >> 1)];
     let camera = at(first);
     (first..=last).all(|moment| at(moment) == camera)
 }
@@ -219,8 +294,10 @@ pub fn stores(scene: &Scene, settings: &Settings, frames: impl Iterator<Item = i
     let Some(exposures) = exposures(scene, settings).filter(|_| settings.mode != Mode::Full) else {
         return 1;
     };
-    let mut rest =
-        frames.enumerate().map(|(number, frame)| number >= MOST_FRAMES || rests(&exposures, scene, frame));
+    let both = [Direction::Forward, Direction::Backward];
+    let directions = if turn::has_two_sides(settings) { &both[..] } else { &both[..1] };
+    let rests = |frame| directions.iter().any(|direction| rests(&exposures, scene, frame, *direction));
+    let mut rest = frames.enumerate().map(|(number, frame)| number >= MOST_FRAMES || rests(frame));
     if rest.any(|rests| rests) { exposures.all.len() } else { 1 }
 }
 

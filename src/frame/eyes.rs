@@ -16,7 +16,8 @@ use super::snapshot::Holds;
 use crate::changes::Direction;
 use crate::film::Film;
 use crate::pose::Pose;
-use crate::samples::TagLayout;
+use crate::samples::saved::{PictureName, PictureSamples};
+use crate::samples::{SampleStore, TagLayout};
 use crate::settings::Settings;
 use crate::stereo::{Eye, EyePlace};
 
@@ -39,6 +40,12 @@ impl EyeMemory {
     pub fn new(place: Option<EyePlace>, settings: &Settings, layout: &TagLayout) -> Self {
         let holds = Holds::To(Direction::Forward);
         Self { place, levels: Level::all(settings, layout), last: None, holds, film: None }
+    }
+
+    /// What later frames need of its `picture`, if it has one.
+    pub fn kept(&self, picture: PictureName) -> Option<PictureSamples<&SampleStore>> {
+        let levels = self.levels.iter().map(Level::kept).collect::<Option<_>>()?;
+        Some(PictureSamples { picture, levels })
     }
 
     /// Takes what `other` has to work in.

@@ -80,6 +80,7 @@ mod tiles;
 mod trace_missed;
 mod trace_scratch;
 mod tree_times;
+mod turn;
 mod variance;
 mod verify;
 pub mod view;
@@ -93,10 +94,10 @@ use crate::changes::Direction;
 use crate::exposure::Clock;
 use crate::film::Film;
 use crate::pose::{CameraPose, Pose};
-use crate::samples::saved::LevelSamples;
-use crate::samples::{SampleStore, TagLayout};
+use crate::samples::SampleStore;
+use crate::samples::saved::{PictureName, PictureSamples, Shape};
 use crate::scene::Scene;
-use crate::settings::{BasePlace, Mode, Settings};
+use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::Eye;
 use crate::trace::{Backend, BackendKind, TraceError};
@@ -213,12 +214,17 @@ impl<'s> Renderer<'s> {
         }
         let sharers = self.eyes().len();
         let memory = &mut self.eyes[eye as usize];
+        let time = turn::direction(&self.prepared.settings, memory, source.pose(), &pose);
+        if time != (Direction::Forward, false) {
+            self.prepared.look_back();
+        }
+        turn::turn(&self.prepared, memory, source.pose(), time);
         let order = Order {
             pose: &pose,
             reuse: source.pose().is_some(),
             plan,
             shown: source.pose().filter(|_| !is_lent),
-            time: turn(&mut self.prepared, memory, source.pose().map(|before| before.moment), pose.moment),
+            time,
             rendered: self.rendered,
             channels: &self.prepared.channels,
             at_frame: Some(frame),
@@ -250,11 +256,9 @@ impl<'s> Renderer<'s> {
         // both eyes count as one frame
         self.rendered += u32::from(eye == Eye::Left);
         let mut sum: Option<FrameStats> = None;
-        if blur.rests(&self.prepared, frame) {
-            self.prepared.look_ahead();
-        }
+        let order = blur.begin(&mut self.prepared, frame, reuse);
         let tools: (&mut dyn Backend, _) = (&mut *self.backend, &mut self.maps);
-        let film = blur.render(&self.prepared, tools, (frame, reuse), self.rendered, |made| {
+        let film = blur.render(&self.prepared, tools, order, self.rendered, |made| {
             let of_exposure = stats(&self.prepared, frame, &made);
             match &mut sum {
                 Some(sum) => sum.add_exposure(&of_exposure),
@@ -283,34 +287,73 @@ impl<'s> Renderer<'s> {
         Finished { film, stats, camera, backend: self.kind, about_layers }
     }
 
-    /// A copy of the samples of the frame that the left eye saw last, to [go on](Self::restore) from them later; none before the first frame.
+    /// A copy of the samples of the frame rendered last, to [go on](Self::restore) from them later; none before the first frame.
     pub fn snapshot(&self) -> Option<Snapshot> {
-        let (moment, levels) = self.samples()?;
-        Some(Snapshot::of(moment, &levels))
+        let (moment, pictures) = self.samples()?;
+        Some(Snapshot::of(moment, &pictures))
     }
 
-    /// The samples of the frame that the left eye saw last, level by level.
-    pub fn samples(&self) -> Option<(Moment, Vec<LevelSamples<&SampleStore>>)> {
-        let [EyeMemory { last, levels, holds, .. }, _] = &self.eyes;
-        let levels = levels.iter().map(Level::kept).collect::<Option<Vec<_>>>()?;
-        Some((Moment { frame: last.as_ref()?.frame, rendered: self.rendered, holds: *holds }, levels))
+    /// The samples of the frame rendered last: of each eye that has seen it, of its exposures, level by level.
+    pub fn samples(&self) -> Option<(Moment, Vec<PictureSamples<&SampleStore>>)> {
+        let all: Vec<_> = self.eyes().iter().flat_map(|eye| self.pictures_of(*eye)).collect();
+        let (_, first) = all.first()?;
+        let frame = first.last.as_ref()?.frame;
+        let moment = Moment { frame, rendered: self.rendered, holds: first.holds };
+        let seen = all
+            .into_iter()
+            .filter(|(_, memory)| memory.last.as_ref().is_some_and(|last| last.frame == frame));
+        Some((moment, seen.map(|(picture, memory)| memory.kept(picture)).collect::<Option<_>>()?))
     }
 
-    /// How many tiles each level of the picture has, and what their samples keep.
-    pub fn shape(&self) -> (Vec<usize>, &TagLayout) {
-        (self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(), &self.prepared.layout)
+    /// What is kept of the pictures of `eye`.
+    fn pictures_of(&self, eye: Eye) -> Vec<(PictureName, &EyeMemory)> {
+        let named = |(exposure, memory)| (PictureName { eye, exposure }, memory);
+        match &self.blurs[eye as usize] {
+            Some(blur) => blur.finished().map(named).collect(),
+            None => vec![named((0, &self.eyes[eye as usize]))],
+        }
+    }
+
+    /// What samples of its frames may be.
+    pub fn shape(&self) -> Shape<'_> {
+        Shape {
+            tiles: self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(),
+            layout: &self.prepared.layout,
+            eyes: self.eyes(),
+            exposures: self.blurs[0].as_ref().map_or(1, Blur::exposures),
+        }
     }
 
     /// Goes on from `snapshot`, as if its frame were the one rendered last; it must be of a renderer of the same scene and settings.
     /// Later frames are the same to the bit, but that more may be made anew where the camera rests.
     pub fn restore(&mut self, snapshot: Snapshot) {
-        let Snapshot { moment, levels } = snapshot;
-        let [left, right] = &mut self.eyes;
-        left.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
-        left.last = Some(Pose::seen_from(self.prepared.scene, moment.frame, left.place.as_ref()));
-        // it takes the left one's samples next
-        right.last = None;
-        (self.rendered, left.holds) = (moment.rendered, moment.holds);
+        let Snapshot { moment, pictures } = snapshot;
+        self.forget();
+        let Self { prepared, eyes, blurs, .. } = self;
+        blurs.iter_mut().flatten().for_each(|blur| blur.begin_restore(moment));
+        for PictureSamples { picture: PictureName { eye, exposure }, levels } in pictures {
+            let eye = eye as usize;
+            let (memory, pose) = match &mut blurs[eye] {
+                Some(blur) => blur.restored(prepared, moment.frame, exposure),
+                None => {
+                    let pose = Pose::seen_from(prepared.scene, moment.frame, eyes[eye].place.as_ref());
+                    (&mut eyes[eye], pose)
+                }
+            };
+            memory.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
+            (memory.last, memory.holds) = (Some(pose), moment.holds);
+        }
+        self.rendered = moment.rendered;
+        self.forget_film();
+    }
+
+    /// Forgets all samples: the next frame is a base frame, or goes on from what is [restored](Self::restore) before.
+    pub fn forget(&mut self) {
+        self.blurs.iter_mut().flatten().for_each(Blur::forget);
+        for memory in &mut self.eyes {
+            memory.last = None;
+            memory.levels.iter_mut().for_each(|level| level.store = None);
+        }
         self.forget_film();
     }
 
@@ -377,38 +420,5 @@ fn stats(prepared: &Prepared, frame: i32, made: &Made) -> FrameStats {
         tracing: made.tracing,
         audit: made.audit,
         ..FrameStats::default()
-    }
-}
-
-/// In which direction time runs `now` from the moment `before`, and whether what is found out in it is to hold in both. What
-/// the samples of `memory` have found out holds in that direction then, or is forgotten.
-fn turn(prepared: &mut Prepared, memory: &mut EyeMemory, before: Option<i64>, now: i64) -> (Direction, bool) {
-    let EyeMemory { levels, holds, .. } = memory;
-    let direction = before.map_or(Direction::Forward, |before| way_from(before, now, *holds));
-    let places = (prepared.settings.base_place, prepared.settings.mode);
-    // of a base frame with frames on either side answers hold in both directions
-    let is_both = before.is_none() && places.0 == BasePlace::Middle && places.1 != Mode::Full;
-    if is_both || direction == Direction::Backward {
-        prepared.look_back();
-    }
-    if let Some(before) = before.filter(|_| !holds.includes(direction)) {
-        let (motion, back) = (&prepared.motion, prepared.motion_back());
-        let translated = |until| motion.translated(until, before, back);
-        let is_known = *holds == Holds::Both;
-        levels.iter_mut().for_each(|level| match is_known {
-            true => level.change_validity(translated),
-            false => level.forget_gathered(),
-        });
-    }
-    *holds = if is_both { Holds::Both } else { Holds::To(direction) };
-    (direction, is_both)
-}
-
-/// In which direction time runs from one moment to the other; from a moment to itself as before.
-fn way_from(before: i64, now: i64, holds: Holds) -> Direction {
-    if now < before || now == before && holds == Holds::To(Direction::Backward) {
-        Direction::Backward
-    } else {
-        Direction::Forward
     }
 }

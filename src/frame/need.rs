@@ -49,8 +49,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
     let exposures = blur::exposures(&shot.scene, settings);
-    let of_shot = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
-    let of_eye = blur::stores(&shot.scene, settings, of_shot) as u64;
+    let of_eye = stores_of_eye(shot, settings);
     let stores = eyes(settings) * of_eye;
 
     let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
@@ -163,17 +162,23 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
     both
 }
 
+/// How many each eye has in the worst frame of `shot`.
+fn stores_of_eye(shot: &Shot, settings: &Settings) -> u64 {
+    let frames = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
+    blur::stores(&shot.scene, settings, frames) as u64
+}
+
 /// How many there are: each has samples and planes of its own.
 fn eyes(settings: &Settings) -> u64 {
     if settings.stereo.is_some() { 2 } else { 1 }
 }
 
-/// `need` and that of a copy of a base frame's samples, to which rendering returns.
-pub fn with_kept(need: Need, scene: &Scene, settings: &Settings) -> Need {
-    let layout = TagLayout::for_scene(scene, settings);
+/// `need` and that of a copy of a base frame's samples, to which rendering returns: of all of its eyes and exposures.
+pub fn with_kept(need: Need, shot: &Shot, settings: &Settings) -> Need {
+    let layout = TagLayout::for_scene(&shot.scene, settings);
     let grids = settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids.map(|grid| grid.tiles() as u64).sum();
-    let bytes = tiles * Tile::bytes_of_cells(&layout) as u64;
+    let bytes = eyes(settings) * stores_of_eye(shot, settings) * tiles * Tile::bytes_of_cells(&layout) as u64;
     need.and(Need::of(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
 }
 

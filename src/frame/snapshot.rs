@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::changes::Direction;
-use crate::samples::saved::LevelSamples;
+use crate::samples::saved::{LevelSamples, PictureSamples};
 use crate::samples::{SampleStore, Tile};
 
 /// What of a renderer goes with its samples.
@@ -42,17 +42,21 @@ impl Holds {
 pub struct Snapshot {
     /// Of which frame.
     pub moment: Moment,
-    /// From the coarsest on.
-    pub levels: Vec<LevelSamples<SampleStore>>,
+    /// Of each picture that it is made of.
+    pub pictures: Vec<PictureSamples<SampleStore>>,
 }
 
 impl Snapshot {
     /// A copy.
-    pub fn of(moment: Moment, levels: &[LevelSamples<&SampleStore>]) -> Self {
-        let levels = levels.iter().map(|LevelSamples { store, wanted }| {
+    pub fn of(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
+        let copy = |LevelSamples { store, wanted }: &LevelSamples<&SampleStore>| {
             let tiles: Vec<Box<Tile>> = store.tiles.par_iter().cloned().collect();
             LevelSamples { store: SampleStore { tiles }, wanted: wanted.clone() }
+        };
+        let pictures = pictures.iter().map(|PictureSamples { picture, levels }| PictureSamples {
+            picture: *picture,
+            levels: levels.iter().map(copy).collect(),
         });
-        Self { moment, levels: levels.collect() }
+        Self { moment, pictures: pictures.collect() }
     }
 }

@@ -1,7 +1,7 @@
 //! Sample stores in files: with one a later run goes on where this one ends, as if it were the same.
 //!
 //! A file is [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a block for each tile of each
-//! level, with its length before it. After the header and after each block there is a checksum of all that is before it.
+//! level of each picture that the frame is made of (of two eyes, and of exposures that keep samples of their own), with its length before it. After the header and after each block there is a checksum of all that is before it.
 //! Numbers are little-endian. Nothing of a file is believed: no list is longer than what the shot itself needs, and what names
 //! something that is not there is refused.
 
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::Fingerprint;
 use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
-use crate::samples::saved::{self, CellMask, LevelSamples, Named};
+use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, Shape};
 use crate::samples::{SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
 
@@ -28,7 +28,7 @@ pub const MAGIC: &[u8; 16] = b"afterimage store";
 pub const VERSION: u32 = 2;
 
 /// Bytes of a header, at most.
-const MOST_HEADER: u32 = 4096;
+const MOST_HEADER: u32 = 1 << 16;
 
 /// Bytes of tiles that are made into bytes, or out of them, at once.
 const AT_ONCE: usize = 32 << 20;
@@ -43,6 +43,8 @@ pub struct Header {
     pub fingerprint: Fingerprint,
     /// The frame.
     pub frame: i32,
+    /// How many samples its pictures have, of which eyes and exposures, for people.
+    pub sampling: String,
     /// How the frame came about, in a word for whoever schedules frames.
     pub ancestry: String,
     /// Frames that had been rendered in its chain: samples count their age from it.
@@ -55,9 +57,11 @@ pub struct Header {
 struct HeaderText {
     fingerprint: String,
     frame: i32,
+    sampling: String,
     ancestry: String,
     rendered: u32,
-    /// Of each level.
+    pictures: Vec<PictureName>,
+    /// Of each level of each of them.
     tiles: Vec<u32>,
 }
 
@@ -118,12 +122,12 @@ impl From<io::Error> for StoreErrorKind {
 pub fn write(
     path: &Path,
     header: &Header,
-    levels: &[LevelSamples<&SampleStore>],
+    pictures: &[PictureSamples<&SampleStore>],
     layout: &TagLayout,
 ) -> Result<u64, WriteError> {
     let length = Cell::new(0);
     write_whole(path, |file| {
-        let written = write_to(BufWriter::new(file), header, levels, layout);
+        let written = write_to(BufWriter::new(file), header, pictures, layout);
         length.set(written.map_err(|error| WriteError::new(path, error))?);
         Ok::<(), WriteError>(())
     })?;
@@ -133,14 +137,17 @@ pub fn write(
 fn write_to(
     mut out: impl Write,
     header: &Header,
-    levels: &[LevelSamples<&SampleStore>],
+    pictures: &[PictureSamples<&SampleStore>],
     layout: &TagLayout,
 ) -> io::Result<u64> {
+    let levels = pictures.first().map_or(&[][..], |picture| &picture.levels);
     let text = HeaderText {
         fingerprint: header.fingerprint.to_string(),
         frame: header.frame,
+        sampling: header.sampling.clone(),
         ancestry: header.ancestry.clone(),
         rendered: header.rendered,
+        pictures: pictures.iter().map(|picture| picture.picture).collect(),
         tiles: levels.iter().map(|level| level.store.tiles.len() as u32).collect(),
     };
     let text = serde_json::to_vec(&text)?;
@@ -152,7 +159,8 @@ fn write_to(
     out.write_all(&before)?;
     out.write_all(&sum.to_bytes())?;
     let mut length = (before.len() + size_of::<u64>()) as u64;
-    let tiles: Vec<(&Tile, Option<&CellMask>)> = levels.iter().flat_map(tiles_of_level).collect();
+    let levels = pictures.iter().flat_map(|picture| &picture.levels);
+    let tiles: Vec<(&Tile, Option<&CellMask>)> = levels.flat_map(tiles_of_level).collect();
     for tiles in tiles.chunks(tiles_at_once(layout)) {
         let encode = |(tile, wanted): &(&Tile, Option<&CellMask>)| {
             let mut block: Vec<u8> = wanted.iter().copied().flatten().copied().collect();
@@ -190,7 +198,8 @@ fn tiles_at_once(layout: &TagLayout) -> usize {
 pub struct StoreFile {
     path: PathBuf,
     header: Header,
-    /// Of each level.
+    pictures: Vec<PictureName>,
+    /// Of each level of each of them.
     tiles: Vec<u32>,
     rest: BufReader<File>,
     /// Of what has been read.
@@ -207,8 +216,8 @@ impl StoreFile {
             return Err(told(StoreErrorKind::NoStore));
         }
         let mut rest = BufReader::new(File::open(path).map_err(unreadable)?);
-        let (header, tiles, sum) = read_header(&mut rest).map_err(told)?;
-        Ok(Self { path: path.to_owned(), header, tiles, rest, sum })
+        let (header, pictures, tiles, sum) = read_header(&mut rest).map_err(told)?;
+        Ok(Self { path: path.to_owned(), header, pictures, tiles, rest, sum })
     }
 
     /// What it is of.
@@ -216,29 +225,33 @@ impl StoreFile {
         &self.header
     }
 
-    /// The samples: those of so many `tiles` of each level of `scene`, which keep what `layout` says.
+    /// The samples, which have a `shape` that those of frames of `scene` may have.
     pub fn read(
         mut self,
-        tiles: &[usize],
-        layout: &TagLayout,
+        shape: &Shape<'_>,
         scene: &Scene,
-    ) -> Result<Vec<LevelSamples<SampleStore>>, StoreError> {
-        self.read_levels(tiles, layout, scene).map_err(|kind| StoreError { path: self.path, kind })
+    ) -> Result<Vec<PictureSamples<SampleStore>>, StoreError> {
+        self.read_pictures(shape, scene).map_err(|kind| StoreError { path: self.path, kind })
     }
 
-    fn read_levels(
+    fn read_pictures(
         &mut self,
-        tiles: &[usize],
-        layout: &TagLayout,
+        shape: &Shape<'_>,
         scene: &Scene,
-    ) -> Result<Vec<LevelSamples<SampleStore>>, StoreErrorKind> {
-        if !self.tiles.iter().map(|tiles| *tiles as usize).eq(tiles.iter().copied()) {
+    ) -> Result<Vec<PictureSamples<SampleStore>>, StoreErrorKind> {
+        let Shape { tiles, layout, .. } = shape;
+        let has_tiles = self.tiles.iter().map(|tiles| *tiles as usize).eq(tiles.iter().copied());
+        if !has_tiles || !shape.fits(&self.pictures) {
             return Err(StoreErrorKind::Unfit);
         }
-        let levels = (0..).zip(tiles).map(|(level, tiles)| self.level(level > 0, *tiles, layout, scene));
-        let levels = levels.collect::<Result<Vec<_>, _>>()?;
+        let names = std::mem::take(&mut self.pictures);
+        let picture = |picture| {
+            let levels = (0..).zip(tiles).map(|(level, tiles)| self.level(level > 0, *tiles, layout, scene));
+            Ok(PictureSamples { picture, levels: levels.collect::<Result<_, StoreErrorKind>>()? })
+        };
+        let pictures = names.into_iter().map(picture).collect::<Result<Vec<_>, StoreErrorKind>>()?;
         match self.rest.read(&mut [0])? {
-            0 => Ok(levels),
+            0 => Ok(pictures),
             _ => Err(StoreErrorKind::Damaged),
         }
     }
@@ -296,8 +309,8 @@ fn take<const N: usize>(file: &mut impl Read) -> Result<[u8; N], StoreErrorKind>
     Ok(bytes)
 }
 
-/// The header, how many tiles of each level follow, and the checksum until there.
-fn read_header(file: &mut impl Read) -> Result<(Header, Vec<u32>, Digest), StoreErrorKind> {
+/// The header, of which pictures samples follow, how many tiles of each level, and the checksum until there.
+fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u32>, Digest), StoreErrorKind> {
     let magic: [u8; MAGIC.len()] = match take(file) {
         Err(StoreErrorKind::Short) => return Err(StoreErrorKind::NoStore),
         magic => magic?,
@@ -325,6 +338,6 @@ fn read_header(file: &mut impl Read) -> Result<(Header, Vec<u32>, Digest), Store
     if !(1..MOST_RENDERED).contains(&text.rendered) {
         return Err(StoreErrorKind::Damaged);
     }
-    let HeaderText { frame, ancestry, rendered, tiles, .. } = text;
-    Ok((Header { fingerprint, frame, ancestry, rendered }, tiles, sum))
+    let HeaderText { frame, sampling, ancestry, rendered, pictures, tiles, .. } = text;
+    Ok((Header { fingerprint, frame, sampling, ancestry, rendered }, pictures, tiles, sum))
 }

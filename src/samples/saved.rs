@@ -18,6 +18,7 @@
 
 use glam::Vec3;
 use half::f16;
+use serde::{Deserialize, Serialize};
 
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Openness,
@@ -27,6 +28,7 @@ use crate::changes::Until;
 use crate::lanes::LANES;
 use crate::scene::Scene;
 use crate::shade::sampling::SampleSeed;
+use crate::stereo::Eye;
 
 /// The cells of a tile, a bit each.
 pub type CellMask = [u8; CELLS / 8];
@@ -38,6 +40,47 @@ pub struct LevelSamples<S> {
     pub store: S,
     /// For each tile the cells that were asked for; none of the coarsest level, of which all are.
     pub wanted: Option<Vec<CellMask>>,
+}
+
+/// One of the pictures that a frame is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct PictureName {
+    /// Whose.
+    pub eye: Eye,
+    /// Of a frame with a shutter or a lens: which of its exposures, counted from 0 in the order of time.
+    pub exposure: usize,
+}
+
+/// What is kept of one of them.
+#[derive(Debug, Clone)]
+pub struct PictureSamples<S> {
+    /// Which.
+    pub picture: PictureName,
+    /// From the coarsest on.
+    pub levels: Vec<LevelSamples<S>>,
+}
+
+/// What the samples of a frame may be.
+#[derive(Debug, Clone)]
+pub struct Shape<'a> {
+    /// How many tiles each level of a picture has.
+    pub tiles: Vec<usize>,
+    /// What their samples keep.
+    pub layout: &'a TagLayout,
+    /// Who sees the frame.
+    pub eyes: &'a [Eye],
+    /// Exposures of each.
+    pub exposures: usize,
+}
+
+impl Shape<'_> {
+    /// Whether `pictures`, in order, may be what is kept of a frame: some of each eye, none twice.
+    pub fn fits(&self, pictures: &[PictureName]) -> bool {
+        let is_there = |name: &PictureName| self.eyes.contains(&name.eye) && name.exposure < self.exposures;
+        let rises = pictures.windows(2).all(|pair| pair[0] < pair[1]);
+        let has_some = |eye: &Eye| pictures.iter().any(|name| name.eye == *eye);
+        rises && pictures.iter().all(is_there) && self.eyes.iter().all(has_some)
+    }
 }
 
 /// The cell has a sample.
