@@ -24,6 +24,9 @@ pub struct Edges {
 /// greatest. What several show together is the least of each.
 type Shown = u64;
 
+/// All quarters of a cell.
+const ALL_QUARTERS: u8 = 15;
+
 /// No candidate.
 const NOTHING: Shown = u64::MAX;
 
@@ -82,17 +85,21 @@ fn surface(model: u32, material: u16) -> u16 {
 
 impl Edges {
     /// Finds the edges among `candidates`, which are in the tiles that `sources` has. `endless`: for each model whether it is an
-    /// endless plane.
+    /// endless plane. `unwanted` calls what it is given with each cell in and around the tile that nobody asks for, as
+    /// [`Wanted::unwanted_around`](super::wanted::Wanted::unwanted_around) does.
     pub fn find<'t>(
         &mut self,
         candidates: &Candidates,
         extent: Extent,
         endless: &[bool],
         sources: &impl Sources<'t>,
+        unwanted: impl FnOnce(&mut dyn FnMut(usize)),
     ) {
         self.take(candidates, endless, sources);
         mark_beyond(extent, &mut self.quarters);
         let Self { shown, quarters, cells } = self;
+        // nothing is missing where a coarser level was found to be enough
+        unwanted(&mut |cell| quarters[cell] = ALL_QUARTERS);
         *cells = CellSet::default();
         let [columns, count] = extent.cells;
         for row in 1..=count as usize {
@@ -132,7 +139,6 @@ impl Edges {
 
 /// Nothing is missing beyond the rim of the picture.
 fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
-    const ALL: u8 = 15;
     let [columns, rows] = extent.cells.map(|count| count as usize + 1);
     let [left, top, right, bottom] = extent.goes_on;
     for at in 0..ACROSS {
@@ -142,7 +148,7 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
             [(column(0), left), (column(columns), right), (row(0), top), (row(rows), bottom)]
         {
             if !goes_on {
-                quarters[cell] = ALL;
+                quarters[cell] = ALL_QUARTERS;
             }
         }
     }

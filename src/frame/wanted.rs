@@ -9,8 +9,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::candidates::{ROW, around};
 use super::cells::CellSet;
 use super::grid::Grid;
+use crate::samples::CELLS;
 use crate::samples::saved::CellMask;
 
 /// Pixels of the picture and of what is around it, yes or no.
@@ -99,6 +101,29 @@ impl Wanted {
     /// Those of tile number `number`.
     pub fn tile(&self, number: usize) -> &CellSet {
         &self.tiles[number]
+    }
+
+    /// Calls `each` with the numbers, [among the cells in and around](super::candidates::AROUND) tile number `number` of `grid`, of
+    /// those that are in the picture and not wanted.
+    pub fn unwanted_around(&self, grid: &Grid, number: usize, mut each: impl FnMut(usize)) {
+        let own = CellSet::ALL.without(&self.tiles[number]);
+        (0..CELLS).filter(|cell| own.has(*cell)).for_each(|cell| each(around(cell)));
+        let (corner, cells) = (grid.tile_corner(number), grid.extent(number).map(|count| count as usize));
+        let mut beside = |column: usize, row: usize| {
+            // counted from the first tile's first; none is before it
+            let at = |axis: usize, cell: usize| (corner[axis] - grid.first[axis]) as u32 + cell as u32;
+            let [x, y] = [at(0, column).checked_sub(1), at(1, row).checked_sub(1)];
+            let (Some(x), Some(y)) = (x, y) else { return };
+            if x < grid.cells[0] && y < grid.cells[1] {
+                let index = grid.index_of([x, y]) as usize;
+                if !self.tiles[index / CELLS].has(index % CELLS) {
+                    each(row * ROW + column);
+                }
+            }
+        };
+        (0..=cells[0] + 1)
+            .for_each(|column| [0, cells[1] + 1].into_iter().for_each(|row| beside(column, row)));
+        (1..=cells[1]).for_each(|row| [0, cells[0] + 1].into_iter().for_each(|column| beside(column, row)));
     }
 
     /// Adds the cells that were wanted `before`. Calls `each` with the numbers of the tiles that have cells which were not,
