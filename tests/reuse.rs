@@ -264,20 +264,6 @@ fn with_thing_at(places: [DVec3; FRAMES as usize]) -> Scene {
 }
 
 #[test]
-fn a_thing_that_is_in_nobodys_light_makes_spare_samples_ask_nothing() {
-    let below = DVec3::new(0.0, -50.0, 0.0);
-    // at rest, but for the last frame: no sample that is spare in it serves
-    let shadow_rays = |step: f64| {
-        let place = |frame: usize| below + DVec3::X * if frame == 5 { 9.0 } else { step * frame as f64 };
-        let places = std::array::from_fn(place);
-        let (frames, _) = audited(&with_thing_at(places));
-        frames[1..].iter().map(|frame| frame.stats.rays.shadow).sum::<u64>()
-    };
-    let [moves, rests] = [1.0, 0.0].map(shadow_rays);
-    assert!(moves * 50 <= rests * 51, "{moves} instead of {rests}");
-}
-
-#[test]
 fn spare_samples_learn_that_a_thing_came_between_them_and_the_light() {
     // it comes while they are spare, and rests where it is when they serve
     let (away, above) = (DVec3::new(0.0, -50.0, 0.0), DVec3::new(1.0, 2.0, 1.5));
