@@ -169,12 +169,14 @@ fn samples_that_are_not_needed_come_back() {
     // the camera goes aside and comes back: pixels of edges are refined, are not, and are again
     let eye = toy::keys(&[(1.0, EYE), (3.0, EYE + DVec3::new(0.4, 0.0, 0.0)), (5.0, EYE)]);
     let scene = with_camera(matt_world(), eye, rests(TARGET));
-    let frames = audited(&scene, &adaptive(1, 4));
-    let traced = |frame: &Finished| (frame.stats.samples.missed + frame.stats.samples.obscured) as f64;
-    let share = traced(&frames[4]) / samples(&frames[4]) as f64;
-    assert!(share < 0.35, "{share}");
-    let spare: Vec<u64> = frames.iter().map(|frame| frame.stats.samples.spare).collect();
-    assert!(spare[0] == 0 && spare[2] > 0, "{spare:?}");
+    for reuse in [Reuse::Target, Reuse::Paper] {
+        let frames = audited(&scene, &Settings { reuse, ..adaptive(1, 4) });
+        let traced = |frame: &Finished| (frame.stats.samples.missed + frame.stats.samples.obscured) as f64;
+        let share = traced(&frames[4]) / samples(&frames[4]) as f64;
+        assert!(share < 0.35, "{reuse:?}: {share}");
+        let spare: Vec<u64> = frames.iter().map(|frame| frame.stats.samples.spare).collect();
+        assert!(spare[0] == 0 && spare[2] > 0, "{reuse:?}: {spare:?}");
+    }
 }
 
 #[test]

@@ -253,6 +253,23 @@ fn tags_save_rays_and_change_no_pixel() {
     }
 }
 
+/// A world before a camera that moves, and a thing that goes through `places`, one in each frame.
+fn with_thing_at(places: [DVec3; FRAMES as usize]) -> Scene {
+    let mut scene = with_camera(matt_world(), goes(EYE, EYE + DVec3::new(1.0, 0.2, -1.5)), rests(TARGET));
+    scene.models.retain(|model| model.name != "flyer");
+    let keys: Vec<(f64, DVec3)> = (1..=FRAMES).map(f64::from).zip(places).collect();
+    let track = TransformTrack { translate: toy::keys(&keys), ..TransformTrack::identity() };
+    scene.models.push(toy::moving("thing", toy::octahedron(0, true), track));
+    scene
+}
+
+#[test]
+fn spare_samples_learn_that_a_thing_came_between_them_and_the_light() {
+    // it comes while they are spare, and rests where it is when they serve
+    let (away, above) = (DVec3::new(0.0, -50.0, 0.0), DVec3::new(1.0, 2.0, 1.5));
+    audited(&with_thing_at([away, away, above, above, above, above]));
+}
+
 #[test]
 fn layers_that_are_left_out_change_no_other() {
     let moving = with_flyer(with_camera(world(), goes(EYE, EYE + DVec3::X), rests(TARGET)));

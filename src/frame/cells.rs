@@ -52,6 +52,16 @@ impl CellSet {
         self.0[cell / BLOCK] >> (cell % BLOCK) & 1 != 0
     }
 
+    /// Their numbers, in order.
+    pub fn numbers(&self) -> impl Iterator<Item = usize> {
+        let blocks = (0..).step_by(BLOCK).zip(self.0);
+        blocks.flat_map(|(first, block)| {
+            std::iter::successors(Some(block), |left| Some(left & left.wrapping_sub(1)))
+                .take_while(|left| *left != 0)
+                .map(move |left| first + left.trailing_zeros() as usize)
+        })
+    }
+
     /// How many there are.
     pub fn count(&self) -> usize {
         self.0.iter().map(|block| block.count_ones() as usize).sum()

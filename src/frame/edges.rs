@@ -24,6 +24,9 @@ pub struct Edges {
 /// greatest. What several show together is the least of each.
 type Shown = u64;
 
+/// All quarters of a cell.
+const ALL_QUARTERS: u8 = 15;
+
 /// No candidate.
 const NOTHING: Shown = u64::MAX;
 
@@ -82,17 +85,21 @@ fn surface(model: u32, material: u16) -> u16 {
 
 impl Edges {
     /// Finds the edges among `candidates`, which are in the tiles that `sources` has. `endless`: for each model whether it is an
-    /// endless plane.
+    /// endless plane. `unwanted` calls what it is given with each cell in and around the tile that nobody asks for, as
+    /// [`Wanted::unwanted_around`](super::wanted::Wanted::unwanted_around) does.
     pub fn find<'t>(
         &mut self,
         candidates: &Candidates,
         extent: Extent,
         endless: &[bool],
         sources: &impl Sources<'t>,
+        unwanted: impl FnOnce(&mut dyn FnMut(usize)),
     ) {
         self.take(candidates, endless, sources);
         mark_beyond(extent, &mut self.quarters);
         let Self { shown, quarters, cells } = self;
+        // nothing is missing where a coarser level was found to be enough
+        unwanted(&mut |cell| quarters[cell] = ALL_QUARTERS);
         *cells = CellSet::default();
         let [columns, count] = extent.cells;
         for row in 1..=count as usize {
@@ -132,7 +139,6 @@ impl Edges {
 
 /// Nothing is missing beyond the rim of the picture.
 fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
-    const ALL: u8 = 15;
     let [columns, rows] = extent.cells.map(|count| count as usize + 1);
     let [left, top, right, bottom] = extent.goes_on;
     for at in 0..ACROSS {
@@ -142,7 +148,7 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
             [(column(0), left), (column(columns), right), (row(0), top), (row(rows), bottom)]
         {
             if !goes_on {
-                quarters[cell] = ALL;
+                quarters[cell] = ALL_QUARTERS;
             }
         }
     }
@@ -170,6 +176,8 @@ fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; TILE] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::bins::{Binned, STEPS};
+    use crate::samples::{TagLayout, Tile};
 
     #[test]
     fn an_empty_quadrant_is_seen_whichever_it_is() {
@@ -213,5 +221,30 @@ mod tests {
         assert!(!is_one(shown(8, 1000)) && !is_one(shown(6, 1000)), "another material");
         assert!(!is_one(shown(7, 1000 + 2 * DEPTH_STEPS)), "a step");
         assert!(surface(0, 1) != surface(1, 0) && surface(3, 9) != surface(BACKGROUND, 9));
+    }
+
+    #[test]
+    fn nothing_is_missing_in_cells_that_nobody_asks_for() {
+        // one surface, and no sample in two by two cells
+        let (hole, extent) = (8..10_usize, Extent { cells: [TILE as u32; 2], goes_on: [true; 4] });
+        let is_in_hole = |cell: &usize| hole.contains(&(cell % ROW)) && hole.contains(&(cell / ROW));
+        let middle = |cell: usize| [cell % ROW, cell / ROW].map(|at| at as i32 * STEPS + STEPS / 2);
+        let words: Vec<u64> = (0..AROUND)
+            .filter(|cell| !is_in_hole(cell))
+            .map(|cell| Binned::new(1.0, middle(cell), 0).word())
+            .collect();
+        let mut candidates = Candidates::default();
+        candidates.add(0, &words);
+        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        tile.model[0] = 0;
+        let mut edges = Edges::default();
+        let mut count = |unwanted: &[usize]| {
+            let name = |each: &mut dyn FnMut(usize)| unwanted.iter().for_each(|cell| each(*cell));
+            edges.find(&candidates, extent, &[false], &|_| Some(&tile), name);
+            edges.cells.count()
+        };
+        let all: Vec<usize> = (0..AROUND).filter(is_in_hole).collect();
+        assert!(count(&[]) >= 4, "all cells of the hole");
+        assert_eq!(count(&all), 0);
     }
 }

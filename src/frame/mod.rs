@@ -23,6 +23,7 @@ mod cells;
 mod channels;
 pub mod contrast;
 mod develop;
+mod doubt;
 mod edges;
 pub mod enhance;
 mod estimate;

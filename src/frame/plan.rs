@@ -127,12 +127,7 @@ impl Plan {
         unseen.with(Flags::STALE.when(self.light_changes(moved)))
     }
 
-    /// Whether a `tag` for `light` holds without a question. `moved`: the sample's model did.
-    pub fn keeps_tag(&self, light: usize, moved: bool, tag: Tag) -> bool {
-        self.shadow_check(light, moved, tag) == ShadowCheck::Keep
-    }
-
-    /// Whether all tags for `light` do.
+    /// Whether all tags for `light` hold without a question.
     pub fn keeps_all_tags(&self, light: usize) -> bool {
         !self.any_moved && self.lights[light] != LightChange::Moved
     }

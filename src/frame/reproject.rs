@@ -9,12 +9,13 @@ use rayon::prelude::*;
 
 use super::bins::{BinWriter, Bins};
 use super::cells::CellSet;
+use super::doubt::doubt;
 use super::frame_view::FrameView;
 use super::grid::holds;
 use super::project::{project_lanes, project_spares};
 use super::serve::{KEPT, KEPT_OF_SOME, Serving};
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Spares, Status, TILE, Tag, Tile};
+use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Status, TILE, Tile};
 use crate::settings::Reuse;
 
 /// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
@@ -58,7 +59,11 @@ pub fn gather(
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
     let extent = grid.extent_of(number);
     let wanted = frame.wanted_of(number);
-    serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles);
+    serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles, |each| {
+        if let Some(wanted) = frame.wanted {
+            wanted.unwanted_around(grid, number, each);
+        }
+    });
     let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
     serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
     doubt(frame, &mut tile.spares);
@@ -87,31 +92,6 @@ fn mark_outside(extent: [u32; 2], tile: &mut Tile) {
     if extent != [TILE as u32; 2] {
         let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));
         beyond.for_each(|(_, status)| *status = Status::Outside);
-    }
-}
-
-/// Spare samples are neither verified nor lit in this frame: what the plan says must be asked about them is not known
-/// any more.
-fn doubt(frame: &FrameView, spares: &mut Spares) {
-    let plan = frame.plan;
-    let flags = [false, true].map(|moved| plan.doubts(moved));
-    spares.set_flags(|spare| flags[usize::from(frame.moved(spare.model))]);
-    if plan.any_moved {
-        spares.forget_answers(|spare| frame.moved(spare.model));
-    }
-    for (light, slot) in (0..).zip(frame.slots) {
-        if plan.keeps_all_tags(light) {
-            continue;
-        }
-        let holds = |moved: bool, tag: Tag| plan.keeps_tag(light, moved, tag);
-        spares.update_tags(
-            *slot,
-            |spare, tag| if holds(frame.moved(spare.model), tag) { tag } else { Tag::Unknown },
-            |spare, tags| {
-                let moved = frame.moved(spare.model);
-                tags.without(|tag| !holds(moved, tag))
-            },
-        );
     }
 }
 

@@ -18,7 +18,7 @@
 
 use super::bins::{Binned, STEPS};
 use super::bits::set_bits;
-use super::candidates::{AROUND, Candidate, Candidates, ROW, Server, Sources};
+use super::candidates::{AROUND, Candidate, Candidates, ROW, Rank, Server, Sources};
 use super::cells::CellSet;
 use super::edges::Edges;
 use super::grid::{Extent, cell_number};
@@ -46,6 +46,8 @@ pub struct Serving {
     /// For each cell in and around the tile, how many of the samples in it are kept.
     kept: Vec<u8>,
     moves: Vec<Move>,
+    /// By the paper's rule, the candidates that would serve cells that nobody asks for.
+    unused: Vec<usize>,
     /// Flags that any sample that serves has.
     flags: Flags,
 }
@@ -67,8 +69,8 @@ impl Serving {
         self.flags
     }
 
-    /// Chooses a server for each `wanted` cell of the tile. Candidates are in the tiles that `sources` has. `endless`: for
-    /// each model whether it is an endless plane.
+    /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it. Candidates are in the
+    /// tiles that `sources` has. `endless`: for each model whether it is an endless plane.
     pub fn serve<'t>(
         &mut self,
         reuse: Reuse,
@@ -76,16 +78,18 @@ impl Serving {
         wanted: &CellSet,
         endless: &[bool],
         sources: &impl Sources<'t>,
+        unwanted: impl FnOnce(&mut dyn FnMut(usize)),
     ) {
-        let Self { candidates, edges, servers, .. } = self;
+        let Self { candidates, edges, servers, unused, .. } = self;
         servers.clear();
         servers.resize(CELLS, Server::NOBODY);
-        if candidates.len() == 0 {
+        unused.clear();
+        if candidates.len() == 0 || reuse == Reuse::Target && wanted.is_empty() {
             return;
         }
         match reuse {
             Reuse::Target => {
-                edges.find(candidates, extent, endless, sources);
+                edges.find(candidates, extent, endless, sources, unwanted);
                 nearest_to_targets(candidates, extent, servers);
             }
             Reuse::Paper => {
@@ -96,8 +100,10 @@ impl Serving {
             }
         }
         if *wanted != CellSet::ALL {
-            let unwanted = servers.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
-            unwanted.for_each(|(_, server)| *server = Server::NOBODY);
+            for cell in CellSet::ALL.without(wanted).numbers() {
+                let server = std::mem::replace(&mut servers[cell], Server::NOBODY);
+                unused.extend(server.rank().filter(|_| reuse == Reuse::Paper).map(Rank::number));
+            }
         }
     }
 
@@ -113,10 +119,14 @@ impl Serving {
     ) {
         let from: Vec<&Tile> = self.candidates.runs().filter_map(|(source, _)| sources(source)).collect();
         self.assign(extent, tile);
-        let Self { candidates, serving, kept, moves, flags, .. } = self;
+        let Self { candidates, serving, kept, moves, flags, unused, .. } = self;
         *flags = tile.copy_all(&from, moves);
         tile.spares.clear();
         if reuse == Reuse::Paper {
+            for number in &*unused {
+                let Candidate { word, run, .. } = candidates.get(*number);
+                tile.spares.push(from[usize::from(run)], word.slot());
+            }
             return;
         }
         for number in unset(serving, candidates.len()) {

@@ -193,7 +193,7 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
         let thrown = strew(throw, extent, &mut dice);
         serving.begin();
         for_each_run(&thrown, |source, run| serving.add(source, run));
-        serving.serve(Reuse::Target, extent, &CellSet::ALL, &[], &tiles);
+        serving.serve(Reuse::Target, extent, &CellSet::ALL, &[], &tiles, |_| ());
         // over what the tile had before
         serving.fill(Reuse::Target, extent, KEPT, &mut tile, &tiles);
 
@@ -245,4 +245,34 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
         }
     }
     assert!(copies > 100 && spares > 100 && dropped > 100, "all sorts: {copies} {spares} {dropped}");
+}
+
+#[test]
+fn by_the_papers_rule_what_would_serve_cells_that_nobody_asks_for_stays_as_a_spare_sample() {
+    let (mut dice, from) = (Dice(3), sources());
+    let tiles = |source: u32| from.get(source as usize);
+    let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+    let mut serving = Serving::default();
+    for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
+        let (thrown, wanted) = (strew(throw, extent, &mut dice), CellSet::of(|cell| cell % 3 == 0));
+        serving.begin();
+        for_each_run(&thrown, |source, run| serving.add(source, run));
+        serving.serve(Reuse::Paper, extent, &wanted, &[], &tiles, |_| ());
+        serving.fill(Reuse::Paper, extent, KEPT, &mut tile, &tiles);
+        let mut unused = Vec::new();
+        for cell in (0..CELLS).filter(|cell| holds(extent.cells, *cell)) {
+            let lies_in = place(cell).map(|at| at as i32 + 1);
+            // all are equally far from the eye
+            let server = thrown.iter().find(|one| one.lies_in() == lies_in).map(Thrown::mark);
+            match wanted.has(cell) {
+                true => {
+                    let shown = (tile.model[cell] != EMPTY).then_some(tile.record[cell].triangle);
+                    assert_eq!(shown, server, "{throw:?}, cell {cell}");
+                }
+                false => unused.extend(server),
+            }
+        }
+        let spares: Vec<u32> = tile.spares.samples.iter().map(|spare| spare.record.triangle).collect();
+        assert_eq!(spares, unused, "{throw:?}");
+    }
 }

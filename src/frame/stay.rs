@@ -165,7 +165,7 @@ pub fn merge(
         serving.add(ITSELF, &own);
         let tiles = tiles(detached, Some(before));
         let (extent, wanted) = (grid.extent_of(number), frame.wanted_of(number));
-        serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles);
+        serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles, |_| ());
         serving.merge(before, tile, &tiles);
         true
     })

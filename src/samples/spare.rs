@@ -95,22 +95,23 @@ impl Spares {
         );
     }
 
-    /// Calls `each` with the tags of each spare for the light of `slot`: what it returns is their new state.
+    /// Calls `single` or `area` with the number of each spare, the spare, and its tags for the light of `slot`: what it returns
+    /// is their new state.
     pub fn update_tags(
         &mut self,
         slot: TagSlot,
-        mut single: impl FnMut(&Spare, Tag) -> Tag,
-        mut area: impl FnMut(&Spare, AreaTag) -> AreaTag,
+        mut single: impl FnMut(usize, &Spare, Tag) -> Tag,
+        mut area: impl FnMut(usize, &Spare, AreaTag) -> AreaTag,
     ) {
         match slot {
             TagSlot::Single(column) => {
-                for (tag, spare) in self.single[column].iter_mut().zip(&self.samples) {
-                    *tag = single(spare, *tag);
+                for (number, (tag, spare)) in self.single[column].iter_mut().zip(&self.samples).enumerate() {
+                    *tag = single(number, spare, *tag);
                 }
             }
             TagSlot::Area(column) => {
-                for (tag, spare) in self.area[column].iter_mut().zip(&self.samples) {
-                    *tag = area(spare, *tag);
+                for (number, (tag, spare)) in self.area[column].iter_mut().zip(&self.samples).enumerate() {
+                    *tag = area(number, spare, *tag);
                 }
             }
         }
