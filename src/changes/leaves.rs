@@ -15,8 +15,8 @@ use crate::scene::{Mesh, Model};
 #[derive(Debug)]
 pub struct Mover<'a> {
     pub model: &'a Model,
-    /// The frames in which it is elsewhere than in the frame before; rising, at least one. From the shot's first frame
-    /// of motion.
+    /// The frames in which it is elsewhere than in the frame before; rising, at least one. Counted as
+    /// [`Until`](super::Until) counts.
     pub changes: Vec<u16>,
 }
 
@@ -29,8 +29,8 @@ struct Grain {
     places: usize,
 }
 
-/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `at`: where a mover is so many frames
-/// after the shot's first frame of motion.
+/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `at`: where a mover is in a
+/// frame, counted as [`Until`](super::Until) counts.
 ///
 /// Beyond the limit meshes have fewer boxes, and places in a row share leaves. What such a leaf says is never later
 /// than the truth.
@@ -77,7 +77,7 @@ impl Mover<'_> {
         self.changes.len() + 1
     }
 
-    /// A frame in which it stands at a place, from the shot's first frame of motion.
+    /// A frame in which it stands at a place.
     fn frame_at(&self, place: usize) -> i64 {
         // the first place is that of the frame before the first change
         if place == 0 { i64::from(self.changes[0]) - 1 } else { self.changes[place - 1].into() }

@@ -176,8 +176,8 @@ impl Motion {
         self.tree.nodes()
     }
 
-    /// A frame counted from the first frame of motion: -1 for all that are before it, and [`Until::LAST`] for those
-    /// that cannot be named.
+    /// A frame counted from [`start`](Self::start): -1 for all that are before it, and [`Until::LAST`] for those that
+    /// cannot be named. The first frame of motion is 2.
     fn count(&self, frame: impl Into<i64>) -> i32 {
         self.since_start(frame).clamp(-1, Until::LAST.into()) as i32
     }
@@ -205,7 +205,7 @@ impl Changes {
         Self { frames, changes_later: false }
     }
 
-    /// The first one after frame `after`, counted from the first frame of motion.
+    /// The first one after frame `after`, counted as [`Motion::start`] says.
     fn first_after(&self, after: i32) -> Until {
         let next = self.frames.partition_point(|frame| i32::from(*frame) <= after);
         self.frames.get(next).map_or(end(self.changes_later), |frame| Until::frame(*frame))

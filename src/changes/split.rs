@@ -5,7 +5,7 @@ use crate::geometry::Bounds;
 /// Places along an axis at which a list may be split.
 const BINS: usize = 16;
 
-/// What is in the way somewhere, and when that changes. Frames are counted from the shot's first frame of motion.
+/// What is in the way somewhere, and when that changes. Frames are counted as [`Until`](super::Until) counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaf {
     /// World space, but for parts of a mesh, which have no frames.

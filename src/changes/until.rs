@@ -2,7 +2,7 @@
 
 /// How long an answer holds: it does not any more from some frame on.
 ///
-/// Frames are counted from the shot's first frame of motion, which [`Motion`](super::Motion) knows: ask
+/// Frames are counted from the second one before the shot's first frame of motion, which [`Motion`](super::Motion) knows: ask
 /// [`Motion::has_expired`](super::Motion::has_expired). The earlier of two is `a.min(b)`.
 ///
 /// The first 65,533 frames of motion (45 minutes at 24 frames a second) are told apart exactly. What would
@@ -21,7 +21,7 @@ impl Until {
     /// It holds in all frames of the shot.
     pub const FOREVER: Self = Self(u16::MAX);
 
-    /// The last frame that can be named, counted from the shot's first frame of motion.
+    /// The last frame that can be named.
     pub(super) const LAST: u16 = u16::MAX - 1;
 
     /// From this frame of motion on it does not hold.

@@ -102,11 +102,12 @@ fn settings(job: &Job) -> Digest {
     let backend = job.backend.unwrap_or_default().name();
     let FileFormat { multipart, compression } = job.format;
     // without reuse its rule does not matter
-    let reuse = (*mode != Mode::Full).then_some(reuse);
+    let reuses = *mode != Mode::Full;
+    let reuse = reuses.then_some(reuse);
     // and that of occlusion, where nobody asks for it, follows from the models alone
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     // answers of base frames in the middle are asked again sooner: where paths share a budget, that is seen
-    let base_place = (*paths > 0 && *budget != Budget::None).then_some(base_place);
+    let base_place = (reuses && *paths > 0 && *budget != Budget::None).then_some(base_place);
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
