@@ -135,15 +135,8 @@ impl TileLooks {
                 looks[(row + 1) * ACROSS + column + 1] = Look::of(frame, tile, own, cell);
             }
         }
-        let corner = grid.tile_corner(number);
         let mut beside = |column: usize, row: usize| {
-            // counted from the first tile's first; none is before it
-            let at = |axis: usize, cell: usize| (corner[axis] - grid.first[axis]) as u32 + cell as u32;
-            let [x, y] = [at(0, column).checked_sub(1), at(1, row).checked_sub(1)];
-            let (Some(x), Some(y)) = (x, y) else { return };
-            if x < grid.cells[0] && y < grid.cells[1] {
-                let index = grid.index_of([x, y]) as usize;
-                let (tile, cell) = (index / CELLS, index % CELLS);
+            if let Some((tile, cell)) = grid.cell_around(number, [column, row]) {
                 looks[row * ACROSS + column] = Look::of(frame, &store.tiles[tile], &colors[tile], cell);
             }
         };

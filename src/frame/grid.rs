@@ -199,6 +199,18 @@ impl Grid {
         self.index_of_column[x as usize] + self.index_of_row[y as usize]
     }
 
+    /// The tile and the number in it of a cell in or beside tile number `tile`, whose own first one is in column and row 1; none
+    /// where the picture has no cells.
+    pub fn cell_around(&self, tile: usize, place: [usize; 2]) -> Option<(usize, usize)> {
+        let corner = self.tile_corner(tile);
+        // counted from the first tile's first; none is before it
+        let at = |axis: usize| ((corner[axis] - self.first[axis]) as u32 + place[axis] as u32).checked_sub(1);
+        let [x, y] = [at(0)?, at(1)?];
+        let is_in = x < self.cells[0] && y < self.cells[1];
+        let index = is_in.then(|| self.index_of([x, y]) as usize)?;
+        Some((index / CELLS, index % CELLS))
+    }
+
     /// Cell space: the first cell of tile number `tile`.
     #[inline]
     pub fn tile_corner(&self, tile: usize) -> [i32; 2] {

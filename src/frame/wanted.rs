@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use super::candidates::{ROW, around};
 use super::cells::CellSet;
 use super::grid::{Grid, holds};
-use crate::samples::CELLS;
 use crate::samples::saved::CellMask;
 
 /// Pixels of the picture and of what is around it, yes or no.
@@ -110,17 +109,11 @@ impl Wanted {
         let extent = grid.extent(number);
         let own = CellSet::ALL.without(&self.tiles[number]);
         own.numbers().filter(|cell| holds(extent, *cell)).for_each(|cell| each(around(cell)));
-        let (corner, cells) = (grid.tile_corner(number), extent.map(|count| count as usize));
+        let cells = extent.map(|count| count as usize);
         let mut beside = |column: usize, row: usize| {
-            // counted from the first tile's first; none is before it
-            let at = |axis: usize, cell: usize| (corner[axis] - grid.first[axis]) as u32 + cell as u32;
-            let [x, y] = [at(0, column).checked_sub(1), at(1, row).checked_sub(1)];
-            let (Some(x), Some(y)) = (x, y) else { return };
-            if x < grid.cells[0] && y < grid.cells[1] {
-                let index = grid.index_of([x, y]) as usize;
-                if !self.tiles[index / CELLS].has(index % CELLS) {
-                    each(row * ROW + column);
-                }
+            if grid.cell_around(number, [column, row]).is_some_and(|(tile, cell)| !self.tiles[tile].has(cell))
+            {
+                each(row * ROW + column);
             }
         };
         (0..=cells[0] + 1)
@@ -147,6 +140,7 @@ mod tests {
 
     use super::*;
     use crate::frame::grid::tests::settings;
+    use crate::samples::CELLS;
     use crate::settings::{PixelRect, Settings};
 
     #[test]
@@ -167,7 +161,7 @@ mod tests {
         let mut seen = Vec::new();
         for tile in 0..fine.tiles() {
             let corner = fine.tile_corner(tile);
-            for cell in (0..crate::samples::CELLS).filter(|cell| wanted.tile(tile).has(*cell)) {
+            for cell in (0..CELLS).filter(|cell| wanted.tile(tile).has(*cell)) {
                 let place = super::super::grid::place(cell);
                 seen.push([0, 1].map(|axis| (corner[axis] as usize + place[axis] as usize) / 4));
             }
