@@ -299,6 +299,11 @@ impl LightShape {
 }
 
 impl LightPose {
+    /// Whether it sends nothing anywhere, for want of power or colour: no ray to it is worth casting.
+    pub fn is_dark(&self) -> bool {
+        self.strength == Vec3::ZERO
+    }
+
     /// The light at `frame`.
     pub fn of(light: &Light, frame: f64) -> Self {
         let strength = light.color.at(frame) * light.power.at(frame) as f32;

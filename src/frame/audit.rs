@@ -408,10 +408,16 @@ struct Source {
 
 /// Whether the tags for one point of a light say what fresh shadow rays say.
 fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
-    let is_lit = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell).is_lit();
+    let tag = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell);
+    let is_lit = |cell: usize| tag(cell).is_lit();
+    // a light without power need not be known of; what is known must be right, or it would be wrong when the light returns
+    let is_dark = frame.pose.lights[source.light].is_dark();
+    let is_known = |cell: usize| !is_dark || tag(cell) != Tag::Unknown;
     let mut queue = ShadowQueue::default();
     for first in (0..CELLS).step_by(LANES) {
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        let surfaces =
+            set_bits(surfaces).filter(|lane| is_known(first + lane)).fold(0, |bits, lane| bits | 1 << lane);
         if surfaces == 0 {
             continue;
         }

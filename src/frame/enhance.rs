@@ -188,7 +188,7 @@ fn highlights(
     let is_surface = Mask::less(models, EMPTY);
     let mut sum = Vec3x8::ZERO;
     let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
-    for (_, (light, slot)) in lights.filter(|(number, _)| among(*number)) {
+    for (_, (light, slot)) in lights.filter(|(number, (light, _))| !light.is_dark() && among(*number)) {
         let to_centre = way(light, placed.point).0;
         let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
         if !shines && coats.is_none() {

@@ -58,6 +58,10 @@ pub fn light(
             continue;
         }
         let checks = [false, true].map(|moved| Checks::of(frame, light, moved, may_be_met));
+        if pose.is_dark() {
+            forget_doubtful(frame, &checks, tile, frame.slots[light]);
+            continue;
+        }
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
         let bounds = bounds.get_or_insert_with(|| TileBounds::samples(frame, tile));
         let among = if bounds.may_be_in_shadow(frame.dynamic_bounds, pose) {
@@ -99,6 +103,25 @@ fn must_be_summed(frame: &FrameView, tile: &Tile, first: usize) -> u8 {
         bits |= frame.moved_bits(models);
     }
     bits & surface_bits(models)
+}
+
+/// Forgets those tags of a light without power that are to be asked about: no ray tells whom it reaches until it shines again,
+/// and until then its tags decide nothing.
+fn forget_doubtful(frame: &FrameView, checks: &[Checks; 2], tile: &mut Tile, slot: TagSlot) {
+    for first in (0..CELLS).step_by(LANES) {
+        let moved = frame.moved_bits(&tile.model[first..first + LANES]);
+        let check = |lane: usize| &checks[usize::from(moved >> lane & 1)];
+        if let Some(tags) = tile.tags.single_mut(slot).get_mut(first..first + LANES) {
+            for (lane, tag) in tags.iter_mut().enumerate() {
+                *tag = if check(lane).asks(*tag) { Tag::Unknown } else { *tag };
+            }
+        }
+        if let Some(tags) = tile.tags.area_mut(slot).get_mut(first..first + LANES) {
+            for (lane, tags) in tags.iter_mut().enumerate() {
+                *tags = tags.without(|tag| check(lane).asks(tag));
+            }
+        }
+    }
 }
 
 /// What is to be asked of all samples of a tile about one light.
@@ -300,7 +323,7 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
     let albedo = frame.palette.albedo(&materials, reflectance);
     let mut sum = emitted_and_ambient(frame, (&materials, reflectance), || tile.gathered.opennesses(first));
-    for (light, slot) in frame.pose.lights.iter().zip(frame.slots) {
+    for (light, slot) in frame.pose.lights.iter().zip(frame.slots).filter(|(light, _)| !light.is_dark()) {
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
         sum = add_light(sum, light, places, reached, |light_sample| {

@@ -207,6 +207,11 @@ impl Checks {
         Self { queue_of }
     }
 
+    /// Whether this tag is to be asked about.
+    pub fn asks(&self, tag: Tag) -> bool {
+        self.queue_of[tag as usize].is_some()
+    }
+
     /// By queue, those of eight samples that are to be asked about, a bit each. `moved` says of which of them the
     /// model did: `checks` are for the others, and for them.
     #[inline(always)]

@@ -8,7 +8,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 use glam::Vec3;
 
 use super::light_sample::{LightSample, from_place};
-use crate::lanes::{F32x8, Vec3x8};
+use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::pose::{LightPose, LightShape};
 
 /// What a ray sees of an area light.
@@ -106,10 +106,10 @@ pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) 
             let axes = [across, up, to_light].map(Vec3x8::splat);
             let direction = in_cone(axes, F32x8::splat(versine), disk(aside)).0;
             let irradiance = Vec3x8::splat(share);
-            LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance }
+            LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance, reaches: Mask::ALL }
         }
         LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => {
-            from_place(Vec3::ZERO, Vec3x8::ZERO, points)
+            LightSample { reaches: Mask::NONE, ..from_place(Vec3::ZERO, Vec3x8::ZERO, points) }
         }
     }
 }
@@ -120,6 +120,7 @@ fn from_plane(strength: Vec3, source: Vec3x8, axis: Vec3, points: Vec3x8) -> Lig
     let mut light_sample = from_place(strength, source, points);
     let cos = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
     light_sample.irradiance = light_sample.irradiance * cos;
+    light_sample.reaches = cos.gt(F32x8::ZERO);
     light_sample
 }
 
@@ -146,6 +147,7 @@ fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], poi
         direction,
         far: 1.0,
         irradiance: is_outside.select3(share, Vec3x8::ZERO),
+        reaches: is_outside,
     }
 }
 

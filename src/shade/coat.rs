@@ -422,12 +422,13 @@ impl SeenCoats {
         let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
-            let by_points = F32x8::splat(density_of_points(radiance)) / brightest(irradiance);
+            // both densities times the irradiance: where that is next to nothing, theirs would be infinite
+            let by_points = F32x8::splat(density_of_points(radiance));
             let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
-            light = light * (by_points / (by_points + by_rays));
+            light = light * (by_points / (by_points + by_rays * brightest(irradiance)));
         }
         let shows = match radiance {
-            Some(_) => gain.is_some() & !self.is_followed_alone,
+            Some(_) => gain.is_some() & !self.is_followed_alone & irradiance.is_some(),
             None => gain.is_some(),
         };
         shows.select3(light, Vec3x8::ZERO)
@@ -518,6 +519,7 @@ mod tests {
             direction: lanes(light),
             far: 1.0,
             irradiance: lanes(Vec3::ONE / PI),
+            reaches: Mask::ALL,
         };
         let one = coats.seen(0, Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
         let highlight = eight.highlight(&sample, None);

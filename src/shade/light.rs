@@ -146,13 +146,15 @@ pub fn light_sample(
         LightShape::Directional { to_light } => {
             let to_light = Vec3x8::splat(to_light);
             let irradiance = Vec3x8::splat(light.strength);
-            LightSample { to_light, direction: to_light, far: f32::INFINITY, irradiance }
+            LightSample { to_light, direction: to_light, far: f32::INFINITY, irradiance, reaches: Mask::ALL }
         }
         LightShape::Point { position } => from_position(light.strength, position, points),
         LightShape::Spot { position, axis, cos_outer, cos_inner } => {
             let mut light_sample = from_position(light.strength, position, points);
             let cos = -light_sample.direction.dot(Vec3x8::splat(axis));
-            light_sample.irradiance = light_sample.irradiance * fade(cos, cos_outer, cos_inner);
+            let share = fade(cos, cos_outer, cos_inner);
+            light_sample.irradiance = light_sample.irradiance * share;
+            light_sample.reaches = share.gt(F32x8::ZERO);
             light_sample
         }
         LightShape::Rectangle { .. }
@@ -176,6 +178,7 @@ pub fn light_samples(
         if light.points < first + LANES {
             let is_there = Mask::of(|lane| first + lane < light.points);
             light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
+            light_sample.reaches = light_sample.reaches & is_there;
         }
         light_sample
     })

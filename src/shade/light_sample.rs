@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::lanes::{F32x8, Vec3x8};
+use crate::lanes::{F32x8, Mask, Vec3x8};
 
 /// Light as it arrives at eight points.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct LightSample {
     /// From the points to the light, any length: the light is at `t = far` along it.
     pub to_light: Vec3x8,
@@ -15,6 +15,9 @@ pub struct LightSample {
     pub far: f32,
     /// On a surface that faces the light; linear RGB. Zero outside the cone of a spot.
     pub irradiance: Vec3x8,
+    /// The points to which the light sends anything, by its shape alone, whatever its colour and power: not outside the cone of a
+    /// spot, or behind a panel.
+    pub reaches: Mask,
 }
 
 /// All of `strength` from these places, falling with the square of the distance.
@@ -28,5 +31,6 @@ pub fn from_place(strength: Vec3, places: Vec3x8, points: Vec3x8) -> LightSample
         direction: to_light * (F32x8::splat(1.0) / squared.sqrt()),
         far: 1.0,
         irradiance: Vec3x8::splat(strength) / squared,
+        reaches: Mask::ALL,
     }
 }

@@ -197,12 +197,19 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     }
 }
 
-/// Where light can reach the front of surfaces with these normals. A shading normal that leans beyond the
-/// triangle's horizon does not make it reach.
+/// Where a light reaches the front of surfaces with these normals if nothing is in its way: a question of places alone, since
+/// the answer is kept while the light's colour and power change. A shading normal that leans beyond the triangle's horizon
+/// does not make it reach.
 #[inline(always)]
 pub fn faces(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
     let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
-    before(normal) & before(geometric_normal) & light_sample.irradiance.is_some()
+    before(normal) & before(geometric_normal) & light_sample.reaches
+}
+
+/// Where a light that is as strong as it is now brings such surfaces anything.
+#[inline(always)]
+pub fn receives(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
+    faces(normal, geometric_normal, light_sample) & light_sample.irradiance.is_some()
 }
 
 /// Diffuse light by Lambert's cosine law.
@@ -259,7 +266,7 @@ mod tests {
     fn from(direction: Vec3) -> LightSample {
         let direction = Vec3x8::splat(direction);
         let irradiance = Vec3x8::splat(Vec3::splat(2.0));
-        LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance }
+        LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance, reaches: Mask::ALL }
     }
 
     #[test]
