@@ -1,7 +1,5 @@
 //! All motion of a shot, to be asked about segments.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -14,6 +12,9 @@ use crate::scene::{Light, Model, Scene};
 
 /// Leaves at most: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
+
+/// How far beyond their ends segments are looked at: the distances at which rays meet surfaces are rounded.
+const BEYOND_END: f32 = 1.0 + 1e-5;
 
 /// When what moves in a shot touches a segment, and when its lights change. Time runs forwards in it, or backwards: "later" is what
 /// comes later in its direction, and "before" what came before. Where frames are seen at several times, it counts their
@@ -34,8 +35,8 @@ pub struct Motion {
     moves_later: bool,
     /// One for each of the scene's, or none if nothing ever changes.
     lights: Vec<Changes>,
-    /// Of the models that appear or disappear.
-    passing: HashMap<u32, Changes>,
+    /// One for each of the scene's, or none if nothing ever changes.
+    models: Vec<Changes>,
 }
 
 /// When something changes.
@@ -78,8 +79,10 @@ impl Motion {
             |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, clock, direction), start);
         let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
         let moves_later = changes.iter().any(|changes| changes.changes_later);
-        let passing = models.iter().zip(&changes).filter(|((_, model), _)| !model.track.visible.is_always());
-        let passing = passing.map(|((number, _), changes)| (*number, changes.clone())).collect();
+        let mut of_models = vec![Changes::default(); scene.models.len()];
+        for ((number, _), changes) in models.iter().zip(&changes) {
+            of_models[*number as usize] = changes.clone();
+        }
         let movers = models.into_iter().zip(changes);
         let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
@@ -93,7 +96,7 @@ impl Motion {
             lights: (scene.lights.iter())
                 .map(|light| Changes::of(frames::of_light(light, clock, direction), start))
                 .collect(),
-            passing,
+            models: of_models,
         }
     }
 
@@ -117,6 +120,8 @@ impl Motion {
         before: Until,
     ) -> Until {
         let (after, end) = (self.count(after), end(self.moves_later).min(before));
+        // what ends on a surface may meet, at the same place, what comes there: which of the two is nearer is rounding
+        let far = far * BEYOND_END;
         let frame = self.tree.first_touch(origin, direction, far, after as f32, f32::from(end.to_bits()));
         Until::from_bits(frame as u16)
     }
@@ -135,10 +140,13 @@ impl Motion {
         self.lights.get(light).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
-    /// The first frame after `after` in which a model that appears or disappears in some frame does so, or is elsewhere. Of other
-    /// models nothing is known.
+    /// The first frame after `after` in which a model differs from the frame before: in place or shape, or because it appears or
+    /// disappears. Whoever depends on where a model is, or that it is there, asks this: where a segment ends on it is a matter of
+    /// rounding.
     pub fn first_change_of(&self, model: u32, after: impl Into<i64>) -> Until {
-        self.passing.get(&model).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
+        self.models
+            .get(model as usize)
+            .map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
     /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one

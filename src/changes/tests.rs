@@ -398,6 +398,16 @@ fn changes_of_lights_are_told_one_after_the_other() {
 }
 
 #[test]
+fn changes_of_models_are_told_wherever_they_are() {
+    let mut world = slider(&[(2.0, 0.0), (4.0, 0.0), (6.0, 1.0)]);
+    world.models.push(model(pane(), TransformTrack::identity()));
+    let motion = Motion::of(&world);
+    let after = |model| [0, 4, 5, 6].map(|frame| frame_of(&motion, motion.first_change_of(model, frame)));
+    assert_eq!(after(0), [Some(5), Some(5), Some(6), None]);
+    assert_eq!(after(1), [None; 4], "it rests");
+}
+
+#[test]
 fn a_mesh_has_several_boxes_and_all_triangles_are_in_one() {
     let mesh = bent(&mut Dice(9), 200, 0.2);
     let (one, eight) = (boxes_of(&mesh, 1), boxes_of(&mesh, 8));

@@ -199,6 +199,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         for (lane, (bounce, model)) in bounce.iter().zip(models).enumerate() {
             let is_hit = *model != NO_HIT;
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
+            bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
             let of_lights: Vec3 = of_lights.map(|glow| glow.radiance * bounce.weight_of_light(&glow)).sum();
@@ -288,7 +289,7 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
             bounces.coats.push(coats);
         }
     }
-    for light in &frame.pose.lights {
+    for light in frame.pose.lights.iter().filter(|light| !light.is_dark()) {
         ask_light(frame, light, bounces, tally);
         shine(frame, light, bounces);
     }
@@ -363,7 +364,8 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
         let origins = off_surfaces(eight.point, eight.geometric_normal);
         if light.points == 1 {
             let light_sample = light_sample(light, 0, &pattern, eight.point);
-            let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
+            let asked =
+                phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
             queue.push_from(origins, &light_sample, asked, first as u32);
             for lane in set_bits(asked) {
                 count(first + lane, 1);

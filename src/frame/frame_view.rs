@@ -28,7 +28,7 @@ use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
-use crate::trace::{SceneSubset, Tracer};
+use crate::trace::{NO_HIT, SceneSubset, Tracer};
 
 /// How samples find out how open they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,8 +146,9 @@ impl<'a> FrameView<'a> {
         })
     }
 
-    /// The first later frame in which `model` is elsewhere, appears or disappears, for one that is not there in all frames; counted as in
+    /// The first later frame in which `model` is elsewhere or has another shape, appears or disappears; counted as in
     /// [`first_touch`](Self::first_touch).
+    #[inline]
     pub fn first_change_of(&self, model: u32) -> Until {
         let moment = self.pose.moment;
         let until = self.motion.first_change_of(model, moment);
@@ -156,7 +157,14 @@ impl<'a> FrameView<'a> {
         })
     }
 
-    /// The same, but `before` if that is earlier. What does not hold in the next frame is not asked about.
+    /// The same of what a ray has met: never, if that is nothing.
+    #[inline]
+    pub fn change_of_met(&self, model: u32) -> Until {
+        if model == NO_HIT { Until::FOREVER } else { self.first_change_of(model) }
+    }
+
+    /// The first later frame in which anything touches a segment, but `before` if that is earlier. What does not hold in the next
+    /// frame is not asked about.
     #[inline]
     pub fn first_touch_before(&self, origin: Vec3, direction: Vec3, far: f32, before: Until) -> Until {
         if self.motion.expires_next(before, self.pose.moment) {

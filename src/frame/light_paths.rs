@@ -209,9 +209,11 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     frame.tracer.closest(rays, SceneSubset::All, Coherence::Incoherent, hits);
     for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
         for (lane, ray) in some.iter().enumerate() {
-            let is_hit = packet.model[lane] != NO_HIT;
+            let model = packet.model[lane];
+            let is_hit = model != NO_HIT;
             let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
             let brought = &mut brought[ray.path as usize];
+            brought.until = brought.until.min(frame.change_of_met(model));
             brought.until = frame.first_touch_before(ray.origin, ray.direction, far, brought.until);
             if !ray.chances.lights_are_summed() {
                 brought.until = brought.until.min(frame.area_light_change);
@@ -378,7 +380,7 @@ fn ask_light(
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
         let eight = Eight::of(some.len(), |lane| &vertices[some[lane] as usize]);
         let light_sample = light_from_anywhere(light, eight.place, eight.point);
-        let asked = phong::faces(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
+        let asked = phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
         queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(choices);

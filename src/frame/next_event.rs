@@ -16,7 +16,7 @@ use crate::scene::LightFrom;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
 use crate::shade::coat::SeenCoat;
-use crate::shade::emitters::NotThere;
+use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -162,8 +162,6 @@ struct LightRay {
     /// To the light, at `far` along it.
     direction: Vec3,
     far: f32,
-    /// Whether it leads elsewhere in other frames, to a model that moves.
-    end_moves: bool,
     brings: Brings,
 }
 
@@ -228,7 +226,7 @@ impl LightRays {
             brings = Brings::Light(of_sky.light(light) + reflected);
         }
         let origin = off_surface(point, geometric_normal);
-        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, end_moves: false, brings });
+        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
     }
 
     /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
@@ -241,15 +239,13 @@ impl LightRays {
         brought: &mut Brought,
     ) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let place = match frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) {
-            None => return,
-            Some(Err(NotThere { model })) => {
-                // it may appear anywhere
-                brought.until = brought.until.min(frame.first_change_of(model));
-                return;
-            }
-            Some(Ok(place)) => place,
+        let Some(chosen) = frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) else {
+            return;
         };
+        // wherever the place is, or will be when its model appears: what it brings, be it nothing, follows from it
+        let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
+        brought.until = brought.until.min(frame.first_change_of(model));
+        let Ok(place) = chosen else { return };
         let way = place.point - point;
         let squared = way.length_squared();
         let direction = way / squared.sqrt();
@@ -260,11 +256,7 @@ impl LightRays {
             && place.density > 0.0
             && cos != 0.0
             && squared.is_normal();
-        let end_moves = !frame.scene.models[place.model as usize].track.is_constant();
         if !leads {
-            if end_moves {
-                brought.until = brought.until.min(frame.first_touch(point, way, 1.0));
-            }
             return;
         }
         let by_cosine_of_area = by_cosine * cos.abs() / squared;
@@ -277,14 +269,7 @@ impl LightRays {
         let origin = off_surface(point, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
-        self.waiting.push(LightRay {
-            path,
-            origin,
-            direction,
-            far: 1.0,
-            end_moves,
-            brings: Brings::Light(light),
-        });
+        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: Brings::Light(light) });
     }
 
     /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
@@ -317,7 +302,7 @@ impl LightRays {
         for (number, ray) in waiting.drain(..).enumerate() {
             let brought = &mut brought[ray.path as usize];
             // what is still stays in the way, whatever else comes there or goes
-            if ray.end_moves || !bit(by_still, number) {
+            if !bit(by_still, number) {
                 brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
             }
             if !bit(blocked, number) {

@@ -65,6 +65,14 @@ impl TreeTimes {
         }
     }
 
+    /// Notes that a ray of `cell` has met `model`.
+    #[inline]
+    pub fn note_met(&mut self, frame: &FrameView, cell: u32, model: u32) {
+        if let Some(known) = self.at(cell) {
+            *known = frame.change_of_met(model).min(*known);
+        }
+    }
+
     /// Notes a ray of `cell`: the segment `origin + t * direction`, t in `0..=far`.
     #[inline]
     pub fn note_segment(&mut self, frame: &FrameView, cell: u32, origin: Vec3, direction: Vec3, far: f32) {

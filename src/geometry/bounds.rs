@@ -44,7 +44,8 @@ impl Bounds {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
-    /// Around this box after `transform`, with room for what rounding does; empty where nothing is there.
+    /// Around this box after `transform`, with room for what rounding does; empty where nothing is there. As much room on all sides:
+    /// what is thin has none of its own, and lies in the face of its box.
     pub fn placed(&self, transform: &Transform) -> Self {
         if !transform.is_visible {
             return Self::EMPTY;
@@ -54,7 +55,8 @@ impl Bounds {
             transform.point(Vec3::new(pick(0), pick(1), pick(2)))
         };
         let tight = (0..8).map(corner).fold(Self::EMPTY, Self::with);
-        let room = 1e-4 * (tight.high - tight.low) + 1e-5 * tight.low.abs().max(tight.high.abs());
+        let room = 1e-4 * (tight.high - tight.low).max_element()
+            + 1e-5 * tight.low.abs().max(tight.high.abs()).max_element();
         Self { low: tight.low - room, high: tight.high + room }
     }
 
@@ -154,6 +156,18 @@ pub(super) mod tests {
         assert!(!meets(&unit, Vec3::new(2.0, 0.5, 0.5), Vec3::X, f32::INFINITY), "it leaves from behind");
         assert!(meets(&unit, Vec3::splat(0.5), Vec3::Y, 0.1), "it is inside");
         assert!(meets(&unit, Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 5.0), "it runs along an edge");
+    }
+
+    #[test]
+    fn what_is_thin_has_room_on_all_sides() {
+        // at z = 0 no share of its coordinates makes any
+        let quad = Bounds { low: Vec3::new(-1.0, -1.0, 0.0), high: Vec3::new(1.0, 1.0, 0.0) };
+        let placed = quad.placed(&Transform::IDENTITY);
+        assert!(
+            meets(&placed, Vec3::new(0.3, 0.2, 5.0), Vec3::NEG_Z, 5.0 * (1.0 - f32::EPSILON)),
+            "{placed:?}"
+        );
+        assert!(!meets(&placed, Vec3::new(0.3, 0.2, 5.0), Vec3::NEG_Z, 4.99), "{placed:?}");
     }
 
     #[test]
