@@ -137,7 +137,7 @@ fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owne
                 if confirms(frame, tile, cell, models[lane], depth, &record(lane)) {
                     continue;
                 }
-                tile.make_spare(cell);
+                tile.make_spare(cell, frame.moved(tile.model[cell]));
                 tile.set_copy(cell, false);
                 tile.status[cell] = Status::Missed;
             }

@@ -160,7 +160,8 @@ impl GatheredLight {
         }
     }
 
-    fn forget_one(&mut self, sample: usize) {
+    /// Forgets what that sample has found out.
+    pub(super) fn forget_one(&mut self, sample: usize) {
         if self.is_some() {
             self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
             self.means[sample] = PathLight::UNKNOWN;

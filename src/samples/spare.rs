@@ -130,6 +130,13 @@ impl Spares {
         self.gathered.forget(|number| is_doubtful(&samples[number]));
     }
 
+    /// The same of the sample that was added last.
+    pub fn forget_last_answers(&mut self) {
+        if let Some(last) = self.len().checked_sub(1) {
+            self.gathered.forget_one(last);
+        }
+    }
+
     /// Forgets what has been gathered.
     pub fn forget_gathered(&mut self) {
         self.gathered.forget_all();

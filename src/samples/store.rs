@@ -373,13 +373,16 @@ impl Tile {
     }
 
     /// Makes the sample in `cell` a spare one, unless another cell or tile keeps it or there are enough. It has not been
-    /// lit in this frame: its tags are not known.
-    pub fn make_spare(&mut self, cell: usize) {
+    /// lit in this frame: its tags are not known; nor is, if its model `moved`, what it has gathered and how open it is.
+    pub fn make_spare(&mut self, cell: usize, moved: bool) {
         let is_copy = self.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         if !is_copy && self.spares.len() < MOST_SPARES {
             let mut spare = self.slot(cell);
             spare.record.flags = spare.record.flags.with(Flags::STALE);
             self.spares.push_untagged(spare, &self.gathered, cell);
+            if moved {
+                self.spares.forget_last_answers();
+            }
         }
     }
 
