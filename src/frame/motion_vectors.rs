@@ -105,6 +105,10 @@ impl MotionVectors {
         self.beside.each_ref().map(|beside| match beside {
             Beside::Same => Some(Vec2::ZERO),
             Beside::Cut => None,
+            // whatever else moves: of an orthographic view it has no place by which that could be found
+            Beside::Moved(seen) if model == BACKGROUND && seen.view.camera == self.own.view.camera => {
+                Some(Vec2::ZERO)
+            }
             Beside::Moved(seen) => {
                 let there = seen.sees(scene, point, (model, triangle))?;
                 Some((there - here?) * Vec2::new(per_pixel, -per_pixel))

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use embree::{BuildQuality, Device, FrozenScene, Geometry, GeometryId, Scene as EmbreeScene, VertexBuffer};
+use glam::Vec3;
 
 use super::mask;
 use super::pieces::Pieces;
 use crate::animation::Shape;
+use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Shapes};
 use crate::trace::TraceError;
@@ -39,17 +41,46 @@ pub fn freeze(
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
     }
+    let spacer = if mesh.quadric.is_none() { spacer(device, positions)? } else { None };
+    if let Some(spacer) = &spacer {
+        scene.attach(spacer)?;
+    }
     let scene = scene.freeze()?;
     let casters = match halves.as_slice() {
         [(CASTS_SHADOW, _)] if with_casters => Some(Arc::clone(&scene)),
         [(CASTS_SHADOW, (geometry, _)), _] if with_casters => {
             let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
             casters.attach(geometry)?;
+            if let Some(spacer) = &spacer {
+                casters.attach(spacer)?;
+            }
             Some(casters.freeze()?)
         }
         _ => None,
     };
     Ok(Frozen { scene, firsts, casters })
+}
+
+/// What is flatter than this, beside its extent, gets a [`spacer`] of this size.
+const FLAT: f32 = 1e-4;
+
+/// Gives what is flat along an axis a box that is not: a triangle without an area, which no ray meets.
+///
+/// Among instances Embree tests the boxes of coherent packets all at once, in a way that is not conservative whatever the scene's
+/// flags: where rays are nearly parallel (an orthographic camera's, refracted) the nearest and the farthest distance to a box without
+/// thickness differ by less than rounding, and the whole packet misses it (Embree 4.4, `kernels/bvh/node_intersector_frustum.h`).
+fn spacer(device: &Device, positions: &Arc<VertexBuffer>) -> Result<Option<Geometry>, TraceError> {
+    let corners = positions.as_slice().iter().map(|at| Vec3::from_array(*at));
+    let around = corners.fold(Bounds::EMPTY, Bounds::with);
+    let extent = around.high - around.low;
+    let least = FLAT * extent.max_element();
+    if around.is_empty() || extent.min_element() >= least {
+        return Ok(None);
+    }
+    let reach = Vec3::from_array(extent.to_array().map(|along| if along < least { least } else { 0.0 }));
+    let middle = (around.low + around.high) * 0.5;
+    let ends = Arc::new(VertexBuffer::new(vec![(middle - reach).to_array(), (middle + reach).to_array()]));
+    Ok(Some(Geometry::triangles(device, ends, Arc::new(vec![[0, 1, 1]]), mask::HIDDEN)?))
 }
 
 /// The half of a mesh that casts shadows; the other one is clear.
