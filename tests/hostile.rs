@@ -175,9 +175,9 @@ fn extremes_render() {
         (light("type = \"point\"\nposition = [0.2, 0.2, 0]"), "a lamp in the surface"),
         (light("type = \"point\"\nposition = [0.2, 0.2, 1e-25]"), "a lamp at the surface"),
         (light("type = \"point\"\nposition = [0, 0, 1]\npower = 1e30"), "a bright lamp"),
-        (light("type = \"point\"\nposition = [0, 0, 1e18]\npower = 1e38"), "a bright lamp far away"),
+        (light("type = \"point\"\nposition = [0, 0, 1e18]\npower = 1e30"), "a bright lamp far away"),
         (
-            light("type = \"directional\"\ndirection = [0, 0, -1]\ncolor = [1e38, 0, 1]\npower = 1e38"),
+            light("type = \"directional\"\ndirection = [0, 0, -1]\ncolor = [1e38, 0, 1]\npower = 1e30"),
             "a bright sun",
         ),
         (

@@ -445,7 +445,7 @@ fn mistakes_are_told_with_place_and_remedy() {
         (format!("{light}type = \"lamp\"\n"), "s.toml:8:8: `type`: unknown value `lamp`"),
         (
             format!("{light}type = \"point\"\nposition = [0, 0, 0]\npower = -1\n"),
-            "s.toml:10:9: `power` is -1: it must be finite and not negative",
+            "s.toml:10:9: `power` is -1: it must be finite, not negative, and 1e30 at most",
         ),
         (
             format!("{REST}[[material]]\nname = \"wod\"\n"),

@@ -211,6 +211,12 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
 /// Degrees: smaller directional lights are points, or their directions would differ by less than they are rounded.
 const LEAST_ANGLE: f64 = 1e-3;
 
+/// The power of a light, at most: in any colour it is a number in single floats, and so is what a small light sends.
+const MOST_POWER: f64 = 1e30;
+
+/// What a power must be.
+const POWER: &str = "finite, not negative, and 1e30 at most";
+
 /// A light; `number` counts from 1, for those without a name.
 pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Result<Light, SceneError> {
     let (light, span) = (table.get_ref(), table.span());
@@ -219,8 +225,9 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     let how = light.interpolation;
     let vector = |key: &str, value: &Three| text.vector(key, value);
     let color = or(&light.color, "color", Vec3::ONE, |key, value| text.color(key, value))?;
-    let watts =
-        |key: &str, value: &At<f64>| text.number(key, value, "finite and not negative", |power| power >= 0.0);
+    let watts = |key: &str, value: &At<f64>| {
+        text.number(key, value, POWER, |power| (0.0..=MOST_POWER).contains(&power))
+    };
     let power = or(&light.power, "power", 1.0, watts)?;
     let place = |key: &str,
                  constant: &Option<Three>,
