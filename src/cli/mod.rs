@@ -25,7 +25,7 @@ mod samples_args;
 pub mod schedule;
 pub mod shot_args;
 mod shown;
-mod steps;
+pub mod steps;
 mod store;
 pub mod table;
 pub mod target;

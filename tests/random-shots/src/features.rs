@@ -1,0 +1,170 @@
+//! Which features take part in a shot, by names that a table can show.
+
+use std::collections::BTreeSet;
+
+use toml::{Table, Value};
+
+use crate::trial::Trial;
+
+/// The features of a shot and of how it is tried.
+pub fn features(trial: &Trial) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut add = |name: String| {
+        found.insert(name);
+    };
+    add(format!("second run: {:?}", trial.variation));
+    add(format!("backend {}", trial.backend.name()));
+    let shot = &trial.shot;
+    for (table, keys) in
+        [("render", &["mode", "filter", "reuse", "base_place"][..]), ("camera", &["projection"][..])]
+    {
+        for key in keys {
+            if let Some(text) = get(shot, &[table, key]).and_then(Value::as_str) {
+                add(format!("{key} {text}"));
+            }
+        }
+    }
+    for key in ["base_every", "cuts", "tree_memory", "overscan", "depth", "reflections"] {
+        if get(shot, &["render", key]).is_some() {
+            add(key.to_string());
+        }
+    }
+    if get(shot, &["render", "samples"]).is_some_and(Value::is_table) {
+        add("adaptive samples".into());
+    }
+    let is_blurred = |camera: &Table| keys_of(camera).any(|key| key.contains_key("aperture"));
+    if shot.get("camera").and_then(Value::as_table).is_some_and(is_blurred) {
+        add("lens".into());
+    }
+    for table in ["shutter", "stereo", "background", "floor"] {
+        if shot.contains_key(table) {
+            add(table.to_string());
+        }
+    }
+    if let Some(environment) = shot.get("environment").and_then(Value::as_table) {
+        let kind = ["map", "sky"].into_iter().find(|key| environment.contains_key(*key));
+        add(format!("environment: {}", kind.unwrap_or("background")));
+    }
+    let paths = get(shot, &["indirect", "paths"]).and_then(Value::as_integer);
+    if paths.is_some_and(|paths| paths > 0) {
+        add("paths".into());
+    }
+    if get(shot, &["indirect", "budget"]).is_some() {
+        add("budget".into());
+    }
+    if get(shot, &["ambient", "occluded"]).is_some() {
+        add("occlusion".into());
+    }
+    if let Some(camera) = shot.get("camera").and_then(Value::as_table) {
+        add(format!("camera {}", motion(camera, &["eye", "target", "rotation", "fov", "height", "shift"])));
+        if keys_of(camera).any(|key| key.contains_key("cut")) {
+            add("camera cut".into());
+        }
+    }
+    for model in list(shot, "model") {
+        of_model(model, shot, &mut add);
+    }
+    for light in list(shot, "light") {
+        let kind = light.get("type").and_then(Value::as_str).unwrap_or("light");
+        let kind = if light.contains_key("angle") { "sun" } else { kind };
+        add(format!("light: {kind}"));
+        add(format!("light {}", motion(light, &["position", "direction"])));
+        if let Some(power) = ends(light, "power") {
+            add(format!("light power {power}"));
+        }
+        if keys_of(light).any(|key| key.contains_key("color")) {
+            add("light changes colour".into());
+        }
+    }
+    found
+}
+
+fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
+    let quadric = model.get("quadric").and_then(Value::as_table);
+    let obj = model.get("obj").and_then(Value::as_str).unwrap_or_default();
+    let named = obj.trim_end_matches(".obj").split_once('-');
+    let (shape, material) = match quadric {
+        Some(quadric) => {
+            let text = |key| quadric.get(key).and_then(Value::as_str).unwrap_or_default();
+            (text("type"), text("material"))
+        }
+        None => named.unwrap_or_default(),
+    };
+    add(format!("model: {shape}"));
+    let moves = motion(model, &["translate", "rotate", "scale", "matrix"]);
+    add(format!("model {moves}"));
+    let passes = model.contains_key("visible");
+    if passes {
+        add("model comes or goes".into());
+    }
+    for key in ["shapes", "matrix", "reflection_map"] {
+        if model.contains_key(key) {
+            add(format!("model: {key}"));
+        }
+    }
+    let of_name = |table: &&Table| table.get("name").and_then(Value::as_str) == Some(material);
+    let kind = list(shot, "material").find(of_name).map_or("matt", kind_of_material);
+    add(format!("material: {kind}"));
+    if kind == "glows" && (passes || moves != "rests" || model.contains_key("shapes")) {
+        add("what glows changes".into());
+    }
+}
+
+fn kind_of_material(material: &Table) -> &'static str {
+    let has = |key: &str| material.contains_key(key);
+    match material.get("illum").and_then(Value::as_integer) {
+        _ if has("ke") => "glows",
+        _ if has("pr") => "metal-rough",
+        Some(3 | 5) => "mirror",
+        Some(4 | 6 | 7 | 9) => "glass",
+        Some(2) => "highlight",
+        _ if has("d") => "thin",
+        _ if has("map_kd") => "textured",
+        _ => "matt",
+    }
+}
+
+/// How any of these values changes from key to key.
+fn motion(table: &Table, values: &[&str]) -> &'static str {
+    let changes = |value: &&str| {
+        let mut said = keys_of(table).filter_map(|key| key.get(*value));
+        said.next().is_some_and(|first| said.any(|other| other != first))
+    };
+    let changing: Vec<&str> = values.iter().copied().filter(|value| changes(value)).collect();
+    match changing[..] {
+        [] => "rests",
+        ["target"] => "turns",
+        ["fov" | "height"] => "zooms",
+        ["shift"] => "shifts",
+        ["rotate" | "rotation"] => "turns",
+        ["scale"] => "grows",
+        _ => "moves",
+    }
+}
+
+/// Where a value begins and ends that is nothing at some key.
+fn ends(table: &Table, value: &str) -> Option<&'static str> {
+    let said: Vec<f64> = keys_of(table).filter_map(|key| key.get(value)?.as_float()).collect();
+    let (first, last) = (*said.first()?, *said.last()?);
+    Some(match (first == 0.0, last == 0.0) {
+        (true, true) if said.iter().any(|power| *power > 0.0) => "from 0 to 0",
+        (true, true) => "of 0",
+        (true, false) => "from 0",
+        (false, true) => "to 0",
+        (false, false) if said.contains(&0.0) => "through 0",
+        (false, false) => "changes",
+    })
+}
+
+fn keys_of(table: &Table) -> impl Iterator<Item = &Table> {
+    list(table, "key")
+}
+
+fn list<'t>(table: &'t Table, key: &str) -> impl Iterator<Item = &'t Table> {
+    table.get(key).and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table)
+}
+
+fn get<'t>(table: &'t Table, keys: &[&str]) -> Option<&'t Value> {
+    let (first, rest) = keys.split_first()?;
+    rest.iter().try_fold(table.get(*first)?, |value, key| value.get(key))
+}

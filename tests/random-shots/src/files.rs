@@ -1,0 +1,215 @@
+//! The files that shots name: small meshes, textures and maps, each made of its own name. A mesh is called
+//! `SHAPE-MATERIAL.obj`, and one of its deformed shapes `SHAPE-MATERIAL.NUMBER.obj`.
+
+use std::fmt::Write;
+
+/// Shapes that a mesh may have, with what each of them is for.
+pub const SHAPES: [&str; 11] = [
+    "cube",    // closed, flat faces on the planes of its box
+    "quad",    // thin: a box without extent along z
+    "floor",   // thin along y, large
+    "sliver",  // a triangle a hundred times as long as wide
+    "tetra",   // closed, no face along an axis
+    "ball",    // closed, smooth normals
+    "sheet",   // open, smooth normals, many triangles in one plane
+    "room",    // open to +Z, seen from inside
+    "double",  // two quads in the same place
+    "leaning", // a quad that no axis is parallel to
+    "crossed", // three quads that pass through each other
+];
+
+/// Materials that meshes name: the last part of a mesh's name.
+pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
+
+/// Textures that materials may name.
+pub const TEXTURES: [&str; 2] = ["checks.bmp", "black.bmp"];
+
+/// The environment map.
+pub const MAP: &str = "around.hdr";
+
+/// What a file of this name holds; none for a name that no generated shot uses.
+pub fn content(name: &str) -> Option<Vec<u8>> {
+    match name {
+        "plain.mtl" => Some(mtl().into_bytes()),
+        "checks.bmp" => Some(bmp(|x, y| if (x + y) % 2 == 0 { [250, 240, 230] } else { [30, 60, 90] })),
+        "black.bmp" => Some(bmp(|_, _| [0, 0, 0])),
+        MAP => Some(hdr()),
+        _ => {
+            let mut parts = name.strip_suffix(".obj")?.split('.');
+            let (shape, material) = parts.next()?.split_once('-')?;
+            let bend = parts.next().map_or(Some(0), |number| number.parse().ok())?;
+            Some(obj(&Mesh::of(shape)?, material, bend).into_bytes())
+        }
+    }
+}
+
+/// All materials, matt; shots say otherwise.
+fn mtl() -> String {
+    MATERIALS.iter().fold(String::new(), |mut text, name| {
+        let _ = writeln!(text, "newmtl {name}\nKd .7 .7 .7\nKa .7 .7 .7\nillum 1");
+        text
+    })
+}
+
+/// Corners and faces, counted from 0.
+#[derive(Debug, Default)]
+struct Mesh {
+    corners: Vec<[f64; 3]>,
+    faces: Vec<Vec<usize>>,
+    is_smooth: bool,
+}
+
+impl Mesh {
+    fn of(shape: &str) -> Option<Self> {
+        let mut mesh = Self::default();
+        match shape {
+            "cube" => mesh.add_box(0.5),
+            "quad" => mesh.add_quad([[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.]]),
+            "floor" => mesh.add_quad([[-3., 0., 3.], [3., 0., 3.], [3., 0., -3.], [-3., 0., -3.]]),
+            "leaning" => {
+                mesh.add_quad([[-1., -0.5, 0.3], [0.9, -0.7, -0.4], [1., 0.5, -0.3], [-0.9, 0.7, 0.4]])
+            }
+            "sliver" => mesh.add(&[[-1.5, 0., 0.], [1.5, 0.02, 0.], [1.5, 0., 0.03]]),
+            "tetra" => {
+                let [a, b, c, d] = [[0., 1., 0.], [-0.9, -0.5, 0.6], [0.8, -0.5, 0.7], [0.1, -0.6, -1.]];
+                [[a, b, c], [a, c, d], [a, d, b], [b, d, c]].iter().for_each(|face| mesh.add(face));
+            }
+            "ball" => mesh.add_ball(8, 5),
+            "sheet" => mesh.add_sheet(4),
+            "room" => {
+                let [x, y, z] = [2.5, 2., 2.5];
+                mesh.add_quad([[-x, -y, z], [x, -y, z], [x, -y, -z], [-x, -y, -z]]);
+                mesh.add_quad([[-x, y, -z], [x, y, -z], [x, y, z], [-x, y, z]]);
+                mesh.add_quad([[-x, -y, -z], [x, -y, -z], [x, y, -z], [-x, y, -z]]);
+                mesh.add_quad([[-x, -y, z], [-x, -y, -z], [-x, y, -z], [-x, y, z]]);
+                mesh.add_quad([[x, -y, -z], [x, -y, z], [x, y, z], [x, y, -z]]);
+            }
+            "double" => {
+                for _ in 0..2 {
+                    mesh.add_quad([[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.]]);
+                }
+            }
+            "crossed" => {
+                mesh.add_quad([[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.]]);
+                mesh.add_quad([[0., -1., -1.], [0., -1., 1.], [0., 1., 1.], [0., 1., -1.]]);
+                mesh.add_quad([[-1., 0., 1.], [1., 0., 1.], [1., 0., -1.], [-1., 0., -1.]]);
+            }
+            _ => return None,
+        }
+        Some(mesh)
+    }
+
+    fn add(&mut self, corners: &[[f64; 3]]) {
+        let first = self.corners.len();
+        self.corners.extend(corners);
+        self.faces.push((first..self.corners.len()).collect());
+    }
+
+    fn add_quad(&mut self, corners: [[f64; 3]; 4]) {
+        self.add(&corners);
+    }
+
+    fn add_box(&mut self, h: f64) {
+        let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -h } else { h });
+        for face in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            self.add_quad(face.map(corner));
+        }
+    }
+
+    fn add_ball(&mut self, columns: usize, rows: usize) {
+        use std::f64::consts::{PI, TAU};
+        self.is_smooth = true;
+        for row in 0..=rows {
+            for column in 0..columns {
+                let (turn, down) = (column as f64 / columns as f64 * TAU, row as f64 / rows as f64 * PI);
+                let place = [down.sin() * turn.cos(), down.cos(), -down.sin() * turn.sin()];
+                self.corners.push(place.map(|at| at * 0.7));
+            }
+        }
+        let at = |row: usize, column: usize| row * columns + column % columns;
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let [upper, lower] = [row, row + 1].map(|row| [at(row, column), at(row, column + 1)]);
+            if row > 0 {
+                self.faces.push(vec![upper[0], lower[0], upper[1]]);
+            }
+            if row + 1 < rows {
+                self.faces.push(vec![upper[1], lower[0], lower[1]]);
+            }
+        }
+    }
+
+    fn add_sheet(&mut self, cells: usize) {
+        self.is_smooth = true;
+        let at = |i: usize| 2.4 * (i as f64 / cells as f64 - 0.5);
+        for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (i, j))) {
+            self.corners.push([at(j), 0.0, -at(i)]);
+        }
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+            let first = i * (cells + 1) + j;
+            self.faces.push(vec![first, first + 1, first + cells + 2, first + cells + 1]);
+        }
+    }
+}
+
+/// `bend`: which of its shapes; 0 is that at rest.
+fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
+    let mut text = String::from("mtllib plain.mtl\n");
+    let strength = f64::from(bend) * 0.25;
+    for [x, y, z] in &mesh.corners {
+        let bent = [x + strength * 0.3 * y, y + strength * x * z, z * (1.0 + 0.2 * strength)];
+        let _ = writeln!(text, "v {} {} {}", bent[0], bent[1], bent[2]);
+    }
+    for [x, y, z] in &mesh.corners {
+        let _ = writeln!(text, "vt {} {}", x + 0.3 * z, y + 0.7 * z);
+    }
+    if mesh.is_smooth {
+        for [x, y, z] in &mesh.corners {
+            let normal =
+                if mesh.corners.iter().all(|[_, y, _]| *y == 0.0) { [0., 1., 0.] } else { [*x, *y, *z] };
+            let _ = writeln!(text, "vn {} {} {}", normal[0], normal[1], normal[2]);
+        }
+    }
+    let _ = writeln!(text, "usemtl {material}");
+    for face in &mesh.faces {
+        text.push('f');
+        for corner in face.iter().map(|corner| corner + 1) {
+            let _ = match mesh.is_smooth {
+                true => write!(text, " {corner}/{corner}/{corner}"),
+                false => write!(text, " {corner}/{corner}"),
+            };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// 4 x 4 pixels, 24 bits each.
+fn bmp(color: impl Fn(usize, usize) -> [u8; 3]) -> Vec<u8> {
+    const SIDE: usize = 4;
+    const HEADER: u32 = 54;
+    let mut bytes = Vec::from(*b"BM");
+    let pixels = (SIDE * SIDE * 3) as u32;
+    for word in [HEADER + pixels, 0, HEADER, 40, SIDE as u32, SIDE as u32] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend(1_u16.to_le_bytes());
+    bytes.extend(24_u16.to_le_bytes());
+    for word in [0, pixels, 0, 0, 0, 0] {
+        bytes.extend(word.to_le_bytes());
+    }
+    for (y, x) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (y, x))) {
+        let [red, green, blue] = color(x, y);
+        bytes.extend([blue, green, red]);
+    }
+    bytes
+}
+
+/// 8 x 4 pixels: dim, with one bright spot.
+fn hdr() -> Vec<u8> {
+    let mut bytes = Vec::from(*b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n");
+    for pixel in 0..32_u8 {
+        // mantissas and the exponent that they share, 128 above the true one
+        bytes.extend(if pixel == 11 { [200, 190, 160, 132] } else { [60 + pixel, 90, 120, 126] });
+    }
+    bytes
+}

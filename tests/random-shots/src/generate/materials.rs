@@ -1,0 +1,62 @@
+//! What surfaces are made of.
+
+use toml::{Table, Value};
+
+use super::{color, numbers, table};
+use crate::dice::Dice;
+use crate::files::{MATERIALS, TEXTURES};
+
+pub fn add(dice: &mut Dice, shot: &mut Table) {
+    let materials = MATERIALS.iter().map(|name| Value::Table(material(dice, name)));
+    shot.insert("material".into(), Value::Array(materials.collect()));
+}
+
+fn material(dice: &mut Dice, name: &str) -> Table {
+    let mut material = table([("name", name.into()), ("kd", numbers(color(dice)))]);
+    let mut set = |key: &str, value: Value| drop(material.insert(key.into(), value));
+    match dice.below(10) {
+        // a highlight
+        0 => {
+            set("ks", numbers(color(dice)));
+            set("ns", Value::Float(*dice.pick(&[0.0, 5.0, 40.0, 1000.0])));
+            set("illum", Value::Integer(2));
+        }
+        // a mirror
+        1 => {
+            set("ks", numbers(color(dice)));
+            set("illum", Value::Integer(*dice.pick(&[3, 5])));
+        }
+        // glass
+        2 => {
+            set("ks", numbers([1.0; 3]));
+            set("ni", Value::Float(*dice.pick(&[1.0, 1.33, 1.5])));
+            set("d", dice.between(0.0, 0.6).into());
+            set("illum", Value::Integer(*dice.pick(&[4, 6, 7, 9])));
+        }
+        // thin
+        3 => set("d", dice.between(0.1, 0.95).into()),
+        // metal-rough
+        4 | 5 => {
+            set("pr", Value::Float(*dice.pick(&[0.0, 0.03, 0.2, 0.5, 1.0])));
+            set("pm", Value::Float(*dice.pick(&[0.0, 0.0, 0.5, 1.0])));
+            if dice.one_in(4) {
+                set("d", dice.between(0.2, 0.9).into());
+            }
+        }
+        // it glows
+        6 => {
+            set("ke", numbers(color(dice).map(|part| (part * 400.0).round() / 100.0)));
+            if dice.one_in(2) {
+                set("kd", numbers([0.0; 3]));
+            }
+        }
+        _ => {}
+    }
+    if dice.one_in(4) {
+        material.insert("map_kd".into(), (*dice.pick(&TEXTURES)).into());
+    }
+    if dice.one_in(6) {
+        material.insert("ka".into(), numbers(color(dice)));
+    }
+    material
+}

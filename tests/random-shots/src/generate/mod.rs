@@ -1,0 +1,63 @@
+//! Makes a shot of a seed: a small room of things, each of which rests, moves, jumps, comes or goes, under lights that do the
+//! same, seen by a camera that does the same, with settings of every kind.
+//!
+//! A shot is a TOML table, as its file would be. So whatever shots can say may be in one, and a shot that fails can be cut down
+//! key by key ([`shrink`](crate::shrink)) without knowing what its keys mean.
+
+mod camera;
+mod hostile;
+mod lights;
+mod materials;
+mod models;
+mod settings;
+mod tracks;
+
+use toml::{Table, Value};
+
+use crate::dice::Dice;
+
+/// One shot in so many has values at their limits, or beyond.
+const HOSTILE: usize = 16;
+
+/// The shot of this seed.
+pub fn generate(seed: u64) -> Table {
+    let mut dice = Dice::new(seed);
+    let dice = &mut dice;
+    let span = settings::Span::roll(dice);
+    let camera = camera::Choice::roll(dice);
+    let mut shot = Table::new();
+    settings::add(dice, &span, camera, &mut shot);
+    camera::add(dice, &span, camera, &mut shot);
+    models::add(dice, &span, &mut shot);
+    materials::add(dice, &mut shot);
+    lights::add(dice, &span, &mut shot);
+    if dice.one_in(HOSTILE) {
+        hostile::spoil(dice, &mut shot);
+    }
+    shot
+}
+
+/// A list of numbers.
+fn numbers(values: impl IntoIterator<Item = f64>) -> Value {
+    Value::Array(values.into_iter().map(Value::Float).collect())
+}
+
+/// A table of the keys that are given.
+fn table<const N: usize>(keys: [(&str, Value); N]) -> Table {
+    keys.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
+}
+
+/// Three numbers, each in `-reach..reach`.
+fn place(dice: &mut Dice, reach: f64) -> [f64; 3] {
+    [0; 3].map(|_| dice.between(-reach, reach))
+}
+
+/// Three numbers from 0 to 1, some of them at the ends.
+fn color(dice: &mut Dice) -> [f64; 3] {
+    match dice.below(8) {
+        0 => [1.0; 3],
+        1 => [0.0; 3],
+        2 => [1.0, 0.0, 0.0],
+        _ => [0; 3].map(|_| dice.between(0.0, 1.0)),
+    }
+}

@@ -1,0 +1,143 @@
+//! Tries random shots, prints what fails, cut down, and a table of what took part.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Parser;
+use random_shots::check::Failure;
+use random_shots::run::{Options, Tally, run, smallest};
+use random_shots::trial::Trial;
+
+/// Tries random shots: audit, full tracing, threads, stores, chunks.
+#[derive(Debug, Parser)]
+struct Args {
+    /// The first seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How many shots
+    #[arg(long, default_value_t = 1000)]
+    count: u64,
+    /// Stop after so many failures
+    #[arg(long, default_value_t = 10)]
+    failures: usize,
+    /// Begin no further shot after so many seconds
+    #[arg(long, default_value_t = 86_400)]
+    seconds: u64,
+    /// Shots at once
+    #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
+    workers: usize,
+    /// Renderings that cutting a failure down may take; 0: it is told as it is
+    #[arg(long, default_value_t = 600)]
+    shrink: usize,
+    /// Write shots that fail, with all files that they name, to folders in this one
+    #[arg(long, value_name = "FOLDER")]
+    keep: Option<PathBuf>,
+    /// Print how often features took part, as a table in Markdown
+    #[arg(long)]
+    table: bool,
+    /// Only print the shot of the first seed
+    #[arg(long)]
+    show: bool,
+    /// With --show: this shot, of whose files it is to name generated ones alone, instead of a seed's
+    #[arg(long, value_name = "FILE.toml")]
+    shot: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    if args.show {
+        return show(&args);
+    }
+    let options = Options {
+        workers: args.workers.max(1),
+        most_failures: args.failures,
+        time: Duration::from_secs(args.seconds),
+    };
+    let told = |seed: u64, failure: &Failure| eprintln!("seed {seed}: {failure}");
+    let seeds = args.seed..args.seed.saturating_add(args.count);
+    let tally = match run(seeds, options, told) {
+        Ok(tally) => tally,
+        Err(error) => {
+            eprintln!("error: no folder for temporary files: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    for (seed, failure) in &tally.failed {
+        tell(&args, *seed, failure);
+    }
+    summarize(&tally);
+    if args.table {
+        print_table(&tally);
+    }
+    if tally.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn show(args: &Args) -> ExitCode {
+    let read = |path: &PathBuf| {
+        let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+        Trial::of_text(&text).map_err(|error| error.to_string())
+    };
+    let trial = match args.shot.as_ref().map(|path| read(path).map_err(|error| (path, error))) {
+        None => Trial::of_seed(args.seed),
+        Some(Ok(trial)) => trial,
+        Some(Err((path, error))) => {
+            eprintln!("error: {}: {error}", path.display());
+            return ExitCode::FAILURE;
+        }
+    };
+    println!("{}", trial.text());
+    if let Some(folder) = &args.keep {
+        let written = fs::create_dir_all(folder).and_then(|()| trial.write(folder));
+        if let Err(error) = written {
+            eprintln!("error: {}: {error}", folder.display());
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Prints a failure with the smallest shot that fails in the same way.
+fn tell(args: &Args, seed: u64, failure: &Failure) {
+    let trial = smallest(seed, failure, args.shrink).unwrap_or_else(|_| Trial::of_seed(seed));
+    println!("# seed {seed}: {failure}");
+    println!("# {:?}, from step {}; {}", trial.variation, trial.turn, trial.command());
+    println!("{}", trial.text());
+    if let Some(folder) = &args.keep {
+        let folder = folder.join(format!("seed-{seed}"));
+        let written = fs::create_dir_all(&folder).and_then(|()| trial.write(&folder));
+        match written {
+            Ok(()) => println!("# in {}", folder.display()),
+            Err(error) => eprintln!("error: {}: {error}", folder.display()),
+        }
+    }
+}
+
+fn summarize(tally: &Tally) {
+    let refused: u64 = tally.refused.values().sum();
+    let failed = tally.failed.len() as u64;
+    let all = tally.passed + refused + failed;
+    println!("{all} shots: {} held, {refused} were refused, {failed} failed", tally.passed);
+    let counts = tally.counts;
+    println!(
+        "{} inferred frames, {} samples audited ({} on an edge), {} compared with full tracing",
+        counts.inferred, counts.audited, counts.on_edge, counts.compared
+    );
+    for (reason, count) in &tally.refused {
+        println!("refused {count} times: {reason}");
+    }
+}
+
+fn print_table(tally: &Tally) {
+    println!("\n| feature | shots |\n|---|---|");
+    for (feature, count) in &tally.with {
+        println!("| {feature} | {count} |");
+    }
+    let rarest = tally.rarest();
+    println!("\n{} features, {} pairs. The rarest:", tally.with.len(), rarest.len());
+    println!("\n| pair | shots |\n|---|---|");
+    for (count, feature, other) in rarest.into_iter().take(60) {
+        println!("| {feature} + {other} | {count} |");
+    }
+}
