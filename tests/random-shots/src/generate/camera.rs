@@ -17,7 +17,7 @@ pub struct Choice {
 
 impl Choice {
     pub fn roll(dice: &mut Dice) -> Self {
-        Self { is_orthographic: dice.one_in(8), is_blurred: dice.one_in(8) }
+        Self { is_orthographic: dice.one_in(5), is_blurred: dice.one_in(8) }
     }
 }
 
@@ -38,6 +38,7 @@ pub fn add(dice: &mut Dice, span: &Span, choice: Choice, shot: &mut Table) {
         Motion::Rests,
         Motion::Goes,
         Motion::Goes,
+        Motion::Turns,
         Motion::Turns,
         Motion::Zooms,
         Motion::Shifts,

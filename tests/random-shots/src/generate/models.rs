@@ -53,9 +53,10 @@ fn model(dice: &mut Dice, span: &Span) -> Table {
             model.insert("shapes".into(), Value::Table(shapes(dice, span, &name)));
         }
         model.insert("obj".into(), name.into());
-    }
-    if dice.one_in(16) {
-        model.insert("reflection_map".into(), Value::Integer(8));
+        // meshes alone: a plane has no middle to look from
+        if dice.one_in(6) {
+            model.insert("reflection_map".into(), Value::Integer(8));
+        }
     }
     if dice.one_in(4) {
         model.insert("interpolation".into(), "smooth".into());
