@@ -18,6 +18,7 @@ use super::grid::{Grid, cell_number};
 use super::radiance::{Light, Radiance};
 use super::wanted::PixelFlags;
 use crate::lanes::{LANES, Vec3x8};
+use crate::pose::LightPose;
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, HalfColor, Octahedral, SampleStore, TILE, Tag, TagSlot, Tile, half_colors,
 };
@@ -72,10 +73,11 @@ impl Look {
         let model = tile.model[cell];
         let Some(color) = colors.get(cell).filter(|_| model != EMPTY) else { return Self::nothing() };
         let (mut lit, mut hidden) = (0, 0);
-        let single = |slot: &&TagSlot| matches!(slot, TagSlot::Single(_));
-        for (light, slot) in
-            frame.slots.iter().take(u32::BITS as usize).enumerate().filter(|(_, slot)| single(slot))
-        {
+        let lights = frame.pose.lights.iter().zip(frame.slots).take(u32::BITS as usize).enumerate();
+        // without power it makes no shadow, and what is known of it depends on what came before
+        let is_compared =
+            |light: &LightPose, slot: &TagSlot| matches!(slot, TagSlot::Single(_)) && !light.is_dark();
+        for (light, (_, slot)) in lights.filter(|(_, (light, slot))| is_compared(light, slot)) {
             match tile.tags.get(*slot, 0, cell) {
                 Tag::Lit => lit |= 1 << light,
                 Tag::StaticOccluder | Tag::DynamicOccluder => hidden |= 1 << light,
