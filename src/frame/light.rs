@@ -161,9 +161,10 @@ fn ask_light(
         let placed = placed.get(frame, tile, first);
         let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
         let light_sample = light_sample(pose, 0, &pattern, placed.point);
+        let origins = off_surfaces(placed.point, placed.geometric_normal);
         if asked[0] != 0 {
             let far = F32x8::splat(light_sample.far);
-            asked[0] &= frame.moved_bounds.may_meet(placed.point, light_sample.to_light, far);
+            asked[0] &= frame.moved_bounds.may_meet(origins, light_sample.to_light, far);
             if asked == [0; CHECKS.len()] {
                 continue;
             }
@@ -175,7 +176,7 @@ fn ask_light(
             tags[lane] = Tag::BackFacing;
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
-            queue.push(placed.point, placed.geometric_normal, &light_sample, asked & faces, first as u32);
+            queue.push_from(origins, &light_sample, asked & faces, first as u32);
             count_bits(asked & faces, &mut tally.cells.shadow[first..first + LANES]);
         }
     }
@@ -242,10 +243,10 @@ fn ask_area_light(
             let light_samples = light_samples(pose, &pattern, lane, point);
             let faces = facing(placed.normal.lane(lane), placed.geometric_normal.lane(lane), &light_samples);
             if asked[0] != 0 {
-                let ([low, high], point) = (asked[0].to_le_bytes(), Vec3x8::splat(point));
+                let ([low, high], origin) = (asked[0].to_le_bytes(), Vec3x8::splat(origins.lane(lane)));
                 let far = F32x8::splat(light_samples[0].far);
                 let meets =
-                    |half: usize| frame.moved_bounds.may_meet(point, light_samples[half].to_light, far);
+                    |half: usize| frame.moved_bounds.may_meet(origin, light_samples[half].to_light, far);
                 asked[0] = u16::from_le_bytes([meets(0) & low, meets(1) & high]);
             }
             let all_asked = asked.into_iter().fold(0, |all, asked| all | asked);

@@ -29,7 +29,7 @@ use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
 use crate::shade::sampling::{cosine_direction, orthonormal};
-use crate::shade::surface::off_surface;
+use crate::shade::surface::{off_surface, off_surfaces};
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
 
@@ -381,7 +381,8 @@ fn ask_light(
         let eight = Eight::of(some.len(), |lane| &vertices[some[lane] as usize]);
         let light_sample = light_from_anywhere(light, eight.place, eight.point);
         let asked = phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
-        queue.push(eight.point, eight.geometric_normal, &light_sample, asked, first);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
+        queue.push_from(origins, &light_sample, asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(choices);
         for (lane, vertex) in some.iter().enumerate() {
@@ -408,7 +409,7 @@ fn ask_light(
                 let path = vertices[*vertex as usize].ray.path as usize;
                 let counted = &mut tally.cells.shadow[starts[path].cell as usize];
                 *counted = counted.saturating_add(1);
-                ways.push((eight.point.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                ways.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
             }
         }
     }

@@ -76,14 +76,15 @@ impl ShadowQueue {
         wanted: u8,
         owner: u32,
     ) {
-        if wanted != 0 {
-            self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
-        }
+        self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
     }
 
     /// The same from `origins` that are off their surfaces already.
     #[inline(always)]
     pub fn push_from(&mut self, origins: Vec3x8, light_sample: &LightSample, wanted: u8, owner: u32) {
+        if wanted == 0 {
+            return;
+        }
         self.rays.push_lanes(origins, light_sample.to_light, F32x8::splat(light_sample.far), wanted);
         if wanted == u8::MAX {
             self.owners.extend(owner..owner + LANES as u32);

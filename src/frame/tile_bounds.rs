@@ -9,6 +9,7 @@ use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::pose::{CameraPose, LightPose, LightShape};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::camera::Projection;
+use crate::shade::surface::around_origins;
 
 /// Where the samples of a tile are.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +55,8 @@ impl TileBounds {
 
     /// Whether anything in `moved` may be between a light and any surface. A `false` is certain.
     pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
-        let surfaces = &self.surfaces;
+        // boxes of what is small have less room than a ray begins off its surface
+        let surfaces = &around_origins(&self.surfaces);
         let ways = match light.shape {
             LightShape::Directional { to_light } => SweptBox::along(surfaces, to_light),
             LightShape::Point { position } | LightShape::Spot { position, .. } => {
@@ -75,7 +77,7 @@ impl TileBounds {
                 SweptBox::fans(surfaces, &Bounds { low: to_light - reach, high: to_light + reach })
             }
         };
-        !surfaces.is_empty() && moved.may_meet_sweep(&ways)
+        !self.surfaces.is_empty() && moved.may_meet_sweep(&ways)
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::animation::Transform;
-use crate::geometry::Quadric;
+use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::scene::{Material, Mesh, Scene};
 
@@ -318,6 +318,9 @@ impl Surface {
     }
 }
 
+/// How far [`off_surface`] moves a point along an axis at most, as a share of its coordinate and in world units.
+const OFF_SURFACE: [f32; 2] = [256.0 * f32::EPSILON, 1.0 / 65536.0];
+
 /// `point`, moved along `normal` just so far that a ray from there does not meet the surface again.
 pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
     off_surfaces(Vec3x8::splat(point), Vec3x8::splat(normal)).lane(0)
@@ -330,9 +333,9 @@ pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
 /// Self-Intersection", Ray Tracing Gems, chapter 6).
 #[inline(always)]
 pub fn off_surfaces(points: Vec3x8, normals: Vec3x8) -> Vec3x8 {
-    const STEPS: f32 = 256.0;
+    const STEPS: f32 = OFF_SURFACE[0] / f32::EPSILON;
     const NEAR_ZERO: f32 = 1.0 / 32.0;
-    const FIXED: f32 = 1.0 / 65536.0;
+    const FIXED: f32 = OFF_SURFACE[1];
     let moved = |point: F32x8, normal: F32x8| {
         let near = point.abs().lt(F32x8::splat(NEAR_ZERO));
         let steps = (normal * F32x8::splat(STEPS)).with_sign_changed_by(point);
@@ -340,6 +343,13 @@ pub fn off_surfaces(points: Vec3x8, normals: Vec3x8) -> Vec3x8 {
         near.select(point + normal * F32x8::splat(FIXED), far)
     };
     Vec3x8 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }
+}
+
+/// Around the beginnings, off surfaces, of all rays from `surfaces`.
+pub fn around_origins(surfaces: &Bounds) -> Bounds {
+    let [share, least] = OFF_SURFACE;
+    let room = surfaces.low.abs().max(surfaces.high.abs()) * share + least;
+    Bounds { low: surfaces.low - room, high: surfaces.high + room }
 }
 
 #[cfg(test)]
