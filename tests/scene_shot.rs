@@ -387,7 +387,7 @@ fn mistakes_are_told_with_place_and_remedy() {
         (overshooting, "s.toml:1:1: the smooth curve of `height` falls to 0 or below"),
         (
             format!("{camera}target = [0, 0, 0]\nfov = 180\n"),
-            "s.toml:5:7: `fov` is 180: it must be between 0 and 180 degrees",
+            "s.toml:5:7: `fov` is 180: it must be from 1e-6 to below 180 degrees",
         ),
         (
             format!("{camera}target = [0, 0, 0]\n{camera}target = [0, 0, 0]\n"),

@@ -122,11 +122,17 @@ fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> R
     Ok(cuts)
 }
 
+/// Degrees: of less, single floats do not know how far samples lie apart.
+const LEAST_FOV: f64 = 1e-6;
+
+/// What a field of view must be.
+const FOV: &str = "from 1e-6 to below 180 degrees";
+
 fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
     let mut last = DEFAULT_FOV;
     each(keys, |key| {
         if let Some(fov) = &key.fov {
-            last = text.number("fov", fov, "between 0 and 180 degrees", |fov| fov > 0.0 && fov < 180.0)?;
+            last = text.number("fov", fov, FOV, |fov| (LEAST_FOV..180.0).contains(&fov))?;
         }
         Ok(last)
     })
