@@ -199,11 +199,15 @@ impl Quadric {
         four::weights_of(self.piece(piece), own).map(|weight| weight as f32)
     }
 
-    /// How far a point is from a piece, at most, object space.
+    /// How far a point is from a piece, object space: no more than from the place with its weights, which on a steep side is far
+    /// above or below; and right beside the piece to the first order.
     pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
         let piece = self.piece(piece);
         let own = self.inverse.transform_point3(point.as_dvec3());
-        self.place.transform_vector3(piece.point(four::weights_of(piece, own)) - own).length()
+        let to_place = self.place.transform_vector3(piece.point(four::weights_of(piece, own)) - own).length();
+        let Some((value, gradient)) = piece.implicit(own) else { return to_place };
+        let gradient = self.inverse.matrix3.transpose() * gradient;
+        to_place.min(value.abs() / gradient.length())
     }
 
     /// The normal of a piece, outwards, of unit length, object space.

@@ -105,6 +105,17 @@ impl Piece {
         }
     }
 
+    /// What is zero on the quadric, and its gradient, at a point that is as high as the piece; none for disks, which are flat.
+    pub fn implicit(&self, point: DVec3) -> Option<(f64, DVec3)> {
+        let is_beside = (self.range[0]..=self.range[1]).contains(&point.y);
+        if !is_beside || matches!(self.kind, Kind::Disk { .. }) {
+            return None;
+        }
+        let [a, b, _] = self.profile;
+        let value = point.x * point.x + point.z * point.z - self.squared_radius(point.y);
+        Some((value, 2.0 * DVec3::new(point.x, -(a * point.y + 0.5 * b), point.z)))
+    }
+
     /// Outwards, of any length, at a point of the piece.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         if let Kind::Disk { faces_up } = self.kind {

@@ -218,3 +218,16 @@ fn textures_go_around_to_the_right() {
     let top = tube.uv(2, tube.weights(2, Vec3::new(1.0, 4.0, -1.0)));
     assert!((top - Vec2::new(0.75, 0.75)).length() < 1e-6, "{top}");
 }
+
+#[test]
+fn what_is_beside_a_steep_side_is_near() {
+    // at the rim it rises by 1,000 where it goes aside by 1
+    let bowl = Quadric::new(Shape::Paraboloid { radius: 1.0, height: 500.0 }, true);
+    for aside in [-1e-3, 1e-3] {
+        let at = Vec3::new(0.9 + aside, 405.0, 0.0);
+        let distance = bowl.distance(0, at);
+        assert!((distance - 1e-3).abs() < 1e-5, "{distance}");
+    }
+    let above = bowl.distance(0, Vec3::new(1.0, 501.0, 0.0));
+    assert!((above - 1.0).abs() < 1e-3, "it ends at its rim: {above}");
+}
