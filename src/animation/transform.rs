@@ -144,6 +144,16 @@ impl Transform {
         self.to_world.transform_vector3(direction)
     }
 
+    /// How long something may be in object space that reaches so far along each axis of the world.
+    pub fn length_in_object(&self, reach: Vec3) -> f32 {
+        if self.is_identity {
+            return reach.length();
+        }
+        let columns = self.to_object.matrix3;
+        let lengths = [columns.x_axis, columns.y_axis, columns.z_axis].map(|column| column.length());
+        reach.abs().dot(Vec3::from_array(lengths))
+    }
+
     /// A normal of unit length, object to world, of unit length.
     #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {

@@ -38,6 +38,7 @@ use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
 use super::sight::SEGMENT_END;
+use super::view::View;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color, mean_of};
 use crate::scene::camera::Projection;
@@ -91,6 +92,11 @@ impl Verdict {
         if holds { Verdict::Holds } else { Verdict::Differs }
     }
 
+    /// What fails may still hold for another reason, if there is one.
+    fn or_if(self, may: bool, other: impl FnOnce() -> Self) -> Self {
+        if self == Verdict::Differs && may { other() } else { self }
+    }
+
     /// What fails may still hold on an edge.
     fn or_on_edge(self, on_edge: impl FnOnce() -> bool) -> Self {
         if self == Verdict::Differs && on_edge() { Verdict::OnEdge } else { self }
@@ -137,8 +143,14 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     let met = trace_all(frame, sampled().map(sight));
     for (ray, cell) in sampled().enumerate() {
         let (sample, sight) = (Sample::of(tile, cell), sight(cell));
-        raise(cell, check_sight(frame, &sample, sight, met.get(ray)));
-        if !(is_traced(tile.status[cell]) && is_on(frame, &sample, sight) || is_of_its_cell(frame, &sample)) {
+        // where rounding decides the direction of a sample that stays because the camera rests, its cell's ray counts as well
+        let of_cell = sight_of_cell(frame, number, cell);
+        let is_of_cell = is_of_its_cell(frame, &sample)
+            || (is_traced(tile.status[cell]) || is_uncertain(frame, &sample))
+                && is_on(frame, &sample, of_cell);
+        let by_cell = || check_sight(frame, &sample, of_cell, trace_all(frame, [of_cell].into_iter()).get(0));
+        raise(cell, check_sight(frame, &sample, sight, met.get(ray)).or_if(is_of_cell, by_cell));
+        if !is_of_cell {
             raise(cell, check_position(frame, number, cell, &sample));
         }
         if sample.model != BACKGROUND {
@@ -192,6 +204,11 @@ fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
         let offset = offset(frame, &sample);
         return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
     }
+    sight_of_cell(frame, number, cell)
+}
+
+/// The line of sight through the centre of `cell`.
+fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
     let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
@@ -201,6 +218,14 @@ fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
 /// Whether it shows the background of an orthographic view, which has no place of its own: it is seen where its cell is.
 fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
     sample.model == BACKGROUND && frame.view.camera.is_orthographic()
+}
+
+/// Whether rounding of the sample's coordinates moves it by more than places in cells may be wrong.
+fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
+    let View { camera, grid, .. } = frame.view;
+    let cell = 2.0 * camera.half_height / grid.height as f32;
+    let distance = if camera.is_orthographic() { 1.0 } else { offset(frame, sample).length() };
+    rounding(frame, sample) >= CELL_TOLERANCE * cell * distance
 }
 
 /// How far rounding may displace a sample, world units.
@@ -308,8 +333,12 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
     let there = There::at(mesh, sample.record.triangle, sample.point);
-    let reach = f64::from(TOLERANCE) * f64::from(offset(frame, sample).length().max(sample.point.length()));
+    // a model may be flattened or sheared until rounding in the world is much in its own space
+    let in_object = frame.transform(sample.model).length_in_object(offset(frame, sample));
+    let reach = f64::from(TOLERANCE) * f64::from(in_object.max(sample.point.length()));
 
+    // as far as the eye may be on the other side
+    let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
     let number = mesh.material_of[sample.record.triangle as usize];
     let material = &frame.scene.materials[usize::from(number)];
@@ -320,7 +349,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
             && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
-            && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < EDGE_ON_COSINE,
+            && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < edge_on,
     )
 }
 
