@@ -333,9 +333,11 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
     let there = There::at(mesh, sample.record.triangle, sample.point);
-    // a model may be flattened or sheared until rounding in the world is much in its own space
-    let in_object = frame.transform(sample.model).length_in_object(offset(frame, sample));
-    let reach = f64::from(TOLERANCE) * f64::from(in_object.max(sample.point.length()));
+    // in a model that is flattened or sheared, rounding in the world may be far in its own space; a triangle much larger than its
+    // distance is met beside its edge
+    let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
+    let distance = in_object(offset(frame, sample)).max(sample.point.length());
+    let reach = f64::from(TOLERANCE * distance + in_object(Vec3::splat(rounding(frame, sample))));
 
     // as far as the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
