@@ -238,12 +238,14 @@ impl Assembly {
                 if !files.insert(file.clone()) {
                     continue;
                 }
-                let MtlFile { materials, oddities, unused_map, digest } = mtl::read(&file)?;
+                let MtlFile { materials, oddities, unused, digest } = mtl::read(&file)?;
                 self.files.push(file.clone());
                 self.digests.push(digest);
                 self.report_oddities(oddities, &file)?;
                 self.note_contradictions(&materials, &file);
-                self.note_unused_map(unused_map, &file);
+                for (line, message) in unused {
+                    self.findings.note(SceneError::new(&file, message).at_line(line));
+                }
                 self.known_names.extend(materials.iter().map(|material| material.name.clone()));
                 defined
                     .extend(materials.into_iter().map(|material| Defined { material, path: file.clone() }));
@@ -268,15 +270,6 @@ impl Assembly {
             let message =
                 format!("`d` and `Tr` of the material `{}` contradict each other: `d` counts", first.name);
             self.findings.note(SceneError::new(file, message).at_line(first.line));
-        }
-    }
-
-    fn note_unused_map(&mut self, map: Option<(usize, &str)>, file: &Path) {
-        if let Some((line, statement)) = map {
-            let message = format!(
-                "`{statement}` is not used: roughness and metal are the numbers of `Pr` and `Pm` all over a material"
-            );
-            self.findings.note(SceneError::new(file, message).at_line(line));
         }
     }
 

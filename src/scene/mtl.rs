@@ -3,6 +3,7 @@
 //! Not through tobj's reader: that one stops the program at a colour of two numbers, and does not know
 //! the lines. The format's meaning follows Wavefront's description of it (`illum` 0 to 10).
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
@@ -69,11 +70,35 @@ pub(crate) struct MtlFile {
     pub materials: Vec<MtlMaterial>,
     /// Values that make no sense: the line, and what was done about it.
     pub oddities: Vec<(usize, String)>,
-    /// The first picture of roughness or of metal: its line and the statement. They are not used.
-    pub unused_map: Option<(usize, &'static str)>,
+    /// Of each kind of statement that changes nothing here, where others would show a difference, the first: its line, and what
+    /// that means.
+    pub unused: Vec<(usize, String)>,
     /// Of the file's bytes.
     pub digest: Digest,
 }
+
+/// Statements that change nothing here, in small letters, with the same as it is usually written and what is shown instead.
+const UNUSED: [(&str, &str, &str); 16] = [
+    ("map_pr", "map_Pr", "roughness is the number of `Pr` all over a material"),
+    ("map_pm", "map_Pm", "metal is the number of `Pm` all over a material"),
+    ("map_d", "map_d", OPAQUE),
+    ("map_tr", "map_Tr", OPAQUE),
+    ("map_bump", "map_Bump", SMOOTH),
+    ("bump", "bump", SMOOTH),
+    ("norm", "norm", SMOOTH),
+    ("map_kn", "map_Kn", SMOOTH),
+    ("disp", "disp", "the surface stays where its corners are"),
+    ("map_ns", "map_Ns", "highlights are as wide as `Ns` says all over a material"),
+    ("map_ks", "map_Ks", "highlights and reflections have the colour of `Ks` all over a material"),
+    ("map_ka", "map_Ka", "ambient light takes `Ka`, and the colours of `map_Kd`"),
+    ("map_ke", "map_Ke", "a material emits the colour of `Ke` all over"),
+    ("refl", "refl", REFLECTED),
+    ("map_refl", "map_refl", REFLECTED),
+    ("decal", "decal", "nothing is laid over `map_Kd`"),
+];
+const OPAQUE: &str = "what it cuts out is shown whole; `d` is a number all over a material";
+const SMOOTH: &str = "surfaces are as smooth as their normals";
+const REFLECTED: &str = "mirrors show the scene and its environment alone";
 
 /// Reads the MTL file at `path`.
 ///
@@ -90,7 +115,8 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
 /// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
 /// statement is passed over.
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
-    let MtlFile { mut materials, mut oddities, mut unused_map, digest } = MtlFile::default();
+    let MtlFile { mut materials, mut oddities, mut unused, digest } = MtlFile::default();
+    let mut told = HashSet::new();
     for (number, line) in Lines::new(text) {
         let (keyword, rest) = split_keyword(&line);
         if keyword.eq_ignore_ascii_case(b"newmtl") {
@@ -98,10 +124,10 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
-            match keyword.as_str() {
-                "map_pr" => unused_map = unused_map.or(Some((number, "map_Pr"))),
-                "map_pm" => unused_map = unused_map.or(Some((number, "map_Pm"))),
-                _ => {}
+            if let Some((key, usual, instead)) = UNUSED.iter().find(|(key, ..)| *key == keyword)
+                && told.insert(*key)
+            {
+                unused.push((number, format!("`{usual}` is not used: {instead}")));
             }
             let mut replaced = None;
             let taken = statement(material, &keyword, rest, number, &mut replaced);
@@ -109,7 +135,11 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             oddities.extend(passed_over.or(replaced).map(|message| (number, message)));
         }
     }
-    MtlFile { materials, oddities, unused_map, digest }
+    if let Some(material) = materials.iter().find(|material| material.filters_nothing()) {
+        let message = "`Tf` is not used: light passes where `d` is below 1, or `illum` is 4, 6, 7 or 9";
+        unused.push((material.line, format!("material `{}`: {message}", material.name)));
+    }
+    MtlFile { materials, oddities, unused, digest }
 }
 
 /// Takes one statement. Where a number was replaced, `replaced` says so.
@@ -327,6 +357,11 @@ impl MtlMaterial {
         }
     }
 
+    /// Whether it states what comes through it, and nothing does.
+    fn filters_nothing(&self) -> bool {
+        self.tf.is_some_and(|filter| filter != Vec3::ZERO) && self.settle().optics == Optics::Opaque
+    }
+
     /// Whether it states roughness or metal. Glass stays glass: exporters state both of everything.
     fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
         let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
@@ -484,10 +519,21 @@ mod tests {
     }
 
     #[test]
-    fn pictures_of_roughness_are_told_once() {
-        let file = parse(b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\n");
-        assert_eq!((file.unused_map, file.oddities.len()), (Some((3, "map_Pm")), 0));
-        assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused_map, None);
+    fn statements_that_change_nothing_are_told_once_each() {
+        let file = parse(b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_D a.png\nmap_d b.png\n");
+        let told: Vec<(usize, &str)> =
+            file.unused.iter().map(|(line, message)| (*line, &message[..8])).collect();
+        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_d` ")], 0));
+        assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused, []);
+    }
+
+    #[test]
+    fn a_filter_of_what_lets_nothing_through_is_told() {
+        let unused = |statements: &str| parse(format!("newmtl m\n{statements}").as_bytes()).unused;
+        assert!(unused("Kd 1 1 1\nTf 1 1 1\nNi 1.45").iter().any(|(line, text)| *line == 1 && text.contains("`Tf`")));
+        for used in ["Tf 0 0 0", "Tf 1 1 1\nillum 7", "Tf .5 1 1\nd .5", "Kd 1 1 1"] {
+            assert_eq!(unused(used), [], "{used}");
+        }
     }
 
     #[test]
