@@ -14,7 +14,7 @@ use super::limits;
 use super::lines::words;
 use super::mesh::Groups;
 use super::mtl::{self, MtlFile, MtlMaterial};
-use super::obj::{self, Named, ObjFile};
+use super::obj::{self, Named, ObjFile, OddNormals};
 use super::paths::find_beside;
 use super::pictures::Pictures;
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
@@ -191,6 +191,12 @@ impl Assembly {
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
         self.origins.insert(key.clone(), Arc::new(Origins::of(&obj)));
+        if let Some(OddNormals { count, line }) = obj.odd_normals {
+            let message = format!(
+                "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"
+            );
+            self.findings.stand_in(SceneError::new(path, message).at_line(line))?;
+        }
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
         let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));

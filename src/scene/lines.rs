@@ -92,8 +92,18 @@ pub(crate) fn split_keyword(line: &[u8]) -> (&[u8], &[u8]) {
 
 /// The words of a line up to a comment.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let end = line.iter().position(|byte| *byte == b'#').unwrap_or(line.len());
+    let begins_comment = |at: &usize| line[*at] == b'#' && !is_in_number(&line[..*at], &line[at + 1..]);
+    let end = (0..line.len()).find(begins_comment).unwrap_or(line.len());
     line[..end].split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// Begins what is no finite number behind `1.#`, as Microsoft's library writes it: `-1.#IND00`.
+pub(crate) const NON_FINITE: [(&[u8], f32); 4] =
+    [(b"IND", f32::NAN), (b"QNAN", f32::NAN), (b"SNAN", f32::NAN), (b"INF", f32::INFINITY)];
+
+/// Whether a `#` between these stands in such a number.
+fn is_in_number(before: &[u8], behind: &[u8]) -> bool {
+    before.ends_with(b"1.") && NON_FINITE.iter().any(|(name, _)| behind.starts_with(name))
 }
 
 #[cfg(test)]
@@ -124,5 +134,6 @@ mod tests {
     fn splits_words() {
         assert_eq!(split_keyword(b"usemtl\t a b "), (&b"usemtl"[..], &b"a b"[..]));
         assert_eq!(words(b" 1\t2 # 3").collect::<Vec<_>>(), [b"1", b"2"]);
+        assert_eq!(words(b"-1.#IND00 1.#in #INF").collect::<Vec<_>>(), [&b"-1.#IND00"[..], b"1."]);
     }
 }

@@ -520,7 +520,9 @@ mod tests {
 
     #[test]
     fn statements_that_change_nothing_are_told_once_each() {
-        let file = parse(b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_D a.png\nmap_d b.png\n");
+        let file = parse(
+            b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_D a.png\nmap_d b.png\n",
+        );
         let told: Vec<(usize, &str)> =
             file.unused.iter().map(|(line, message)| (*line, &message[..8])).collect();
         assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_d` ")], 0));
@@ -530,7 +532,11 @@ mod tests {
     #[test]
     fn a_filter_of_what_lets_nothing_through_is_told() {
         let unused = |statements: &str| parse(format!("newmtl m\n{statements}").as_bytes()).unused;
-        assert!(unused("Kd 1 1 1\nTf 1 1 1\nNi 1.45").iter().any(|(line, text)| *line == 1 && text.contains("`Tf`")));
+        assert!(
+            unused("Kd 1 1 1\nTf 1 1 1\nNi 1.45")
+                .iter()
+                .any(|(line, text)| *line == 1 && text.contains("`Tf`"))
+        );
         for used in ["Tf 0 0 0", "Tf 1 1 1\nillum 7", "Tf .5 1 1\nd .5", "Kd 1 1 1"] {
             assert_eq!(unused(used), [], "{used}");
         }

@@ -32,6 +32,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SceneError;
+use super::lines::{Lines, split_keyword};
 use crate::digest::Digest;
 use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
@@ -69,6 +70,17 @@ pub struct ObjFile {
     pub groups: Vec<Named>,
     /// What `mtllib` lines say, in order.
     pub libraries: Vec<Named>,
+    /// Normals that are no finite numbers, if there are any: where they count, faces have normals of their own.
+    pub odd_normals: Option<OddNormals>,
+}
+
+/// Normals (`vn`) of a file that are no finite numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OddNormals {
+    /// How many.
+    pub count: usize,
+    /// The line of the first, from 1.
+    pub line: usize,
 }
 
 /// Reads the OBJ file at `path`.
@@ -131,8 +143,13 @@ fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<(ObjFile, Digest)
     if pieces.iter().any(|piece| piece.is_faulty) {
         return look_for_fault(source).map(Err);
     }
+    let count = pieces.iter().map(|piece| piece.odd_normals).sum();
     match whole(pieces) {
-        Ok(obj) => Ok(Ok((obj, digest))),
+        Ok(obj) if count == 0 => Ok(Ok((obj, digest))),
+        Ok(obj) => {
+            let odd_normals = Some(OddNormals { count, line: line_of_odd_normal(source)? });
+            Ok(Ok((ObjFile { odd_normals, ..obj }, digest)))
+        }
         Err(Misfit::Whole(fault)) => Ok(Err(fault)),
         Err(Misfit::Somewhere) => look_for_fault(source).map(Err),
     }
@@ -152,6 +169,17 @@ fn pieces(source: &Source<'_>, size: u64) -> io::Result<(Vec<Piece>, Digest)> {
     pieces.sort_unstable_by_key(|(number, _, _)| *number);
     let digest = Digest::of_all(pieces.iter().map(|(_, digest, _)| *digest));
     Ok((pieces.into_iter().map(|(_, _, piece)| piece).collect(), digest))
+}
+
+/// The line of the first normal that is no finite number, in a text that has one.
+fn line_of_odd_normal(source: &Source<'_>) -> io::Result<usize> {
+    let mut buffer = Vec::new();
+    let text = source.read(0..source.len(), &mut buffer)?;
+    let is_odd = |line: &[u8]| {
+        let (keyword, rest) = split_keyword(line);
+        keyword == b"vn" && statement::three("vn", rest).is_ok_and(|normal| piece::is_odd(&normal))
+    };
+    Ok(Lines::new(text).find(|(_, line)| is_odd(line)).map_or(0, |(line, _)| line))
 }
 
 fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
@@ -178,7 +206,19 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let (triangles, uses) = (triangles.corners, triangles.uses);
     // the same bytes: nothing is copied
     let (normals, uvs) = (cast_vec(normals), cast_vec(uvs));
-    Ok(ObjFile { positions, sources, places, normals, uvs, triangles, uses, materials, groups, libraries })
+    Ok(ObjFile {
+        positions,
+        sources,
+        places,
+        normals,
+        uvs,
+        triangles,
+        uses,
+        materials,
+        groups,
+        libraries,
+        odd_normals: None,
+    })
 }
 
 /// Whether all coordinates are numbers that can be used.
@@ -268,6 +308,19 @@ mod tests {
     fn unusable_normals_and_coordinates_become_zero() {
         let obj = read_text("vn nan 0 1\nvt inf 0\nf 1/1/1 2/1/1 3/1/1");
         assert_eq!((obj.normals[0], obj.uvs[0]), (Vec3::ZERO, Vec2::ZERO));
+    }
+
+    #[test]
+    fn normals_that_microsofts_library_wrote_as_no_numbers_are_told_and_zero() {
+        for odd in ["-1.#IND00 -1.#IND00 -1.#IND00", "0 1.#QNAN 1", "1.#INF00 0 0", "nan 0 0", "0 inf 0 # up"]
+        {
+            let obj = read_text(&format!("vn 0 0 1\nvn {odd}\nvn {odd}\nf 1//1 2//2 3//3"));
+            assert_eq!(obj.odd_normals, Some(OddNormals { count: 2, line: 6 }), "{odd}");
+            assert_eq!(obj.normals, [Vec3::Z, Vec3::ZERO, Vec3::ZERO], "{odd}");
+        }
+        assert_eq!(read_text("vn 0 0 0\nf 1//1 2//1 3//1").odd_normals, None);
+        let fault = fault("v 0 0 0\nv 1.#INF 0 0\nv 0 1 0\nf 1 2 3");
+        assert!(fault.line == 2 && fault.message.contains("`1.#INF`"), "{fault:?}");
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::str;
 
+use crate::scene::lines::NON_FINITE;
+
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
 /// Powers of ten that a 64-bit integer holds.
@@ -164,7 +166,15 @@ pub(super) fn is_blank(byte: u8) -> bool {
 
 /// A whole word as a number.
 pub(super) fn parsed(word: &[u8]) -> Option<f32> {
-    str::from_utf8(word).ok()?.parse().ok()
+    str::from_utf8(word).ok()?.parse().ok().or_else(|| non_finite(word))
+}
+
+/// The value of what Microsoft's library writes where a number is not finite.
+#[cold]
+fn non_finite(word: &[u8]) -> Option<f32> {
+    let (sign, digits) = word.strip_prefix(b"-").map_or((1.0, word), |digits| (-1.0, digits));
+    let name = digits.strip_prefix(b"1.#")?;
+    NON_FINITE.iter().find(|(known, _)| name.starts_with(known)).map(|(_, value)| sign * value)
 }
 
 /// How many of eight bytes, from the lowest on, are digits, and their value.

@@ -51,6 +51,8 @@ pub(super) struct Piece {
     pub libraries: Vec<Name>,
     /// Faces of fewer than three corners.
     pub too_small: usize,
+    /// Normals (`vn`) that are no finite numbers.
+    pub odd_normals: usize,
     /// Lines of the file.
     pub lines: usize,
     /// Whether a line cannot be read.
@@ -123,6 +125,7 @@ impl Reader {
             positions: piece.positions.as_slice().to_vec(),
             uvs: piece.uvs.iter().map(usable_uv).collect(),
             normals: piece.normals.iter().map(usable_normal).collect(),
+            odd_normals: piece.normals.iter().filter(|normal| is_odd(normal)).count(),
             faces: Faces {
                 columns: piece.faces.packed_columns(),
                 arities: piece.faces.arities.as_slice().to_vec(),
@@ -358,6 +361,11 @@ impl Faces {
 
 fn usable_uv(uv: &[f32; 2]) -> [f32; 2] {
     if uv.iter().all(|x| x.is_finite()) { *uv } else { [0.0; 2] }
+}
+
+/// Whether a normal is no finite number.
+pub(super) fn is_odd(normal: &[f32; 3]) -> bool {
+    !normal.iter().all(|x| x.is_finite())
 }
 
 fn usable_normal(normal: &[f32; 3]) -> [f32; 3] {
