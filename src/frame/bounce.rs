@@ -29,7 +29,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
-use crate::shade::coat::{SeenBy, SeenCoat, SeenCoats};
+use crate::shade::coat::{CountRays, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::sampling::{PathRandom, PathSequence, orthonormal, seed_of};
@@ -279,9 +279,10 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
         let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
         let normals = [normal, geometric_normal];
         let rays = |lane: usize, seen: &SeenCoat| match met.get(lane) {
-            Some(met) if !is_last => rays_onwards(frame, &met.bounce, seen),
-            _ => 0,
+            Some(met) => rays_onwards(frame, &met.bounce, seen),
+            None => 0,
         };
+        let rays: Option<CountRays> = if is_last { None } else { Some(&rays) };
         let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
         if let Some(coats) = coats {
             eight.light = coats.show(eight.light);

@@ -14,7 +14,7 @@ use super::tree_times::Asks;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
-use crate::shade::coat::{SeenBy, SeenCoats};
+use crate::shade::coat::{CountRays, SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
@@ -66,6 +66,7 @@ pub fn enhance(
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
                 let rays = |_: usize, seen: &_| bounce::rays_of_sample(frame, seen);
+                let rays: Option<CountRays> = if frame.depth > 0 { Some(&rays) } else { None };
                 let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
                 if let Some(coats) = &coats {
                     show_beneath(coats, Mask::less(models, EMPTY), first, radiance);

@@ -9,14 +9,18 @@
 //!   scattered, wherever that came from. So the light that samples keep does not depend on the eye, and the factor is applied
 //!   when it is shown.
 
-use std::f32::consts::{FRAC_1_PI, PI};
+mod lanes;
+
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use lanes::CoatLanes;
+pub use lanes::SeenCoats;
+
 use super::ggx::{self, LEAST_ALPHA};
-use super::light::LightSample;
 use super::sampling::{PathRandom, orthonormal};
-use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::material::MetalRough;
 
@@ -54,6 +58,9 @@ struct Coat {
     alpha_of_paths: f32,
     albedos_of_paths: Albedos,
 }
+
+/// By how many rays what a layer reflects is followed, by lane.
+pub type CountRays<'a> = &'a dyn Fn(usize, &SeenCoat) -> u32;
 
 /// How a surface is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -228,45 +235,31 @@ impl Coats {
     }
 
     /// The layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: by how many rays what each of them
-    /// reflects is followed as well.
+    /// reflects is followed as well, where any are.
     pub fn seen_lanes(
         &self,
         materials: &[u16; LANES],
         reflectance: Vec3x8,
-        [normal, geometric_normal]: [Vec3x8; 2],
+        normals: [Vec3x8; 2],
         incoming: Vec3x8,
-        rays: impl Fn(usize, &SeenCoat) -> u32,
+        rays: Option<CountRays>,
     ) -> Option<SeenCoats> {
         if !self.any(materials) {
             return None;
         }
-        let mut all = SeenCoats {
-            normal: Vec3x8::ZERO,
-            to_eye: Vec3x8::ZERO,
-            alpha: F32x8::ONE,
-            head_on: Vec3x8::ZERO,
-            gain: Vec3x8::ZERO,
-            through: F32x8::ONE,
-            added: Vec3x8::ZERO,
-            rays: F32x8::ZERO,
-            is_followed_alone: Mask::NONE,
-        };
-        for (lane, material) in materials.iter().enumerate() {
-            let normals = [normal.lane(lane), geometric_normal.lane(lane)];
-            let (reflectance, incoming) = (reflectance.lane(lane), incoming.lane(lane));
-            let seen = self.seen(*material, reflectance, normals, incoming, SeenBy::Eye);
-            let Some(seen) = seen else { continue };
-            all.normal.set_lane(lane, seen.axes[2]);
-            all.to_eye.set_lane(lane, seen.to_world(seen.to_eye));
-            all.alpha.set_lane(lane, seen.alpha);
-            all.head_on.set_lane(lane, seen.head_on);
-            all.gain.set_lane(lane, seen.gain * PI);
-            all.through.set_lane(lane, seen.through);
-            all.added.set_lane(lane, seen.added);
-            match rays(lane, &seen) {
-                0 => {}
-                _ if seen.is_smooth() => all.is_followed_alone.set(lane),
-                rays => all.rays.set_lane(lane, rays as f32),
+        let mut all = CoatLanes::of(self, materials).seen(reflectance, normals, incoming);
+        if let Some(rays) = rays {
+            for (lane, material) in materials.iter().enumerate() {
+                // one by one, as those that cast them see the layers: a count must not differ by what is rounded
+                let normals = normals.map(|normals| normals.lane(lane));
+                let (reflectance, incoming) = (reflectance.lane(lane), incoming.lane(lane));
+                let seen = self.seen(*material, reflectance, normals, incoming, SeenBy::Eye);
+                let Some(seen) = seen else { continue };
+                match rays(lane, &seen) {
+                    0 => {}
+                    _ if seen.is_smooth() => all.is_followed_alone.set(lane),
+                    rays => all.rays.set_lane(lane, rays as f32),
+                }
             }
         }
         Some(all)
@@ -388,68 +381,11 @@ impl SeenCoat {
     }
 }
 
-/// The layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything through.
-#[derive(Debug, Clone, Copy)]
-pub struct SeenCoats {
-    normal: Vec3x8,
-    to_eye: Vec3x8,
-    alpha: F32x8,
-    head_on: Vec3x8,
-    gain: Vec3x8,
-    /// The share of scattered light that the layer lets through to the eye.
-    pub through: F32x8,
-    /// What is missing of the emission then.
-    added: Vec3x8,
-    /// How many rays follow what is reflected.
-    rays: F32x8,
-    /// Where a ray shows all that a mirror reflects.
-    is_followed_alone: Mask,
-}
-
-impl SeenCoats {
-    /// What is seen of scattered and emitted `light`.
-    #[inline(always)]
-    pub fn show(&self, light: Vec3x8) -> Vec3x8 {
-        light * self.through + self.added
-    }
-
-    /// The highlight of a light; where it has a size, of one of its points. Rays see a light that has a size, too: then the
-    /// highlight is weighed by the balance heuristic, and `radiance` is what they see of it.
-    #[inline(always)]
-    pub fn highlight(&self, light_sample: &LightSample, radiance: Option<Vec3>) -> Vec3x8 {
-        let Self { alpha, head_on, normal, to_eye, gain, .. } = *self;
-        let LightSample { direction, irradiance, .. } = *light_sample;
-        let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
-        let mut light = reflected * gain * irradiance;
-        if let Some(radiance) = radiance {
-            // both densities times the irradiance: where that is next to nothing, theirs would be infinite
-            let by_points = F32x8::splat(density_of_points(radiance));
-            let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
-            light = light * (by_points / (by_points + by_rays * brightest(irradiance)));
-        }
-        let shows = match radiance {
-            Some(_) => gain.is_some() & !self.is_followed_alone & irradiance.is_some(),
-            None => gain.is_some(),
-        };
-        shows.select3(light, Vec3x8::ZERO)
-    }
-}
-
-/// The density of the directions to all points of a light together, for each unit of the irradiance of one of them.
-fn density_of_points(radiance: Vec3) -> f32 {
-    radiance.max_element() * FRAC_1_PI
-}
-
-#[inline(always)]
-fn brightest(color: Vec3x8) -> F32x8 {
-    color.x.max(color.y).max(color.z)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn material(roughness: f32, metallic: f32, base: f32) -> Material {
+    pub(super) fn material(roughness: f32, metallic: f32, base: f32) -> Material {
         let base = Vec3::splat(base);
         let metal_rough = MetalRough { base, roughness, metallic, head_on: 0.04, solid: 1.0 };
         Material { diffuse: base * (1.0 - metallic), metal_rough: Some(metal_rough), ..Material::fallback() }
@@ -504,44 +440,6 @@ mod tests {
     }
 
     #[test]
-    fn one_surface_and_eight_are_the_same() {
-        let materials = [material(0.4, 0.8, 0.6), Material::fallback()];
-        let coats = Coats::of(&materials);
-        let numbers = [0, 1, 0, 0, 1, 0, 0, 0];
-        let [normal, incoming] = [Vec3::Y, Vec3::new(0.6, -0.8, 0.0)];
-        let light = Vec3::new(0.36, 0.8, 0.48).normalize();
-        let lanes = |v: Vec3| Vec3x8::splat(v);
-        let eight =
-            coats.seen_lanes(&numbers, lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), |_, _| 0);
-        let eight = eight.expect("some have one");
-        let sample = LightSample {
-            to_light: lanes(light),
-            direction: lanes(light),
-            far: 1.0,
-            irradiance: lanes(Vec3::ONE / PI),
-            reaches: Mask::ALL,
-        };
-        let one = coats.seen(0, Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
-        let highlight = eight.highlight(&sample, None);
-        let (wanted, density) = one.highlight(light, Vec3::ONE / PI);
-        assert!((highlight.lane(2) - wanted).abs().max_element() < 1e-4 * wanted.max_element(), "{wanted}");
-        assert_eq!(highlight.lane(1), Vec3::ZERO);
-        // of a light with a size rays see a part: of this radiance all points together are as dense as 2
-        let followed =
-            coats.seen_lanes(&numbers, lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), |_, _| 3);
-        let weighed = followed.expect("some have one").highlight(&sample, Some(Vec3::splat(2.0))).lane(2);
-        let share = 2.0 / (2.0 + 3.0 * density);
-        assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");
-        let shown = eight.show(lanes(Vec3::ONE));
-        assert!((shown.lane(3).x - one.through).abs() < 1e-6 && shown.lane(4) == Vec3::ONE);
-        assert!(
-            coats
-                .seen_lanes(&[1; 8], lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), |_, _| 0)
-                .is_none()
-        );
-    }
-
-    #[test]
     fn a_texture_colours_metal() {
         let mut textured = material(0.4, 1.0, 0.5);
         (textured.diffuse_map, textured.ambient) = (Some(0), Vec3::ZERO);
@@ -560,15 +458,6 @@ mod tests {
             let seen = coats.seen(0, Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path).expect("it has one");
             assert!((seen.alpha - alpha).abs() < 1e-6 && (seen.albedo.x - 1.0).abs() < 1e-3, "{seen:?}");
         }
-    }
-
-    #[test]
-    fn emission_is_not_dimmed() {
-        let glowing = Material { emission: Vec3::new(3.0, 2.0, 1.0), ..material(0.4, 0.0, 0.5) };
-        let coats = Coats::of(std::slice::from_ref(&glowing));
-        let [up, down] = [Vec3::Z, Vec3::NEG_Z].map(Vec3x8::splat);
-        let seen = coats.seen_lanes(&[0; 8], Vec3x8::ZERO, [up; 2], down, |_, _| 0).expect("all have one");
-        assert_eq!(seen.show(Vec3x8::splat(glowing.emission)).lane(0), glowing.emission);
     }
 
     /// Where an interpolated normal would send light below the triangle, the triangle's own reflects it.

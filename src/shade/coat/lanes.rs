@@ -1,0 +1,302 @@
+//! The layers of eight surfaces at a time, as the eye sees them.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glam::Vec3;
+
+use super::{Albedos, Coat, Coats, LEAST_ALBEDO, LEAST_COSINE};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
+use crate::shade::ggx;
+use crate::shade::light::LightSample;
+
+/// The layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything through.
+#[derive(Debug, Clone, Copy)]
+pub struct SeenCoats {
+    normal: Vec3x8,
+    to_eye: Vec3x8,
+    alpha: F32x8,
+    head_on: Vec3x8,
+    gain: Vec3x8,
+    /// The share of scattered light that the layer lets through to the eye.
+    pub through: F32x8,
+    /// What is missing of the emission then.
+    added: Vec3x8,
+    /// How many rays follow what is reflected.
+    pub(super) rays: F32x8,
+    /// Where a ray shows all that a mirror reflects.
+    pub(super) is_followed_alone: Mask,
+}
+
+impl SeenCoats {
+    /// What is seen of scattered and emitted `light`.
+    #[inline(always)]
+    pub fn show(&self, light: Vec3x8) -> Vec3x8 {
+        light * self.through + self.added
+    }
+
+    /// The highlight of a light; where it has a size, of one of its points. Rays see a light that has a size, too: then the
+    /// highlight is weighed by the balance heuristic, and `radiance` is what they see of it.
+    #[inline(always)]
+    pub fn highlight(&self, light_sample: &LightSample, radiance: Option<Vec3>) -> Vec3x8 {
+        let Self { alpha, head_on, normal, to_eye, gain, .. } = *self;
+        let LightSample { direction, irradiance, .. } = *light_sample;
+        let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
+        let mut light = reflected * gain * irradiance;
+        if let Some(radiance) = radiance {
+            // both densities times the irradiance: where that is next to nothing, theirs would be infinite
+            let by_points = F32x8::splat(density_of_points(radiance));
+            let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
+            light = light * (by_points / (by_points + by_rays * brightest(irradiance)));
+        }
+        let shows = match radiance {
+            Some(_) => gain.is_some() & !self.is_followed_alone & irradiance.is_some(),
+            None => gain.is_some(),
+        };
+        shows.select3(light, Vec3x8::ZERO)
+    }
+}
+
+/// The density of the directions to all points of a light together, for each unit of the irradiance of one of them.
+fn density_of_points(radiance: Vec3) -> f32 {
+    radiance.max_element() * FRAC_1_PI
+}
+
+#[inline(always)]
+fn brightest(color: Vec3x8) -> F32x8 {
+    color.x.max(color.y).max(color.z)
+}
+
+/// The layers of eight surfaces, side by side. A lane without one reflects nothing.
+pub(super) struct CoatLanes<'a> {
+    alpha: F32x8,
+    metallic: F32x8,
+    metal: Vec3x8,
+    metal_of_kept: Vec3x8,
+    clear: F32x8,
+    solid: F32x8,
+    emission: Vec3x8,
+    albedos: [Option<&'a Albedos>; LANES],
+    has: Mask,
+}
+
+impl<'a> CoatLanes<'a> {
+    const NONE: Self = Self {
+        alpha: F32x8::ONE,
+        metallic: F32x8::ZERO,
+        metal: Vec3x8::ZERO,
+        metal_of_kept: Vec3x8::ZERO,
+        clear: F32x8::ZERO,
+        solid: F32x8::ZERO,
+        emission: Vec3x8::ZERO,
+        albedos: [None; LANES],
+        has: Mask::NONE,
+    };
+
+    /// The layers of eight `materials`.
+    #[inline]
+    pub(super) fn of(coats: &'a Coats, materials: &[u16; LANES]) -> Self {
+        let mut lanes = Self::NONE;
+        if are_same(materials) {
+            if let Some(coat) = coats.get(materials[0]) {
+                lanes.fill(coat);
+            }
+            return lanes;
+        }
+        for (lane, material) in materials.iter().enumerate() {
+            if let Some(coat) = coats.get(*material) {
+                lanes.set(lane, coat);
+            }
+        }
+        lanes
+    }
+
+    /// The same in all lanes.
+    fn fill(&mut self, coat: &'a Coat) {
+        *self = Self {
+            alpha: F32x8::splat(coat.alpha),
+            metallic: F32x8::splat(coat.metallic),
+            metal: Vec3x8::splat(coat.metal),
+            metal_of_kept: Vec3x8::splat(coat.metal_of_kept),
+            clear: F32x8::splat(coat.clear),
+            solid: F32x8::splat(coat.solid),
+            emission: Vec3x8::splat(coat.emission),
+            albedos: [Some(&coat.albedos); LANES],
+            has: Mask::ALL,
+        };
+    }
+
+    fn set(&mut self, lane: usize, coat: &'a Coat) {
+        self.alpha.set_lane(lane, coat.alpha);
+        self.metallic.set_lane(lane, coat.metallic);
+        self.metal.set_lane(lane, coat.metal);
+        self.metal_of_kept.set_lane(lane, coat.metal_of_kept);
+        self.clear.set_lane(lane, coat.clear);
+        self.solid.set_lane(lane, coat.solid);
+        self.emission.set_lane(lane, coat.emission);
+        self.albedos[lane] = Some(&coat.albedos);
+        self.has.set(lane);
+    }
+
+    /// As the eye sees them: [`Coat::seen`] for eight surfaces.
+    #[inline]
+    pub(super) fn seen(
+        &self,
+        reflectance: Vec3x8,
+        [normal, geometric_normal]: [Vec3x8; 2],
+        incoming: Vec3x8,
+    ) -> SeenCoats {
+        let Self { alpha, metallic, clear, solid, has, .. } = *self;
+        let one = Vec3x8::splat(Vec3::ONE);
+        let normal = facing_lanes(normal, geometric_normal, -incoming);
+        let cos = -normal.dot(incoming);
+        let to_eye = (normal * (cos.max(F32x8::splat(LEAST_COSINE)) - cos) - incoming).normalize();
+        let albedos = self.albedos_at(normal.dot(to_eye));
+        let clear = Vec3x8 { x: clear, y: clear, z: clear };
+        let metal = (self.metal + self.metal_of_kept * reflectance).min(one);
+        let head_on = clear + (metal - clear) * metallic;
+        let [of_clear, of_metal] = [clear, metal].map(|head_on| albedo_lanes(head_on, albedos));
+        let albedo = of_clear + (of_metal - of_clear) * metallic;
+        let once = reflected_once_lanes(head_on, albedos);
+        let gain = |albedo: F32x8, once: F32x8| {
+            // what reflects nothing needs no factor
+            once.gt(F32x8::splat(LEAST_ALBEDO)).select(albedo / once, F32x8::ONE) * solid * F32x8::splat(PI)
+        };
+        let gain = Vec3x8 { x: gain(albedo.x, once.x), y: gain(albedo.y, once.y), z: gain(albedo.z, once.z) };
+        let through = (F32x8::ONE - of_clear.x).max(F32x8::ZERO).min(F32x8::ONE);
+        SeenCoats {
+            normal,
+            to_eye,
+            alpha,
+            head_on,
+            gain: has.select3(gain, Vec3x8::ZERO),
+            through: has.select(through, F32x8::ONE),
+            added: has.select3(self.emission * (F32x8::ONE - through), Vec3x8::ZERO),
+            rays: F32x8::ZERO,
+            is_followed_alone: Mask::NONE,
+        }
+    }
+
+    /// [`Albedos::at`] the cosines of eight surfaces.
+    #[inline]
+    fn albedos_at(&self, cos: F32x8) -> [F32x8; 2] {
+        let mut all = [F32x8::ZERO; 2];
+        for (lane, albedos) in self.albedos.iter().enumerate() {
+            let of_lane = albedos.map_or([1.0, 0.0], |albedos| albedos.at(cos.lane(lane)));
+            all.iter_mut().zip(of_lane).for_each(|(all, value)| all.set_lane(lane, value));
+        }
+        all
+    }
+}
+
+/// [`reflected_once`] for eight surfaces.
+#[inline(always)]
+fn reflected_once_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
+    head_on * all + (Vec3x8::splat(Vec3::ONE) - head_on) * white
+}
+
+/// [`albedo`] for eight surfaces.
+#[inline(always)]
+fn albedo_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
+    let several_times = head_on * ((F32x8::ONE - all).max(F32x8::ZERO) / all);
+    reflected_once_lanes(head_on, [all, white]) * (Vec3x8::splat(Vec3::ONE) + several_times)
+}
+
+/// [`facing`] for eight surfaces.
+#[inline(always)]
+fn facing_lanes(normal: Vec3x8, geometric_normal: Vec3x8, to_eye: Vec3x8) -> Vec3x8 {
+    let cos = normal.dot(to_eye);
+    let mirrored = normal * (cos + cos) - to_eye;
+    let faces = cos.gt(F32x8::ZERO) & mirrored.dot(geometric_normal).gt(F32x8::ZERO);
+    faces.select3(normal, geometric_normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SeenBy;
+    use super::super::tests::material;
+    use super::*;
+    use crate::scene::Material;
+    use crate::shade::sampling::PathRandom;
+
+    #[test]
+    fn one_surface_and_eight_are_the_same() {
+        let materials = [material(0.4, 0.8, 0.6), Material::fallback()];
+        let coats = Coats::of(&materials);
+        let numbers = [0, 1, 0, 0, 1, 0, 0, 0];
+        let [normal, incoming] = [Vec3::Y, Vec3::new(0.6, -0.8, 0.0)];
+        let light = Vec3::new(0.36, 0.8, 0.48).normalize();
+        let lanes = |v: Vec3| Vec3x8::splat(v);
+        let eight = coats.seen_lanes(&numbers, lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), None);
+        let eight = eight.expect("some have one");
+        let sample = LightSample {
+            to_light: lanes(light),
+            direction: lanes(light),
+            far: 1.0,
+            irradiance: lanes(Vec3::ONE / PI),
+            reaches: Mask::ALL,
+        };
+        let one = coats.seen(0, Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
+        let highlight = eight.highlight(&sample, None);
+        let (wanted, density) = one.highlight(light, Vec3::ONE / PI);
+        assert!((highlight.lane(2) - wanted).abs().max_element() < 1e-4 * wanted.max_element(), "{wanted}");
+        assert_eq!(highlight.lane(1), Vec3::ZERO);
+        // of a light with a size rays see a part: of this radiance all points together are as dense as 2
+        let followed = coats.seen_lanes(
+            &numbers,
+            lanes(Vec3::ZERO),
+            [lanes(normal); 2],
+            lanes(incoming),
+            Some(&|_, _| 3),
+        );
+        let weighed = followed.expect("some have one").highlight(&sample, Some(Vec3::splat(2.0))).lane(2);
+        let share = 2.0 / (2.0 + 3.0 * density);
+        assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");
+        let shown = eight.show(lanes(Vec3::ONE));
+        assert!((shown.lane(3).x - one.through).abs() < 1e-6 && shown.lane(4) == Vec3::ONE);
+        assert!(
+            coats.seen_lanes(&[1; 8], lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), None).is_none()
+        );
+    }
+
+    /// Of materials of every kind, seen from all sides, at grazing angles and from below too.
+    #[test]
+    fn eight_different_surfaces_are_seen_as_each_is_alone() {
+        let materials = [(0.0, 1.0, 0.9), (0.3, 0.0, 0.5), (0.7, 0.6, 0.2), (1.0, 1.0, 0.0)]
+            .map(|(roughness, metallic, base)| material(roughness, metallic, base));
+        let coats = Coats::of(&[materials.as_slice(), &[Material::fallback()]].concat());
+        for round in 0..200_u32 {
+            let numbers: [u16; LANES] = std::array::from_fn(|lane| ((round + lane as u32 * 3) % 5) as u16);
+            let any = |lane: usize, which: u32| {
+                let [x, y, z, _] = PathRandom { seed: round, index: lane as u32 * 4 + which }.four(0);
+                (Vec3::new(x, y, z) * 2.0 - 1.0).normalize_or(Vec3::X)
+            };
+            let [mut normal, mut geometric, mut incoming] = [Vec3x8::ZERO; 3];
+            for lane in 0..LANES {
+                geometric.set_lane(lane, any(lane, 0));
+                normal.set_lane(lane, (any(lane, 0) + 0.3 * any(lane, 1)).normalize());
+                incoming.set_lane(lane, any(lane, 2));
+            }
+            let reflectance = Vec3x8::splat(Vec3::new(0.2, 0.5, 0.9));
+            let eight = coats.seen_lanes(&numbers, reflectance, [normal, geometric], incoming, None);
+            let eight = eight.expect("some have one");
+            for (lane, number) in numbers.iter().enumerate() {
+                let normals = [normal.lane(lane), geometric.lane(lane)];
+                let one =
+                    coats.seen(*number, reflectance.lane(lane), normals, incoming.lane(lane), SeenBy::Eye);
+                let (through, gain) = one.map_or((1.0, Vec3::ZERO), |one| (one.through, one.gain * PI));
+                let off = (eight.gain.lane(lane) - gain).abs().max_element();
+                assert!((eight.through.lane(lane) - through).abs() < 1e-5, "round {round}, lane {lane}");
+                assert!(off < 1e-4 * gain.max_element().max(1.0), "round {round}, lane {lane}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn emission_is_not_dimmed() {
+        let glowing = Material { emission: Vec3::new(3.0, 2.0, 1.0), ..material(0.4, 0.0, 0.5) };
+        let coats = Coats::of(std::slice::from_ref(&glowing));
+        let [up, down] = [Vec3::Z, Vec3::NEG_Z].map(Vec3x8::splat);
+        let seen = coats.seen_lanes(&[0; 8], Vec3x8::ZERO, [up; 2], down, None).expect("all have one");
+        assert_eq!(seen.show(Vec3x8::splat(glowing.emission)).lane(0), glowing.emission);
+    }
+}
