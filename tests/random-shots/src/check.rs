@@ -298,7 +298,11 @@ fn vary(
                     let again = through_file(renderer, &shot.scene, folder);
                     let snapshot: Option<Snapshot> =
                         again.map_err(|error| Failure::new(Kind::Render, error))?;
-                    snapshot.into_iter().for_each(|snapshot| renderer.restore(snapshot));
+                    if let Some(snapshot) = snapshot {
+                        // what the renderer remembers is of another frame by then
+                        render_all(renderer, steps.last().map_or(0, |step| step.frame))?;
+                        renderer.restore(snapshot);
+                    }
                 }
                 Ok(())
             })
@@ -348,10 +352,7 @@ fn compare_with_full(trial: &Trial, shot: &Shot, inferred: &Renderer<'_>) -> Res
     }
     let settings = Settings { mode: Mode::Full, audit: false, ..shot.settings.clone() };
     let mut full = renderer(trial, shot, &settings)?;
-    for eye in full.eyes() {
-        let rendered = full.render_eye(*eye, moment.frame, false);
-        rendered.map_err(|error| Failure::new(Kind::Render, error))?;
-    }
+    render_all(&mut full, moment.frame)?;
     let Some((_, in_full)) = full.samples() else { return Ok(0) };
     let mut compared = 0;
     let mut differing = 0;
@@ -374,6 +375,15 @@ fn compare_with_full(trial: &Trial, shot: &Shot, inferred: &Renderer<'_>) -> Res
         return Err(Failure::new(Kind::Full, detail));
     }
     Ok(compared)
+}
+
+/// Renders a frame in full, as each eye sees it.
+fn render_all(renderer: &mut Renderer<'_>, frame: i32) -> Result<(), Failure> {
+    for eye in renderer.eyes() {
+        let rendered = renderer.render_eye(*eye, frame, false);
+        rendered.map_err(|error| Failure::new(Kind::Render, error))?;
+    }
+    Ok(())
 }
 
 /// Whether both tiles have one and the same sample in `cell`.

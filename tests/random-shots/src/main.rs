@@ -1,13 +1,13 @@
 //! Tries random shots, prints what fails, cut down, and a table of what took part.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use random_shots::check::Failure;
-use random_shots::run::{Options, Tally, run, smallest};
+use random_shots::check::{Failure, Outcome};
+use random_shots::run::{Options, Tally, run, run_kept, smallest};
 use random_shots::trial::Trial;
 
 /// Tries random shots: audit, full tracing, threads, stores, chunks.
@@ -34,6 +34,9 @@ struct Args {
     /// Write shots that fail, with all files that they name, to folders in this one
     #[arg(long, value_name = "FOLDER")]
     keep: Option<PathBuf>,
+    /// Try the shots in this folder alone, each in every way
+    #[arg(long, value_name = "FOLDER")]
+    kept: Option<PathBuf>,
     /// Print how often features took part, as a table in Markdown
     #[arg(long)]
     table: bool,
@@ -49,6 +52,9 @@ fn main() -> ExitCode {
     let args = Args::parse();
     if args.show {
         return show(&args);
+    }
+    if let Some(folder) = &args.kept {
+        return try_kept(folder);
     }
     let options = Options {
         workers: args.workers.max(1),
@@ -72,6 +78,26 @@ fn main() -> ExitCode {
         print_table(&tally);
     }
     if tally.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn try_kept(folder: &Path) -> ExitCode {
+    let mut failed = 0;
+    let tried = run_kept(folder, |path, trial, outcome| {
+        if let Outcome::Failed(failure) = outcome {
+            eprintln!("{}: {failure} ({:?}, {:?})", path.display(), trial.variation, trial.backend);
+            failed += 1;
+        }
+    });
+    match tried {
+        Ok(count) => {
+            println!("{count} trials: {failed} failed");
+            if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+        }
+        Err(error) => {
+            eprintln!("error: {}: {error}", folder.display());
+            ExitCode::FAILURE
+        }
+    }
 }
 
 fn show(args: &Args) -> ExitCode {

@@ -6,12 +6,14 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use std::{io, thread};
+use std::{fs, io, thread};
+
+use afterimage::trace::BackendKind;
 
 use crate::check::{Counts, Failure, Outcome, Pools, check};
 use crate::features::features;
 use crate::shrink::shrink;
-use crate::trial::Trial;
+use crate::trial::{Trial, Variation};
 
 /// What came out.
 #[derive(Debug, Default)]
@@ -77,6 +79,31 @@ pub fn run(seeds: Range<u64>, options: Options, said: impl Fn(u64, &Failure) + S
         }
     });
     Ok(tally.into_inner().unwrap_or_default())
+}
+
+/// Tries each shot file in `kept`, in every way. `told` is called with how each trial ended. How many were tried.
+///
+/// # Errors
+/// If a file cannot be read.
+pub fn run_kept(
+    kept: &Path,
+    mut told: impl FnMut(&Path, &Trial, &Outcome),
+) -> Result<usize, Box<dyn std::error::Error>> {
+    let (folder, pools) = (folder()?, Pools::new());
+    let mut paths = kept.read_dir()?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
+    paths.sort();
+    let mut count = 0;
+    for path in paths {
+        let text = fs::read_to_string(&path)?;
+        for backend in [BackendKind::Embree, BackendKind::Rust] {
+            for variation in Variation::ALL {
+                let trial = Trial { variation, backend, ..Trial::of_text(&text)? };
+                told(&path, &trial, &check(&trial, folder.path(), &pools));
+                count += 1;
+            }
+        }
+    }
+    Ok(count)
 }
 
 /// The trial of `seed` with a shot that is as small as can be found and fails in the same way.

@@ -21,7 +21,7 @@ pub enum Variation {
     NoTags,
     /// Nothing is kept of ray trees.
     NoTrees,
-    /// The samples of one frame go through a file, and the renderer forgets all else and goes on from them.
+    /// The samples of one frame go through a file, the renderer makes another frame, and then goes on from them.
     Store,
     /// Frames are rendered from a later one on, as a chunk of a farm.
     Chunk,

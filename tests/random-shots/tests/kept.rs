@@ -2,30 +2,21 @@
 
 use std::path::Path;
 
-use afterimage::trace::BackendKind;
-use random_shots::check::{Outcome, Pools, check};
-use random_shots::trial::{Trial, Variation};
+use random_shots::check::Outcome;
+use random_shots::run::run_kept;
 
 #[test]
 fn what_was_wrong_once_is_right() {
     let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("kept");
-    let (folder, pools) = (tempfile::tempdir().expect("there is room"), Pools::new());
-    let mut count = 0;
-    for entry in kept.read_dir().expect("it is there") {
-        let path = entry.expect("it can be read").path();
-        let text = std::fs::read_to_string(&path).expect("it is text");
-        for backend in [BackendKind::Embree, BackendKind::Rust] {
-            for variation in Variation::ALL {
-                let trial = Trial { variation, backend, ..Trial::of_text(&text).expect("it is TOML") };
-                let outcome = check(&trial, folder.path(), &pools);
-                assert!(
-                    matches!(outcome, Outcome::Passed(_)),
-                    "{}: {variation:?}: {outcome:?}",
-                    path.display()
-                );
-                count += 1;
-            }
-        }
-    }
+    let count = run_kept(&kept, |path, trial, outcome| {
+        assert!(
+            matches!(outcome, Outcome::Passed(_)),
+            "{}: {:?}, {:?}: {outcome:?}",
+            path.display(),
+            trial.variation,
+            trial.backend
+        );
+    });
+    let count = count.expect("they can be read");
     assert!(count >= 140, "only {count} trials of shots in {}", kept.display());
 }
