@@ -200,11 +200,19 @@ impl Quadric {
     }
 
     /// How far a point is from a piece, object space: no more than from the place with its weights, which on a steep side is far
-    /// above or below; and right beside the piece to the first order.
+    /// above or below; than from the places along the axes, which in a flat one are near; and right beside the piece to the first
+    /// order.
     pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
         let piece = self.piece(piece);
         let own = self.inverse.transform_point3(point.as_dvec3());
         let to_place = self.place.transform_vector3(piece.point(four::weights_of(piece, own)) - own).length();
+        let along = |axis: DVec3| {
+            let nearest = four::places_of(piece, own, axis)
+                .into_iter()
+                .fold(f64::INFINITY, |least, t| least.min(t.abs()));
+            nearest * self.place.transform_vector3(axis).length()
+        };
+        let to_place = DVec3::AXES.into_iter().map(along).fold(to_place, f64::min);
         let Some((value, gradient)) = piece.implicit(own) else { return to_place };
         let gradient = self.inverse.matrix3.transpose() * gradient;
         to_place.min(value.abs() / gradient.length())

@@ -155,7 +155,9 @@ impl Coat {
         let [x, y] = orthonormal(normal);
         let axes = [x, y, normal];
         let to_eye = axes.map(|axis| -axis.dot(incoming));
-        let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE)).normalize();
+        let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE));
+        // an eye in the surface sees it from no direction: as from above
+        let to_eye = to_eye.try_normalize().unwrap_or(Vec3::Z);
         let (clear, metallic) = (Vec3::splat(self.clear), self.metallic);
         let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
         let head_on = clear + (metal - clear) * metallic;

@@ -231,3 +231,14 @@ fn what_is_beside_a_steep_side_is_near() {
     let above = bowl.distance(0, Vec3::new(1.0, 501.0, 0.0));
     assert!((above - 1.0).abs() < 1e-3, "it ends at its rim: {above}");
 }
+
+#[test]
+fn the_middle_of_a_leaf_is_near_to_its_sides() {
+    let leaf = Quadric::new(Shape::Ellipsoid { radii: DVec3::new(1.0, 1e-9, 1.0) }, false);
+    for x in [0.0, 0.4, 0.67, 0.99] {
+        let distance = leaf.distance(0, Vec3::new(x, 0.0, 0.0));
+        assert!(distance <= 1e-9, "{x}: {distance}");
+    }
+    let beside = leaf.distance(0, Vec3::new(1.5, 0.0, 0.0));
+    assert!((beside - 0.5).abs() < 0.1, "{beside}");
+}

@@ -149,7 +149,8 @@ impl<'a> CoatLanes<'a> {
         let one = Vec3x8::splat(Vec3::ONE);
         let normal = facing_lanes(normal, geometric_normal, -incoming);
         let cos = -normal.dot(incoming);
-        let to_eye = (normal * (cos.max(F32x8::splat(LEAST_COSINE)) - cos) - incoming).normalize();
+        let to_eye = normal * (cos.max(F32x8::splat(LEAST_COSINE)) - cos) - incoming;
+        let to_eye = to_eye.dot(to_eye).gt(F32x8::ZERO).select3(to_eye.normalize(), normal);
         let albedos = self.albedos_at(normal.dot(to_eye));
         let clear = Vec3x8 { x: clear, y: clear, z: clear };
         let metal = (self.metal + self.metal_of_kept * reflectance).min(one);
