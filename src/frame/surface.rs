@@ -161,8 +161,8 @@ pub fn surfaces(
     mut each: impl FnMut(usize, Surface),
 ) {
     let corners = hits.corners(frame);
-    let (mut point, mut normal, mut geometric_normal) =
-        (corners.point(hits.weights), corners.normal(hits.weights), corners.geometric_normal());
+    let mut point = corners.point(hits.weights);
+    let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_quadric_points(frame, corners.quadrics(), &mut point);
     let normals = [&mut normal, &mut geometric_normal];
     hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);

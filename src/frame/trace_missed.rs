@@ -94,7 +94,8 @@ fn are_neighbours(cells: &[u32]) -> bool {
 /// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
 /// side of the eye.
 fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
-    let [origin, direction] = [&rays.origin, &rays.direction].map(|[x, y, z]| Vec3x8::load([x, y, z], from));
+    let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
+    let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
     let met = Hits8::of(hits, from);
     let Hits8 { models, triangles, .. } = met;
     let corners = met.corners(frame);
@@ -103,7 +104,7 @@ fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owne
     put_on_ray(frame, [origin, direction], &met, &mut point);
     let mut weights = corners.weights_at(point);
     met.put_quadric_weights(frame, quadrics, &point, &mut weights);
-    let (mut normal, mut geometric_normal) = (corners.normal(weights), corners.geometric_normal());
+    let [mut normal, mut geometric_normal] = corners.normals(weights);
     met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
     let behind = seen_from_behind(frame, geometric_normal, direction, &met);
     let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));

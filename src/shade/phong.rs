@@ -78,10 +78,7 @@ impl Palette {
         if self.all_diffuse {
             return reflectance;
         }
-        let mut share = Vec3x8::ZERO;
-        for (lane, material) in materials.iter().enumerate() {
-            share.set_lane(lane, self.paints[usize::from(*material)].diffuse);
-        }
+        let [share] = self.of_materials(materials, |paint| [paint.diffuse]);
         reflectance * share
     }
 

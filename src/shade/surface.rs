@@ -1,6 +1,7 @@
 //! The point of a surface that a ray has met, and how rays leave it.
 
 use glam::{DVec3, Vec2, Vec3};
+use wide::{CmpGt, f64x4};
 
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
@@ -107,16 +108,16 @@ impl Corners {
     /// surface at a kept point can be found again, to the bit.
     #[inline(always)]
     pub fn weights_at(&self, points: Vec3x8) -> [F32x8; 2] {
-        let (mut second, mut third) = (F32x8::ZERO, F32x8::ZERO);
-        let coordinates = |of: &Vec3x8| [*of.x.values(), *of.y.values(), *of.z.values()];
-        let [a, b, c, p] = [&self.first, &self.second, &self.third, &points].map(coordinates);
-        for lane in 0..LANES {
-            let at = |of: &[[f32; LANES]; 3]| DVec3::from([0, 1, 2].map(|axis| f64::from(of[axis][lane])));
-            let [u, v] = weights_of([at(&a), at(&b), at(&c)], at(&p));
-            second.set_lane(lane, u as f32);
-            third.set_lane(lane, v as f32);
+        let (mut second, mut third) = ([0.0; LANES], [0.0; LANES]);
+        for half in [0, LANES / 2] {
+            let four = |of: &Vec3x8| [&of.x, &of.y, &of.z].map(|axis| four_doubles(axis.values(), half));
+            let corners = [four(&self.first), four(&self.second), four(&self.third)];
+            let [u, v] = weights_of_four(corners, four(&points));
+            for (lane, (u, v)) in (half..).zip(u.to_array().into_iter().zip(v.to_array())) {
+                (second[lane], third[lane]) = (u as f32, v as f32);
+            }
         }
-        [second, third]
+        [F32x8::of(second), F32x8::of(third)]
     }
 
     /// Normals of the triangles by the right-hand rule over the corners, of unit length.
@@ -142,16 +143,23 @@ impl Corners {
 
     /// Normals for shading, of unit length: interpolated where the mesh has normals, the geometric ones elsewhere.
     #[inline(always)]
-    pub fn normal(&self, [u, v]: [F32x8; 2]) -> Vec3x8 {
+    pub fn normal(&self, weights: [F32x8; 2]) -> Vec3x8 {
+        self.normals(weights)[0]
+    }
+
+    /// [Normals for shading](Self::normal), and [geometric ones](Self::geometric_normal).
+    #[inline(always)]
+    pub fn normals(&self, [u, v]: [F32x8; 2]) -> [Vec3x8; 2] {
         let geometric_normal = self.geometric_normal();
         if !self.is_smooth.any() {
-            return geometric_normal;
+            return [geometric_normal; 2];
         }
         let w = F32x8::splat(1.0) - u - v;
         let sum = self.normals[0] * w + self.normals[1] * u + self.normals[2] * v;
         let squared = sum.dot(sum);
         let usable = self.is_smooth & squared.gt(F32x8::splat(LEAST_SQUARE));
-        usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), geometric_normal)
+        let normal = usable.select3(sum * (F32x8::splat(1.0) / squared.sqrt()), geometric_normal);
+        [normal, geometric_normal]
     }
 }
 
@@ -166,6 +174,29 @@ pub fn weights_of([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let u = (ap.cross(ac).dot(normal) * scale).max(0.0);
     let v = (ab.cross(ap).dot(normal) * scale).max(0.0);
     let most = (u + v).max(1.0);
+    [u / most, v / most]
+}
+
+/// Four of `values`, from number `first` on, as double floats.
+#[inline(always)]
+fn four_doubles(values: &[f32; LANES], first: usize) -> f64x4 {
+    f64x4::new(std::array::from_fn(|lane| f64::from(values[first + lane])))
+}
+
+/// [`weights_of`] of four points, to the bit.
+#[inline(always)]
+fn weights_of_four([a, b, c]: [[f64x4; 3]; 3], point: [f64x4; 3]) -> [f64x4; 2] {
+    let minus = |to: [f64x4; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
+    let cross = |[x, y, z]: [f64x4; 3], [u, v, w]: [f64x4; 3]| [y * w - v * z, z * u - w * x, x * v - u * y];
+    let dot = |[x, y, z]: [f64x4; 3], [u, v, w]: [f64x4; 3]| x * u + y * v + z * w;
+    let (zero, one) = (f64x4::splat(0.0), f64x4::splat(1.0));
+    let (ab, ac, ap) = (minus(b), minus(c), minus(point));
+    let normal = cross(ab, ac);
+    let square = dot(normal, normal);
+    let scale = square.cmp_gt(zero).blend(one / square, zero);
+    let u = (dot(cross(ap, ac), normal) * scale).max(zero);
+    let v = (dot(cross(ab, ap), normal) * scale).max(zero);
+    let most = (u + v).max(one);
     [u / most, v / most]
 }
 
@@ -364,6 +395,36 @@ mod tests {
         }
         let far = off_surface(Vec3::splat(1000.0), Vec3::X).x - 1000.0;
         assert!(far < 1000.0 * 1e-4, "the step stays in proportion: {far}");
+    }
+
+    /// Triangles of all sizes, slivers and such without an area, with points in them, beside them and far away.
+    #[test]
+    fn weights_of_eight_points_are_those_of_each_to_the_bit() {
+        let mut state = 1_u32;
+        let mut any = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        for round in 0..2000 {
+            let size = [1.0, 1e-6, 1e6, 0.0][round % 4];
+            let [mut a, mut b, mut c, mut points] = [Vec3x8::ZERO; 4];
+            for lane in 0..LANES {
+                let mut vector = || Vec3::new(any(), any(), any());
+                let corners = [vector(), vector(), vector()].map(|corner| corner * size);
+                let thin =
+                    if round % 3 == 0 { corners[0] + (corners[1] - corners[0]) * 0.3 } else { corners[2] };
+                a.set_lane(lane, corners[0]);
+                b.set_lane(lane, corners[1]);
+                c.set_lane(lane, thin);
+                points.set_lane(lane, vector() * size.max(0.1));
+            }
+            let eight = Corners { first: a, second: b, third: c, ..Corners::NONE }.weights_at(points);
+            for lane in 0..LANES {
+                let corners = [&a, &b, &c].map(|corner| corner.lane(lane).as_dvec3());
+                let one = weights_of(corners, points.lane(lane).as_dvec3()).map(|weight| weight as f32);
+                assert_eq!(eight.map(|weights| weights.lane(lane)), one, "round {round}, lane {lane}");
+            }
+        }
     }
 
     #[test]
