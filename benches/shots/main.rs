@@ -12,6 +12,7 @@ mod flows;
 mod gathered;
 mod glass;
 mod growth;
+mod guard;
 mod incoherent;
 mod kinds;
 mod modes;
@@ -96,6 +97,10 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
 
+    /// Of `guard`: the commit that this program is compared with
+    #[arg(long, value_name = "COMMIT", default_value = "HEAD")]
+    against: String,
+
     /// What cargo says to every benchmark
     #[arg(long, hide = true)]
     bench: bool,
@@ -124,6 +129,9 @@ enum Subject {
     /// Rays that go all around, those of light paths in the kitchen: bare loops beside the tracer, and a frame beside both;
     /// takes the size and rounds
     Incoherent,
+    /// This program and another commit's in turn, by kind of shot: has a change made frames slower? Takes all that `shots` takes,
+    /// and --against
+    Guard,
     /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
@@ -194,6 +202,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Gathered => gathered::run(arguments),
         Subject::Equal => equal::run(arguments),
         Subject::Incoherent => incoherent::run(arguments),
+        Subject::Guard => guard::run(arguments, &arguments.against),
         Subject::Glass => glass::run(arguments),
     }
 }
