@@ -60,6 +60,7 @@ pub mod exposure;
 pub mod film;
 pub mod frame;
 pub mod geometry;
+mod input;
 pub mod lanes;
 pub mod layers;
 pub mod memory;

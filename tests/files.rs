@@ -7,32 +7,14 @@ mod program;
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use program::{Place, Ran, whole};
+use program::{Place, Ran, ended, make_fifo, whole};
 use rustix::fs::{CWD, FileType, Mode, makedev, mknodat};
 
 /// One small frame of the analytic shot.
 const ONE: &str = "--frames 1 --size 16x9 --samples 1";
-
-/// Runs `command`, which must end by itself before long.
-fn ended(mut command: Command) -> Ran {
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let start = Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if start.elapsed() > Duration::from_secs(60) {
-            child.kill().unwrap();
-            panic!("it does not end: {command:?}");
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    Ran::of(child.wait_with_output().unwrap())
-}
-
-fn make_fifo(path: &Path) {
-    mknodat(CWD, path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
-}
 
 #[test]
 fn what_is_no_file_under_a_frames_name_is_told_at_the_start() {

@@ -7,7 +7,7 @@ mod program;
 use std::fs;
 use std::process::Command;
 
-use program::{Place, Ran, whole};
+use program::{Place, Ran, ended, make_fifo, whole};
 
 const SHOT: &str = "[render]\nsize = [16, 9]\nsamples = 2\nframes = \"1-2\"\n\
     [[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n\
@@ -94,6 +94,123 @@ fn files_that_are_none_are_named() {
     fs::write(place.path("m.stl"), "solid").unwrap();
     refused(&place, "m.stl", &["m.stl", ".obj"]);
     refused(&place, "gone.toml", &["gone.toml"]);
+}
+
+/// `words` on the command line, ended before long.
+fn afterimage(place: &Place, words: &str) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(place.0.path()).args(words.split_whitespace());
+    ended(command)
+}
+
+/// A shot that reads a file of each kind.
+fn place_of_all_kinds() -> Place {
+    let shapes = "[model.shapes]\nobj = \"k.#.obj\"\n";
+    let cache = "[[model]]\nobj = \"m.obj\"\n[model.shapes]\ncache = \"c.pc2\"\n";
+    let shot = format!("{SHOT}{shapes}{cache}[environment]\nmap = \"e.hdr\"\n");
+    let obj = OBJ.replace("f 1 2 3", "vt 0 0\nusemtl a\nf 1/1 2/1 3/1");
+    let place = place(&shot, format!("mtllib m.mtl\n{obj}").as_bytes());
+    let write = |name: &str, bytes: &[u8]| fs::write(place.path(name), bytes).unwrap();
+    write("m.mtl", b"newmtl a\nmap_Kd t.png\n");
+    write("k.1.obj", OBJ.as_bytes());
+    write("k.2.obj", OBJ.replace("0 1 0", "0 2 0").as_bytes());
+    image::RgbImage::from_pixel(1, 1, image::Rgb([9, 99, 200])).save(place.path("t.png")).unwrap();
+    let pc2 = [&b"POINTCACHE2\0"[..], &[1, 3].map(u32::to_le_bytes).concat()];
+    let pc2 = [&pc2.concat()[..], &[1.0, 1.0].map(f32::to_le_bytes).concat(), &1_u32.to_le_bytes(), &[0; 36]];
+    write("c.pc2", &pc2.concat());
+    write("e.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x80\x80\x80\x80\x80\x80\x80");
+    place
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_told_and_never_waited_for() {
+    let render = |place: &Place, words: &str| afterimage(place, &format!("render --strict -o out/ {words}"));
+    let whole = place_of_all_kinds();
+    render(&whole, "s.toml --frames 1 --save-store a.store").done();
+    for (name, commands) in [
+        ("s.toml", &["render s.toml", "info s.toml", "compare s.toml"][..]),
+        ("m.obj", &["render s.toml", "render m.obj", "info m.obj", "init m.obj"]),
+        ("k.2.obj", &["render s.toml"]),
+        ("m.mtl", &["render s.toml", "info m.obj", "init m.obj"]),
+        ("t.png", &["render s.toml --strict", "render m.obj --strict"]),
+        ("c.pc2", &["info s.toml"]),
+        ("e.hdr", &["info s.toml"]),
+    ] {
+        for what in ["a FIFO", "a device"] {
+            let place = place_of_all_kinds();
+            fs::remove_file(place.path(name)).unwrap();
+            match what {
+                "a FIFO" => make_fifo(&place.path(name)),
+                _ => std::os::unix::fs::symlink("/dev/zero", place.path(name)).unwrap(),
+            }
+            for command in commands {
+                let ran =
+                    afterimage(&place, command).failed(&[name, what, "not a regular file", "give a file"]);
+                assert_eq!(ran.stdout, "", "{command}");
+            }
+            assert!(!place.path("out").exists());
+        }
+    }
+    // a texture has a stand-in
+    let place = place_of_all_kinds();
+    fs::remove_file(place.path("t.png")).unwrap();
+    make_fifo(&place.path("t.png"));
+    let ran = afterimage(&place, "info m.obj").done();
+    assert!(ran.stderr.contains("t.png` cannot be read: it is a FIFO"), "{}", ran.stderr);
+
+    fs::remove_file(whole.path("a.store")).unwrap();
+    make_fifo(&whole.path("a.store"));
+    render(&whole, "s.toml --frames 2 --load-store a.store").failed(&["a.store"]);
+    make_fifo(&whole.path("b.exr"));
+    let frame = whole.names("out").swap_remove(0);
+    for files in [format!("b.exr out/{frame}"), format!("out/{frame} b.exr")] {
+        let ran = afterimage(&whole, &format!("diff {files}"));
+        assert!(ran.code == 2 && ran.stderr.contains("b.exr"), "{ran:?}");
+    }
+}
+
+/// All but `src/input.rs`, which looks before it opens, and what reads nothing of the user's.
+#[test]
+fn one_place_opens_what_is_read() {
+    const OPENING: [&str; 7] = [
+        "File::open",
+        "fs::read(",
+        "read_to_string",
+        "ImageReader::open",
+        "image::open",
+        "OpenOptions",
+        "File::options",
+    ];
+    const OTHERS: [&str; 6] = [
+        "input.rs",
+        // what the system tells of itself
+        "memory.rs",
+        "stats.rs",
+        "report/versions.rs",
+        // what is written
+        "output/staged.rs",
+        "report/file.rs",
+    ];
+    let source = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut folders, mut seen) = (vec![source.clone()], 0);
+    while let Some(folder) = folders.pop() {
+        for entry in folder.read_dir().unwrap().map(Result::unwrap) {
+            let path = entry.path();
+            let name = path.strip_prefix(&source).unwrap().to_str().unwrap().to_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".rs") && !name.ends_with("tests.rs") && name != "scene/obj/oracle.rs" {
+                let text = fs::read_to_string(&path).unwrap();
+                let code =
+                    text.split("#[cfg(test)]\nmod tests").next().unwrap().replace("StoreFile::open", "");
+                let found = OPENING.iter().find(|word| code.contains(**word));
+                assert!(found.is_none() || OTHERS.contains(&name.as_str()), "{name}: {found:?}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 100, "{seen} files");
 }
 
 #[cfg(unix)]

@@ -54,6 +54,34 @@ fn no_limit_ends_the_program_by_a_signal() {
     assert_eq!(codes.last(), Some(&0), "there is room in 900 MiB");
 }
 
+/// Sparse files: long, and nowhere on the disk.
+#[test]
+fn files_that_are_too_long_are_not_read() {
+    let place = Place::new();
+    let sparse = |name: &str, begin: &str, bytes: u64| {
+        fs::write(place.path(name), begin).unwrap();
+        fs::OpenOptions::new().write(true).open(place.path(name)).unwrap().set_len(bytes).unwrap();
+    };
+    let refused = |command: &[&str], words: &[&str]| limited(&place, 400, command).failed(words);
+    sparse("s.toml", "", 500 << 20);
+    refused(&["render", "s.toml"], &["s.toml: ", "500 MiB", "a shot file may have 16 MiB"]);
+    fs::write(place.path("s.toml"), format!("x = [{}]", "1,".repeat(5 << 20))).unwrap();
+    refused(&["render", "s.toml"], &["s.toml: ", "reading the shot file 64"]);
+    for begin in ["", "v 0 0 0\n"] {
+        sparse("m.obj", begin, 100 << 30);
+        refused(&["info", "m.obj"], &["m.obj: ", "100.0 GiB of memory", "a smaller model"]);
+        refused(&["init", "m.obj"], &["m.obj: ", "100.0 GiB of memory"]);
+    }
+    fs::write(place.path("m.obj"), "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n").unwrap();
+    sparse("m.mtl", "newmtl a\n", 1 << 30);
+    refused(&["info", "m.obj"], &["m.mtl: ", "1.0 GiB", "an MTL file may have 256 MiB"]);
+    sparse("m.mtl", "newmtl a\n", 250 << 20);
+    refused(&["info", "m.obj"], &["m.mtl: ", "500 MiB of memory"]);
+    fs::write(place.path("m.mtl"), "newmtl a\nmap_Kd t.jpg\n").unwrap();
+    sparse("t.jpg", "\u{7f}", 2 << 30);
+    refused(&["render", "m.obj"], &["m.mtl:2: ", "t.jpg", "2.0 GiB of memory"]);
+}
+
 /// The picture of a run-length coded BMP may be of any size in a few bytes.
 #[test]
 fn textures_that_cannot_be_are_not_decoded() {

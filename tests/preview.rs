@@ -109,6 +109,34 @@ fn the_page_follows_the_shot() {
 }
 
 #[test]
+fn a_fifo_or_a_device_in_the_shots_place_is_told_until_it_is_gone() {
+    let folder = small_shot::folder();
+    let [shot, kept] = ["s.toml", "kept.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&shot, small_shot::REST).unwrap();
+    let preview = Preview::of(&shot);
+    for what in ["FIFO", "device"] {
+        preview.state(|state| state["version"] != 0 && state["error"].is_null());
+        std::fs::rename(&shot, &kept).unwrap();
+        match what {
+            "FIFO" => rustix::fs::mknodat(
+                rustix::fs::CWD,
+                &shot,
+                rustix::fs::FileType::Fifo,
+                rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR,
+                0,
+            )
+            .unwrap(),
+            _ => std::os::unix::fs::symlink("/dev/zero", &shot).unwrap(),
+        }
+        let told = preview.state(|state| state["error"].as_str().is_some_and(|text| text.contains(what)));
+        assert!(told["error"].as_str().unwrap().contains("s.toml"), "{told}");
+        std::fs::rename(&kept, &shot).unwrap();
+    }
+    let back = preview.state(|state| state["error"].is_null());
+    preview.picture(&back, 1);
+}
+
+#[test]
 fn a_shot_that_is_yet_to_be_written_is_waited_for() {
     let folder = small_shot::folder();
     let preview = Preview::of(&folder.path().join("s.toml"));

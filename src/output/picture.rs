@@ -1,9 +1,13 @@
 //! Finished frames as a viewer shows them, read back from their files.
 
 use std::fmt;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use image::{ImageFormat, ImageReader};
+
 use super::png::srgb_byte;
+use crate::input::{self, Kind};
 
 /// 8-bit sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -38,7 +42,9 @@ impl Picture {
     /// # Errors
     /// It is no PNG that can be read.
     pub fn of_png(path: &Path) -> Result<Self, ReadBackError> {
-        let picture = image::open(path).map_err(|error| failed(path, error))?.into_rgb8();
+        let file = input::open(path, Kind::Picture).map_err(|error| failed(path, error))?.file;
+        let reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
+        let picture = reader.decode().map_err(|error| failed(path, error))?.into_rgb8();
         Ok(Self { width: picture.width(), height: picture.height(), rgb: picture.into_raw() })
     }
 

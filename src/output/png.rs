@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use super::fingerprint::{self, Fingerprint};
 use super::staged::{WriteError, write_bytes};
 use crate::film::{Film, Plane};
+use crate::input::{self, Kind};
 
 /// Why there is no preview.
 #[derive(Debug)]
@@ -89,8 +89,8 @@ fn encoded(size: [u32; 2], planes: [&Plane; 3]) -> Result<Vec<u8>, PreviewError>
 
 /// What the preview at `path` was made from; `None` for what does not say, or is no PNG.
 pub fn fingerprint(path: &Path) -> Option<Fingerprint> {
-    let file = path.metadata().is_ok_and(|found| found.is_file()).then(|| File::open(path).ok())??;
-    let reader = png::Decoder::new(BufReader::new(file)).read_info().ok()?;
+    let input = input::open(path, Kind::Picture).ok()?;
+    let reader = png::Decoder::new(BufReader::new(input.file)).read_info().ok()?;
     let texts = &reader.info().uncompressed_latin1_text;
     texts.iter().find(|text| text.keyword == fingerprint::KEY)?.text.parse().ok()
 }

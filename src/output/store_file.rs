@@ -7,7 +7,7 @@
 
 use std::cell::Cell;
 use std::fmt;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::Fingerprint;
 use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
+use crate::input::{self, InputError, Kind};
 use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, Shape};
 use crate::samples::{SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
@@ -210,12 +211,13 @@ impl StoreFile {
     /// Opens the store at `path`, and reads its header.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let told = |kind| StoreError { path: path.to_owned(), kind };
-        let unreadable = |error| told(StoreErrorKind::Unreadable(error));
-        // who opens what is no file may wait forever
-        if !fs::metadata(path).map_err(unreadable)?.is_file() {
-            return Err(told(StoreErrorKind::NoStore));
-        }
-        let mut rest = BufReader::new(File::open(path).map_err(unreadable)?);
+        let input = input::open(path, Kind::Store).map_err(|error| {
+            told(match error {
+                InputError::System(error) => StoreErrorKind::Unreadable(error),
+                InputError::NoFile(_) | InputError::TooLarge(..) => StoreErrorKind::NoStore,
+            })
+        })?;
+        let mut rest = BufReader::new(input.file);
         let (header, pictures, tiles, sum) = read_header(&mut rest).map_err(told)?;
         Ok(Self { path: path.to_owned(), header, pictures, tiles, rest, sum })
     }

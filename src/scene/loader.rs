@@ -2,9 +2,16 @@
 
 use std::path::Path;
 
+use memchr::memchr_iter;
+
 use super::shot::{self, Shot};
 use super::toml_text::TomlText;
 use super::{SceneError, turntable};
+use crate::input::{self, InputError, Kind};
+use crate::memory::{self, Need, Part};
+
+/// What a byte of a shot file takes while it is read: of a hundred thousand camera keys, measured.
+const READING_BYTES: u64 = 64;
 
 /// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.
 ///
@@ -15,17 +22,27 @@ use super::{SceneError, turntable};
 pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
-        "toml" => {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| SceneError::new(path, format!("the shot file cannot be read: {error}")))?;
-            shot::from_text(TomlText { path, text: &text }, strict)
-        }
+        "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict),
         "obj" => load_turntable(path, strict, &turntable::Options::default()),
         _ => Err(SceneError::new(
             path,
             "not a file that can be rendered: give a shot (.toml) or a model (.obj)",
         )),
     }
+}
+
+fn read_text(path: &Path) -> Result<String, SceneError> {
+    let unreadable =
+        |error: InputError| SceneError::new(path, format!("the shot file cannot be read: {error}"));
+    let input = input::open(path, Kind::Shot).map_err(unreadable)?;
+    let need = Need::of(Part::new("reading the shot file", READING_BYTES * input.length, "fewer keys"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
+    let bytes = input.read_all().map_err(unreadable)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = memchr_iter(b'\n', before).count() + 1;
+        SceneError::new(path, "the shot file is not UTF-8 from this line on: save it as UTF-8").at_line(line)
+    })
 }
 
 /// The turntable of the OBJ file at `path`: see [`turntable`].

@@ -12,6 +12,8 @@ use super::lines::{Lines, readable, split_keyword, words};
 use super::material::{LARGEST_COLOR, MetalRough, Optics};
 use super::{Material, SceneError};
 use crate::digest::Digest;
+use crate::input::{self, InputError, Kind};
+use crate::memory::{self, Need, Part};
 
 /// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
@@ -105,8 +107,13 @@ const REFLECTED: &str = "mirrors show the scene and its environment alone";
 /// # Errors
 /// Where it cannot be read.
 pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
-    let bytes = std::fs::read(path)
-        .map_err(|error| SceneError::new(path, format!("the MTL file cannot be read: {error}")))?;
+    let unreadable =
+        |error: InputError| SceneError::new(path, format!("the MTL file cannot be read: {error}"));
+    let input = input::open(path, Kind::Materials).map_err(unreadable)?;
+    // the text of it, and what is read of it
+    let need = Need::of(Part::new("the MTL file", 2 * input.length, "fewer materials"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
+    let bytes = input.read_all().map_err(unreadable)?;
     let digest = Digest::of(&bytes);
     Ok(MtlFile { digest, ..parse(&readable(bytes)) })
 }

@@ -12,7 +12,7 @@ pub(crate) fn find_beside(folder: &Path, name: &str) -> Option<PathBuf> {
     [name, &slashed]
         .into_iter()
         .map(|name| folder.join(name))
-        .find(|path| path.is_file())
+        .find(|path| may_be_read(path))
         .or_else(|| any_case(folder, Path::new(&slashed)))
         .or_else(|| any_case(folder, Path::new(bare)))
 }
@@ -36,7 +36,12 @@ fn any_case(folder: &Path, name: &Path) -> Option<PathBuf> {
             Component::RootDir | Component::Prefix(_) => return None,
         };
     }
-    at.is_file().then_some(at)
+    may_be_read(&at).then_some(at)
+}
+
+/// What is there and no folder: whoever opens it says why it is not read, if it is no file.
+fn may_be_read(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_dir())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Reads the pictures of a shot, each file once.
 
 use std::collections::HashMap;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use super::mtl::MapKd;
 use super::paths::find_beside;
 use super::{SceneError, Texture};
 use crate::digest::Digest;
+use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
 
 /// Texels along an edge at most.
@@ -109,8 +111,16 @@ enum Unusable {
 fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
     let unreadable = |error: &dyn std::fmt::Display| Unusable::AsItIs(format!("cannot be read: {error}"));
-    let file_bytes = std::fs::metadata(path).map_err(|e| unreadable(&e))?.len();
-    let reader = ImageReader::open(path).map_err(|e| unreadable(&e))?;
+    let Input { file, length: file_bytes, .. } =
+        input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
+    // some decoders hold the file
+    let need = Need::of(Part::new("its file", file_bytes, "a smaller picture"));
+    need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
+    let mut reader = ImageReader::new(BufReader::new(file));
+    // files of some kinds have no mark, and are known by their ending alone
+    if let Ok(format) = ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
     if reader.format() == Some(ImageFormat::Hdr) {
         // its values are linear and without a bound: as bytes they would be other colours

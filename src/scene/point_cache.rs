@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::SceneError;
 use crate::digest::Digest;
+use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 
 /// What a PC2 file begins with.
@@ -47,13 +48,17 @@ struct Layout {
 /// # Errors
 /// Where it cannot be read, is none, or is not as long as it says.
 pub(super) fn read(path: &Path) -> Result<PointCache, SceneError> {
-    let unreadable = |error| SceneError::new(path, format!("the point cache cannot be read: {error}"));
-    let length = std::fs::metadata(path).map_err(unreadable)?.len();
+    let unreadable =
+        |error: InputError| SceneError::new(path, format!("the point cache cannot be read: {error}"));
+    let input = input::open(path, Kind::PointCache).map_err(unreadable)?;
     // the text of it, and what is read of it
-    let need =
-        Need::of(Part::new("the point cache", length.saturating_mul(2), "fewer shapes, or a smaller model"));
+    let need = Need::of(Part::new(
+        "the point cache",
+        input.length.saturating_mul(2),
+        "fewer shapes, a smaller model",
+    ));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let bytes = input.read_all().map_err(unreadable)?;
     let layout = layout_of(&bytes).map_err(|message| SceneError::new(path, message))?;
     let Layout { samples, points, begins, first, every, number } = layout;
     let position = |point: &[u8]| -> [f32; 3] {

@@ -86,7 +86,8 @@ fn advice(path: &Path, kind: ErrorKind) -> Option<String> {
     Some(match kind {
         ErrorKind::NotFound => String::from("check the name"),
         ErrorKind::PermissionDenied => String::from("allow reading it"),
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+        ErrorKind::FileTooLarge => String::from("raise the limit on files (ulimit -f)"),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             let folder = folder.unwrap_or(Path::new("."));
             format!("free space for {}, or choose another folder", folder.display())

@@ -19,6 +19,7 @@ mod parts;
 mod piz;
 mod read;
 mod sink;
+mod source;
 mod views;
 mod write;
 

@@ -2,8 +2,10 @@
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
+use std::fs::File;
 use std::marker::PhantomData;
 use std::path::Path;
+use std::sync::Arc;
 
 use openexr_sys as sys;
 
@@ -70,6 +72,8 @@ pub(crate) fn check(path: &Path, doing: &'static str, code: sys::exr_result_t) -
 pub(crate) struct Context<'a> {
     raw: sys::exr_context_t,
     callbacks: PhantomData<&'a ()>,
+    /// What it reads from, if it does: dropped after the context is closed.
+    _file: Option<Arc<File>>,
 }
 
 // SAFETY: the library guards a context that is open for writing with a mutex of its own, and one that
@@ -80,7 +84,13 @@ impl Context<'_> {
     /// # Safety
     /// `raw` is open, nobody else closes it, and `'a` is no longer than what its callbacks use lives.
     pub(crate) unsafe fn owning(raw: sys::exr_context_t) -> Self {
-        Self { raw, callbacks: PhantomData }
+        Self { raw, callbacks: PhantomData, _file: None }
+    }
+
+    /// # Safety
+    /// `raw` is open, nobody else closes it, and its callbacks use nothing but `file`.
+    pub(crate) unsafe fn reading(raw: sys::exr_context_t, file: Arc<File>) -> Self {
+        Self { raw, callbacks: PhantomData, _file: Some(file) }
     }
 
     /// For calls of the library; valid as long as `self`.

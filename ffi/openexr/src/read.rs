@@ -5,10 +5,12 @@ use std::fs::File;
 use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
+use std::sync::Arc;
 
 use openexr_sys as sys;
 
 use crate::library::{Context, check, initializer};
+use crate::source::{open_regular, read_from};
 use crate::{Attribute, Compression, Error, SampleType};
 
 /// More than this many samples in one file is taken for a damaged header: 64 GiB of planes.
@@ -70,7 +72,7 @@ impl ReadImage {
 ///
 /// # Errors
 /// A file that is missing, unreadable, damaged, cut short, tiled, deep, or has subsampled channels; and
-/// what is no regular file, which is not opened: a FIFO may have no writer.
+/// what is no regular file, which is not read: a FIFO may have no writer.
 pub fn read(path: &Path) -> Result<ReadImage, Error> {
     let (context, mut image) = begin(path, FIRST)?;
     let pixels = image.width as usize * image.height as usize;
@@ -150,13 +152,8 @@ fn begin(path: &Path, part: i32) -> Result<(Context<'static>, ReadImage), Error>
 
 /// The file, open, and its length in bytes.
 fn open_file(path: &Path) -> Result<(Context<'static>, u64), Error> {
-    let found = std::fs::metadata(path).map_err(|error| Error::reading(path, error))?;
-    if !found.is_file() {
-        return Err(refuse(path, "it is not a regular file"));
-    }
-    // Opened once by us, because the library does not tell why it could not.
-    drop(File::open(path).map_err(|error| Error::reading(path, error))?);
-    Ok((open(path)?, found.len()))
+    let (file, length) = open_regular(path).map_err(|error| Error::reading(path, error))?;
+    Ok((open(path, file)?, length))
 }
 
 /// Whether a file of `length` bytes can be whole if its header is right.
@@ -179,17 +176,21 @@ fn refuse(path: &Path, message: impl Into<String>) -> Error {
     Error::Library { path: path.to_owned(), doing: "read it", message: message.into() }
 }
 
-fn open(path: &Path) -> Result<Context<'static>, Error> {
+fn open(path: &Path, file: File) -> Result<Context<'static>, Error> {
     let name = CString::new(path.as_os_str().as_bytes())
         .map_err(|_| refuse(path, "the file's name holds a zero byte"))?;
     let mut initializer = initializer();
     // What is missing shall be an error, not a guess.
     initializer.flags = sys::EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION as i32;
+    // in a place of its own, where it stays
+    let file = Arc::new(file);
+    read_from(&file, &mut initializer);
     let mut raw: sys::exr_context_t = std::ptr::null_mut();
-    // SAFETY: name and initializer are copied during the call; there are no callbacks with data.
+    // SAFETY: name and initializer are copied during the call. The context has the file, which is the only thing that its
+    // callbacks use.
     unsafe {
         check(path, "open it", sys::exr_start_read(&mut raw, name.as_ptr(), &initializer))?;
-        Ok(Context::owning(raw))
+        Ok(Context::reading(raw, file))
     }
 }
 
@@ -316,7 +317,7 @@ fn read_pixels(
     }
     let mut pipeline = sys::decode_pipeline();
     let mut outcome = Ok(());
-    let source = Source { path, context, part, width };
+    let source = Chunks { path, context, part, width };
     for first in (0..height).step_by(step) {
         let lines = step.min(height - first);
         // SAFETY: the pipeline is empty the first time and of this context and part afterwards, and every
@@ -335,7 +336,7 @@ fn read_pixels(
 }
 
 /// The part whose chunks are read.
-struct Source<'a> {
+struct Chunks<'a> {
     path: &'a Path,
     context: &'a Context<'a>,
     part: i32,
@@ -348,13 +349,13 @@ struct Source<'a> {
 /// # Safety
 /// `pipeline` is empty, or of this context and part; each buffer has room for the lines.
 unsafe fn read_chunk(
-    source: &Source<'_>,
+    source: &Chunks<'_>,
     lines: Range<usize>,
     buffers: &mut [Vec<f32>],
     pipeline: &mut sys::exr_decode_pipeline_t,
 ) -> Result<(), Error> {
     const DOING: &str = "read the pixels";
-    let &Source { path, context, part, width } = source;
+    let &Chunks { path, context, part, width } = source;
     let raw = context.raw();
     let mut corners = [0_i32; 4];
     // SAFETY: a chunk's description is plain numbers; for the window see `describe`.

@@ -95,7 +95,7 @@ fn a_full_disk_is_told() {
 }
 
 #[test]
-fn a_file_size_limit_is_told_like_a_full_disk() {
+fn a_file_size_limit_is_told() {
     // Works without root: a process with a small limit runs this very test binary.
     const CHILD: &str = "OPENEXR_TEST_LIMITED_FOLDER";
     if let Some(folder) = std::env::var_os(CHILD) {
@@ -106,12 +106,25 @@ fn a_file_size_limit_is_told_like_a_full_disk() {
     let folder = tempdir().unwrap();
     let this = std::env::current_exe().unwrap();
     let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" --nocapture --exact \
-                  a_file_size_limit_is_told_like_a_full_disk";
+                  a_file_size_limit_is_told";
     let output = Command::new("sh").args(["-c", script]).arg(this).env(CHILD, folder.path()).output();
     let output = output.unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{output:?}");
-    assert!(said.contains("f.exr") && said.contains("free space"), "{said}");
+    assert!(said.contains("f.exr") && said.contains("ulimit -f"), "{said}");
+}
+
+#[test]
+fn what_is_no_regular_file_is_refused_and_never_waited_for() {
+    let folder = tempdir().unwrap();
+    let fifo = folder.path().join("fifo.exr");
+    assert!(Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    let device = folder.path().join("device.exr");
+    std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+    for path in [&*fifo, &device, folder.path()] {
+        let text = read(path).unwrap_err().to_string();
+        assert!(text.contains("regular file") && text.contains(path.to_str().unwrap()), "{text}");
+    }
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! Reads environment maps: Radiance pictures (`.hdr`) and OpenEXR files (`.exr`), told apart by their first bytes.
 
 use std::fmt::Display;
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use image::codecs::hdr::HdrDecoder;
@@ -10,6 +9,7 @@ use image::{DynamicImage, ImageDecoder};
 
 use super::Environment;
 use crate::digest::Digest;
+use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::{SceneError, Warning};
 
@@ -46,13 +46,13 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option
 
 /// Width, height, and linear RGB row by row; or why not, as the end of a sentence.
 fn decode(path: &Path) -> Result<(u32, u32, Vec<f32>), String> {
-    let mut file = File::open(path).map_err(|error| unreadable(&error))?;
-    let bytes = file.metadata().map_err(|error| unreadable(&error))?.len();
+    let mut input = input::open(path, Kind::Picture).map_err(|error| unreadable(&error))?;
     let mut begin = Vec::new();
-    file.by_ref().take(4).read_to_end(&mut begin).map_err(|error| unreadable(&error))?;
+    input.file.by_ref().take(4).read_to_end(&mut begin).map_err(|error| unreadable(&error))?;
+    input.file.rewind().map_err(|error| unreadable(&error))?;
     match begin.as_slice() {
         [] => Err(String::from("is empty: check the file")),
-        [b'#', b'?', ..] => radiance(path, bytes),
+        [b'#', b'?', ..] => radiance(input),
         [0x76, 0x2f, 0x31, 0x01] => open_exr(path),
         _ => Err(String::from(
             "is neither a Radiance picture (.hdr) nor an OpenEXR file (.exr): convert it to one of them",
@@ -64,8 +64,11 @@ fn unreadable(error: &dyn Display) -> String {
     format!("cannot be read: {error}")
 }
 
-fn radiance(path: &Path, file_bytes: u64) -> Result<(u32, u32, Vec<f32>), String> {
-    let file = File::open(path).map_err(|error| unreadable(&error))?;
+fn radiance(input: Input) -> Result<(u32, u32, Vec<f32>), String> {
+    let Input { file, length: file_bytes, .. } = input;
+    // a header may be as long as the file
+    let need = Need::of(Part::new("its file", file_bytes, "a smaller map"));
+    need.check(&memory::left()).map_err(|error| format!("does not fit: {error}"))?;
     // not strict: many writers call the format by another name than `RADIANCE`
     let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| unreadable(&error))?;
     let (width, height) = decoder.dimensions();
@@ -128,6 +131,7 @@ fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) ->
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use std::fs::File;
     use std::path::PathBuf;
 
     use glam::Vec3;

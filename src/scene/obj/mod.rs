@@ -34,6 +34,7 @@ use rayon::prelude::*;
 use super::SceneError;
 use super::lines::{Lines, split_keyword};
 use crate::digest::Digest;
+use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};
 use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
@@ -103,14 +104,16 @@ pub fn read_with_digest(path: &Path) -> Result<(ObjFile, Digest), SceneError> {
 
 /// The text of the OBJ file at `path`, if there is memory for what is read of it.
 fn open(path: &Path) -> Result<Source<'static>, SceneError> {
-    let source = Source::open(path).map_err(|error| unreadable(path, &error))?;
-    if let Some(what) = not_a_model(&source).map_err(|error| unreadable(path, &error))? {
-        return Err(SceneError::new(path, what));
-    }
+    let unreadable = |error: io::Error| unreadable(path, &error);
+    let input = input::open(path, Kind::Model).map_err(|error| unreadable(error.into()))?;
     // what is read takes about as much as the text of it
-    let need = Need::of(Part::new("the text of the model", source.len(), "a smaller model"));
+    let need = Need::of(Part::new("the text of the model", input.length, "a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
-    Ok(source)
+    let source = Source::of(input).map_err(unreadable)?;
+    match not_a_model(&source).map_err(unreadable)? {
+        Some(what) => Err(SceneError::new(path, what)),
+        None => Ok(source),
+    }
 }
 
 fn unreadable(path: &Path, error: &io::Error) -> SceneError {

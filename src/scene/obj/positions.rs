@@ -34,5 +34,5 @@ pub fn line_of_position(path: &Path, number: usize) -> Option<usize> {
         let mut positions = Lines::new(text).filter(|(_, line)| is_position(line));
         Ok(positions.nth(number).map(|(line, _)| line))
     };
-    Source::open(path).and_then(|source| lines(&source)).ok().flatten()
+    lines(&open(path).ok()?).ok().flatten()
 }

@@ -1,17 +1,18 @@
 //! The text of an OBJ file, in pieces that can be read one beside the other.
 //!
 //! A file is read piece by piece and never held as a whole. (Not mapped into memory: a mapped file that
-//! another program cuts short ends this one.) What is no plain text file is read whole: pipes, UTF-16, and
-//! lines that end in the lone carriage returns of old systems.
+//! another program cuts short ends this one.) What is no plain text is read whole: UTF-16, and lines that
+//! end in the lone carriage returns of old systems.
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::ops::Range;
-use std::path::Path;
+use std::os::unix::fs::FileExt;
 
 use memchr::memchr_iter;
 
+use crate::input::Input;
 use crate::scene::lines::{readable, starts_with_mark};
 
 /// First look for a line's end, in bytes; twice as much each time that there is none.
@@ -27,22 +28,14 @@ pub(super) enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// The text of the file at `path`.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        let mut file = File::open(path)?;
-        let metadata = file.metadata()?;
-        if cfg!(unix) && metadata.is_file() {
-            let source = Self::File(file, metadata.len());
-            let mut head = Vec::new();
-            let head = source.read(0..source.len().min(WINDOW), &mut head)?;
-            if head.contains(&b'\n') && !starts_with_mark(head) {
-                return Ok(source);
-            }
-            file = File::open(path)?;
+    /// The text of an OBJ file.
+    pub fn of(input: Input) -> io::Result<Self> {
+        let mut head = vec![0; input.length.min(WINDOW) as usize];
+        read_at(&input.file, &mut head, 0)?;
+        if head.contains(&b'\n') && !starts_with_mark(&head) {
+            return Ok(Self::File(input.file, input.length));
         }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)?;
-        Ok(Self::Memory(Cow::Owned(readable(bytes))))
+        Ok(Self::Memory(Cow::Owned(readable(input.read_all()?))))
     }
 
     /// In bytes.
@@ -109,23 +102,18 @@ fn line_in(text: &[u8]) -> Option<usize> {
     None
 }
 
-#[cfg(unix)]
 fn read_at(file: &File, buffer: &mut [u8], offset: u64) -> io::Result<()> {
-    std::os::unix::fs::FileExt::read_exact_at(file, buffer, offset).map_err(|error| match error.kind() {
+    file.read_exact_at(buffer, offset).map_err(|error| match error.kind() {
         io::ErrorKind::UnexpectedEof => io::Error::new(error.kind(), "it became shorter while it was read"),
         _ => error,
     })
-}
-
-#[cfg(not(unix))]
-fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
-    Err(io::ErrorKind::Unsupported.into()) // such files are in memory: see `open`
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
     use super::*;
+    use crate::input::{Kind, open};
 
     fn pieces(text: &str, size: u64) -> Vec<&str> {
         let source = Source::Memory(Cow::Borrowed(text.as_bytes()));
@@ -158,19 +146,18 @@ mod tests {
         for text in [&b"v 1\nf 2\n# 3\n# 4\n"[..], b"\xEF\xBB\xBFv 1\nf 2", b"v 1\rf 2", b"", b"\xFF\xFEv\0"]
         {
             std::fs::write(&path, text).unwrap();
-            let source = Source::open(&path).unwrap();
+            let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
             let mut buffer = Vec::new();
             assert_eq!(source.read(0..source.len(), &mut buffer).unwrap(), readable(text.to_vec()));
         }
     }
 
-    #[cfg(unix)]
     #[test]
     fn a_file_that_shrinks_is_an_error() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("t.obj");
         std::fs::write(&path, "v 1\nv 2\n").unwrap();
-        let source = Source::open(&path).unwrap();
+        let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
         std::fs::write(&path, "v").unwrap();
         let error = source.read(0..8, &mut Vec::new()).unwrap_err();
         assert!(error.to_string().contains("shorter"), "{error}");
