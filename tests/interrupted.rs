@@ -7,7 +7,7 @@ use std::ffi::CString;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use program::{Place, Ran, assert_same, whole};
@@ -101,6 +101,72 @@ fn a_full_disk_is_told_and_leaves_whole_frames_only() {
     place.render("-o disk/a.####.exr --frames 6-8").done();
     assert_same(&folder.join("a.0007.exr"), &place.path("whole/a.0007.exr"));
     drop(disk);
+}
+
+/// Renders eight frames, and does that when the second one is told.
+fn meanwhile(place: &Place, options: &str, act: impl FnOnce()) -> Ran {
+    let options = format!("{options} --size 320x180 --progress plain");
+    let mut command = place.command(program::analytic(), &options);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+    lines.by_ref().find(|line| line.contains("] frame 2: ")).unwrap();
+    act();
+    let stderr = lines.map(|line| line + "\n").collect();
+    Ran { code: child.wait().unwrap().code().unwrap(), stdout: String::new(), stderr }
+}
+
+#[test]
+fn frames_that_are_gone_at_the_end_are_told() {
+    for (gone, options) in [("a.0001.exr", ""), ("a.0002.png", "--png")] {
+        let place = Place::new();
+        let options = format!("-o a.####.exr {options}");
+        let ran = meanwhile(&place, &options, || fs::remove_file(place.path(gone)).unwrap());
+        let frame = format!("frame {}", &gone[5..6]);
+        ran.failed(&[&frame, "1 of 8", gone, "--resume"]);
+        place.render(&format!("{options} --size 320x180 --resume")).done();
+        assert_eq!(whole_frames(&place, ""), 8);
+    }
+}
+
+#[test]
+fn a_disk_that_is_gone_at_the_end_is_told() {
+    let place = Place::new();
+    let folder = place.path("disk");
+    let Some(disk) = Disk::of(64 << 20, &folder) else {
+        println!("skipped: a small file system cannot be mounted here (run as root)");
+        return;
+    };
+    let ran = meanwhile(&place, "-o disk/a.####.exr", || unmount(&folder, UnmountFlags::DETACH).unwrap());
+    drop(disk);
+    // a file that was begun on the disk cannot get its name; otherwise the rest went into the folder below
+    assert_eq!(ran.code, 1, "{}", ran.stderr);
+    let found = whole_frames(&place, "disk");
+    assert!(found < 8, "{found}");
+    let told = ran.stderr.lines().last().unwrap();
+    assert!(told.starts_with("error: ") && told.contains("disk/a.000"), "{told}");
+}
+
+#[test]
+fn a_limit_on_files_is_told_and_leaves_nothing() {
+    for (blocks, name, options) in [(8, "a.0001.exr", ""), (1, "a.0001.png", "--png"), (8, "s.json", "")] {
+        let place = Place::new();
+        let mut shell = Command::new("sh");
+        let script = format!("ulimit -f {blocks} && exec \"$@\"");
+        shell
+            .args(["-c", &script, "sh", env!("CARGO_BIN_EXE_afterimage"), "render"])
+            .arg(program::analytic());
+        let options = match name {
+            // frames below the limit, and long statistics
+            "s.json" => String::from("-o out/a.#.exr --size 2x1 --layers none --samples 1 --stats s.json"),
+            _ => format!("-o out/a.####.exr --frames 1 --size 640x360 {options}"),
+        };
+        let shell = shell.current_dir(place.0.path()).args(options.split_whitespace());
+        let ran = Ran::of(shell.output().unwrap()).failed(&[name, "ulimit -f"]);
+        assert!(!ran.stderr.contains("free space"), "{}", ran.stderr);
+        let left = place.names("out").len() + usize::from(place.path(name).exists());
+        assert_eq!(left, if name == "s.json" { 8 } else { 0 });
+        assert_eq!(place.names(""), ["out"], "no temporary file");
+    }
 }
 
 /// Renders until `frame` is told, waits so long, and kills.

@@ -246,6 +246,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let comparison = comparison(options, made.frames.swap_remove(0), runs, &pairs[0]);
     terminal.result(&summary(&comparison));
     let reports = write_reports(options, &comparison, &pictures, terminal);
+    let outcome = outcome.and_then(|()| target.map_or(Ok(()), Target::check_all_there));
     outcome.and(reports).and_then(|()| verdict(&comparison.backends, comparison.settings.picture.paths))
 }
 

@@ -36,6 +36,7 @@ mod writing;
 
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -83,6 +84,7 @@ enum Command {
 /// The exit code is 0 only if everything that was asked for was done, 1 if something failed, 2 if the
 /// command line makes no sense. That of `diff` is 1 if the files differ, and 2 if something failed.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let_writing_fail();
     let words: Vec<OsString> = words.into_iter().collect();
     let cli = match Cli::try_parse_from(&words) {
         Ok(cli) => cli,
@@ -121,6 +123,13 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Man(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
         Command::Schema(args) => quietly(|terminal| args.execute(terminal)),
     }
+}
+
+/// Makes a file that grows beyond the limit on files (`ulimit -f`) an error of the one who writes it. Otherwise the system ends the
+/// program there, which could neither say so nor remove what is not whole. (Programs that it starts do not inherit this.)
+fn let_writing_fail() {
+    // what remembers the signal is asked by nobody; where it cannot be registered, all is as it was
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
 /// Without progress.

@@ -261,7 +261,8 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     }
     if steps.is_empty() {
         // neither build a scene that nothing needs nor replace the statistics of the run that made them
-        return options.extras.write(target, job.denoise.is_some(), terminal);
+        let extras = options.extras.write(target, job.denoise.is_some(), terminal);
+        return target.check_all_there().and(extras);
     }
 
     // before anything is rendered that it is to denoise
@@ -300,7 +301,11 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let stats = write_stats(options, &record, memory);
     outcome?;
     let extras = options.extras.write(target, job.denoise.is_some(), terminal);
-    extras.and(stats).and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+    target
+        .check_all_there()
+        .and(extras)
+        .and(stats)
+        .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
 }
 
 /// The last frame, if it must be rendered whatever is there, because its samples are to be saved and are not.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::failure::Failure;
+use super::frame_list;
 use super::writing::Seen;
 use crate::denoise;
 use crate::layers::Layers;
@@ -154,6 +155,26 @@ impl Target {
             }
         }
         Ok(())
+    }
+
+    /// That all files of all frames asked for are there, when the run has ended. A folder may be removed or unmounted while frames
+    /// are written into it; then each of them was whole, and some are gone.
+    pub fn check_all_there(&self) -> Result<(), Failure> {
+        let patterns = || [&self.pattern].into_iter().chain(&self.previews);
+        let is_there = |path: &PathBuf| path.metadata().is_ok_and(|found| found.is_file() && found.len() > 0);
+        let has_all = |frame: &i32| patterns().all(|pattern| is_there(&pattern.at(*frame)));
+        let missing: Vec<i32> = self.frames.iter().copied().filter(|frame| !has_all(frame)).collect();
+        let Some(first) = missing.first() else { return Ok(()) };
+        let gone = patterns().map(|pattern| pattern.at(*first)).find(|path| !is_there(path));
+        Err(Failure::Failed(format!(
+            "{} ({} of {}): written and not there at the end, {} for one: another program removed them, or {} was removed or \
+             unmounted; render them again, or what is missing with --resume",
+            frame_list::frames(&missing),
+            missing.len(),
+            self.frames.len(),
+            gone.unwrap_or_else(|| self.exr(*first)).display(),
+            self.folder().display()
+        )))
     }
 
     /// Makes the folder and tries it, so that nothing is rendered for a folder that cannot be written; and

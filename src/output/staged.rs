@@ -44,7 +44,7 @@ impl WriteError {
 impl fmt::Display for WriteError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let advice = match self.source.kind() {
-            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => "free space there",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free space there",
             ErrorKind::PermissionDenied => "allow writing there",
             ErrorKind::NotFound => "create its folder",
             ErrorKind::NotADirectory | ErrorKind::AlreadyExists => "a file is in the way: remove it",
@@ -53,7 +53,11 @@ impl fmt::Display for WriteError {
             _ => "check the disk",
         };
         let path = self.path.display();
-        write!(f, "cannot write {path}: {}; {advice}, or choose another folder", self.source)
+        write!(f, "cannot write {path}: {}; ", self.source)?;
+        match self.source.kind() {
+            ErrorKind::FileTooLarge => f.write_str("raise the limit on files (ulimit -f)"),
+            _ => write!(f, "{advice}, or choose another folder"),
+        }
     }
 }
 
