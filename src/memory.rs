@@ -37,7 +37,7 @@ pub struct Part {
     pub what: String,
     /// At most, as far as that is known.
     pub bytes: u64,
-    /// How to need less.
+    /// How to need less: one way, or several with commas between them, the best one first.
     pub remedy: &'static str,
 }
 
@@ -112,15 +112,19 @@ impl Need {
 impl fmt::Display for TooLittle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const MOST_NAMED: usize = 3;
+        /// One part of so many.
+        const LEAST_REMEDIED: u64 = 10;
         let mut parts: Vec<&Part> = self.need.parts.iter().collect();
         parts.sort_by_key(|part| std::cmp::Reverse(part.bytes));
         parts.truncate(MOST_NAMED);
         let named: Vec<String> =
             parts.iter().map(|part| format!("{} {}", part.what, Bytes(part.bytes))).collect();
         let mut remedies: Vec<&str> = Vec::new();
-        for part in parts {
-            if !remedies.contains(&part.remedy) {
-                remedies.push(part.remedy);
+        // a small part is no help
+        let large = parts.iter().filter(|part| part.bytes >= self.need.bytes() / LEAST_REMEDIED);
+        for remedy in large.flat_map(|part| part.remedy.split(", ")) {
+            if !remedies.contains(&remedy) {
+                remedies.push(remedy);
             }
         }
         let (limit, left) = self.left;
@@ -136,7 +140,11 @@ impl fmt::Display for TooLittle {
             Limit::ControlGroup => write!(f, "{left} are left of the control group's limit")?,
             Limit::Machine => write!(f, "{left} are available")?,
         }
-        write!(f, ": try {}", remedies.join(", or "))
+        let last = remedies.pop().unwrap_or("a higher limit");
+        match remedies.as_slice() {
+            [] => write!(f, ": try {last}"),
+            others => write!(f, ": try {} or {last}", others.join(", ")),
+        }
     }
 }
 
@@ -289,8 +297,8 @@ mod tests {
         let part = |what: &str, mib: u64, remedy| Part::new(what, mib * MIB, remedy);
         let parts = vec![
             part("threads", 10, "fewer --threads"),
-            part("samples", 2048, "a smaller --size"),
-            part("picture", 100, "a smaller --size"),
+            part("samples", 1848, "a smaller --size, fewer --samples"),
+            part("picture", 300, "a smaller --size, fewer --layers"),
             part("rays", 50, "a smaller model"),
         ];
         let need = Need { parts, reserved: [128 * MIB, 64 * MIB] };
@@ -310,8 +318,8 @@ mod tests {
         let error = need.check(&[(Limit::Data, 1300 * MIB), (Limit::ControlGroup, 100 * MIB)]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "about 2.2 GiB of memory are needed (samples 2.0 GiB, picture 100 MiB, rays 50 MiB), and 100 MiB are left \
-             of the control group's limit: try a smaller --size, or a smaller model"
+            "about 2.2 GiB of memory are needed (samples 1.8 GiB, picture 300 MiB, rays 50 MiB), and 100 MiB are left \
+             of the control group's limit: try a smaller --size, fewer --samples or fewer --layers"
         );
     }
 

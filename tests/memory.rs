@@ -39,6 +39,43 @@ fn frames_that_do_not_fit_are_refused_with_their_size() {
     limited(&place, 1024, &arguments).failed(&["planes of the picture", "ulimit -v"]);
 }
 
+/// The MiB of `about … MiB of memory`.
+fn foreseen(ran: &Ran) -> f64 {
+    let (_, text) = ran.stderr.split_once("about ").unwrap();
+    let mut words = text.split(' ');
+    let number: f64 = words.next().unwrap().parse().unwrap();
+    if words.next() == Some("GiB") { 1024.0 * number } else { number }
+}
+
+#[test]
+fn what_is_foreseen_is_within_a_fifth_of_what_is_taken() {
+    let place = Place::new();
+    let size = "-o out/a.####.exr --size 1600x900 --samples 2 -q";
+    for options in ["--frames 1", "--frames 1-2 --mode reproject", "--frames 1-8", "--frames 1-2 --mode full"]
+    {
+        let options = format!("{size} {options}");
+        let foreseen = foreseen(&limited_render(&place, 400, &options).failed(&["2x2 samples a pixel"]));
+        limited_render(&place, 8192, &format!("{options} --stats s.json")).done();
+        let stats: serde_json::Value =
+            serde_json::from_slice(&fs::read(place.path("s.json")).unwrap()).unwrap();
+        let taken = stats["memory"]["peak_bytes"].as_f64().unwrap() / f64::from(1 << 20);
+        println!("{options}: {foreseen:.0} MiB foreseen, {taken:.0} MiB taken");
+        assert!((0.8..=1.2).contains(&(foreseen / taken)), "{options}: {foreseen} MiB, taken {taken} MiB");
+    }
+}
+
+#[test]
+fn remedies_are_told_once_and_only_those_that_help() {
+    let place = Place::new();
+    let options = "-o out/a.####.exr --size 4000x3000 --samples 2 --frames 1-2 --layers all";
+    let ran = limited_render(&place, 800, options).failed(&[": try "]);
+    let (_, remedies) = ran.stderr.trim_end().rsplit_once(": try ").unwrap();
+    for remedy in ["a smaller --size", "fewer --samples", "fewer --layers"] {
+        assert_eq!(remedies.matches(remedy).count(), 1, "{remedies}");
+    }
+    assert!(!remedies.contains("--threads"), "{remedies}");
+}
+
 #[test]
 fn no_limit_ends_the_program_by_a_signal() {
     let place = Place::new();

@@ -184,11 +184,12 @@ fn in_full(job: &Job) -> Settings {
 }
 
 /// What all renderers together will need, and a frame that is being written.
-fn need(options: &Options, keeps: bool) -> Need {
+fn need(options: &Options, steps: &[Step]) -> Need {
     let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
-        frame::need(&job.shot, settings, kind, rayon::current_num_threads())
+        frame::need(&job.shot, settings, kind, steps.len(), rayon::current_num_threads())
     };
+    let keeps = steps.iter().any(|step| step.keep);
     let ours = |kind| match need(&job.settings, kind) {
         need if keeps => frame::with_kept(need, &job.shot, &job.settings),
         need => need,
@@ -216,8 +217,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
-    let keeps = steps.iter().any(|step| step.keep);
-    need(options, keeps).check(&memory::left()).map_err(Failure::of)?;
+    need(options, &steps).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 

@@ -323,7 +323,7 @@ fn to_save(
 
 fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
     let kind = job.backend.unwrap_or_default();
-    let need = frame::need(&job.shot, settings, kind, rayon::current_num_threads());
+    let need = frame::need(&job.shot, settings, kind, steps.len(), rayon::current_num_threads());
     let need =
         if steps.iter().any(|step| step.keep) { frame::with_kept(need, &job.shot, settings) } else { need };
     let need = frame::with_writing(need, &job.shot.scene, &job.settings);

@@ -192,7 +192,7 @@ pub fn need(settings: &Settings) -> Part {
     const LIBRARY: u64 = 30 << 20;
     let pixels = settings.data_window().pixels();
     let working = (pixels * WORKING).min((oidn::MOST_MEGABYTES as u64) << 20);
-    Part::new("denoising", pixels * OURS + working + LIBRARY, "a smaller --size, or no --denoise")
+    Part::new("denoising", pixels * OURS + working + LIBRARY, "a smaller --size, no --denoise")
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! What a renderer will need, before there is one. Measured on the project's shots: what the process holds at most is
-//! between four fifths and all of it. Samples that fall far from where they were are kept longer than is estimate here:
+//! within a fifth of it. Samples that fall far from where they were are kept longer than is estimated here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
 use super::blur;
-use super::channels::channels;
+use super::channels::{Channel, channels};
 use super::grid::Grid;
+use super::mean::Rule;
 use super::ray_trees::bytes_of_tree;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
@@ -15,9 +16,11 @@ use crate::trace::{BackendKind, held_twice};
 
 /// Bytes for each sample of what falls where, while a frame is inferred.
 const LIST_BYTES: u64 = 16;
-/// Spare samples for each that serves a cell, at most but for scenes that are edges throughout; with what their lists
-/// have in reserve.
-const SPARES: f64 = 0.75;
+/// Spare samples for each that serves a cell, with what their lists have in reserve: so many gather in long chains of a moving
+/// camera.
+const SPARES: f64 = 0.9;
+/// After so many inferred pictures there are half as many.
+const HALF_OF_SPARES: f64 = 16.0;
 /// Tiles of a band for each thread: as many as these are there twice.
 const BAND_TILES: u64 = 32;
 /// What a thread works with.
@@ -29,22 +32,25 @@ const EMBREE_RESERVED: u64 = 128 << 20;
 /// What the C library reserves for each thread that begins to allocate, with its stack.
 const THREAD_RESERVED: u64 = 68 << 20;
 
-/// What [`Renderer::with`](super::Renderer::with) and its frames will need beside the scene, on so many threads.
-pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
+/// What [`Renderer::with`](super::Renderer::with) and so many frames, one after the other, will need beside the scene, on so many
+/// threads.
+pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, frames: usize, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
     let grids = || settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids().map(|grid| grid.tiles() as u64).sum();
     let samples: u64 = grids().map(|grid| grid.all_cells()).sum();
     let layout = TagLayout::for_scene(&shot.scene, settings);
     let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
-    let spares = match (settings.mode, settings.reuse) {
-        (Mode::Full, _) | (_, Reuse::Paper) => 0.0,
-        _ => SPARES * samples as f64,
+    let inferred = most_projected(shot, settings, frames);
+    let spares = match settings.reuse {
+        Reuse::Paper => 0.0,
+        Reuse::Target => SPARES * inferred / (inferred + HALF_OF_SPARES) * samples as f64,
     };
     let spares_of = |bytes: usize| (spares * bytes as f64) as u64;
     let workers = (threads as u64).min(tiles);
-    let lists = if settings.mode == Mode::Full { 0 } else { LIST_BYTES * samples };
-    let twice = (BAND_TILES * workers).min(tiles);
+    let lists = if inferred == 0.0 { 0 } else { LIST_BYTES * samples };
+    // of exposures that keep samples of their own none is there twice
+    let twice = eyes(settings) * (BAND_TILES * workers).min(tiles);
     let film = settings.data_window();
     let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
@@ -52,9 +58,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     let of_eye = stores_of_eye(shot, settings);
     let stores = eyes(settings) * of_eye;
 
-    let occlusion = if layout.occlusion_rays > 0 { ", ambient occlusion" } else { "" };
-
-    const SMALLER: &str = "a smaller --size or fewer --samples";
+    const SMALLER: &str = "a smaller --size, fewer --samples";
     let parts = vec![
         Part::new(
             format!(
@@ -66,24 +70,28 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
                     (_, _) => format!(" for {of_eye} exposures of two eyes"),
                 }
             ),
-            stores * ((tiles + twice) * untagged + lists + spares_of(size_of::<Spare>())),
+            (stores * tiles + twice) * untagged + stores * (lists + spares_of(size_of::<Spare>())),
             if exposures.is_some() {
-                "fewer --exposures, a smaller --size or fewer --samples"
+                "fewer --exposures, a smaller --size, fewer --samples"
             } else {
                 SMALLER
             },
         ),
         Part::new(
-            format!("what they keep of {} lights{occlusion} and {} paths", lights.len(), layout.paths),
-            stores * ((tiles + twice) * (CELLS * layout.bytes()) as u64 + spares_of(layout.bytes())),
-            "fewer lights or --paths",
+            format!("what they keep of {}", kept(&shot.scene, &layout).join(" and ")),
+            (stores * tiles + twice) * (CELLS * layout.bytes()) as u64 + stores * spares_of(layout.bytes()),
+            match (lights.len(), layout.paths) {
+                (0, _) => "fewer --paths",
+                (_, 0) => "fewer lights",
+                (_, _) => "fewer --paths, fewer lights",
+            },
         ),
         Part::new(
             "planes of the picture",
-            stores * pixels * bytes_of_pixel(&shot.scene, settings.layers)
-                + exposures
-                    .map_or(0, |_| eyes(settings) * pixels * bytes_of_mean(&shot.scene, settings.layers)),
-            "a smaller --size or fewer --layers",
+            eyes(settings)
+                * pixels
+                * bytes_of_films(&shot.scene, settings.layers, exposures.is_some(), of_eye),
+            "a smaller --size, fewer --layers",
         ),
         Part::new(
             format!("tracing {} triangles", shot.triangles()),
@@ -113,6 +121,31 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize)
     Need { parts: parts.collect(), reserved }
 }
 
+/// What samples keep beside themselves.
+fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
+    let counted = |count: usize, what: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {what}")),
+        _ => Some(format!("{count} {what}s")),
+    };
+    let occlusion = (layout.occlusion_rays > 0).then(|| String::from("ambient occlusion"));
+    let parts = [counted(scene.lights.len(), "light"), counted(layout.paths, "path"), occlusion];
+    parts.into_iter().flatten().collect()
+}
+
+/// Pictures that are made, one from the other, of the samples of one store, where these are projected, at most in so many frames.
+fn most_projected(shot: &Shot, settings: &Settings, frames: usize) -> f64 {
+    let exposures = blur::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len());
+    let is_alone = exposures == 1 && settings.stereo.is_none();
+    if settings.mode == Mode::Full || (is_alone && shot.scene.camera.is_constant()) {
+        return 0.0;
+    }
+    let of_frame = eyes(settings) as usize * exposures / stores_of_eye(shot, settings) as usize;
+    let pictures = frames.max(1).saturating_mul(of_frame);
+    // the first one of all is traced, and of a second store none
+    if stores_of_eye(shot, settings) == 1 { pictures as f64 - 1.0 } else { pictures as f64 }
+}
+
 /// Whether a camera may stand still from one frame to the next.
 fn may_rest(camera: &CameraTrack) -> bool {
     let rests = |frame: f64| {
@@ -122,13 +155,13 @@ fn may_rest(camera: &CameraTrack) -> bool {
     camera.eye.is_constant() || camera.eye.frames().any(rests)
 }
 
-/// Of ray trees, if any can be kept: as if all samples had one, up to what is allowed.
+/// Of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.
 fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let moves = scene.models.iter().any(|model| !model.track.is_constant());
     let goes_on = scene.materials.iter().any(Material::has_secondary_rays);
     let can =
         moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
-    let all = samples * bytes_of_tree(settings.layers) as u64;
+    let all = samples / 2 * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
 }
 
@@ -155,7 +188,7 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
     let film = Part::new(
         "the frame that is being written",
         eyes(settings) * pixels * bytes_of_pixel(scene, settings.layers),
-        "a smaller --size or fewer --layers",
+        "a smaller --size, fewer --layers",
     );
     let mut both = need.and(Need::of(film));
     both.reserved[1] += THREAD_RESERVED;
@@ -194,10 +227,18 @@ fn bytes_of_pixel(scene: &Scene, layers: Layers) -> u64 {
         .sum()
 }
 
-/// Of the mean of exposures, and what adds up to it.
-fn bytes_of_mean(scene: &Scene, layers: Layers) -> u64 {
-    let channels = channels(layers, &LightGroups::of(&scene.lights)).count() as u64;
-    4 * channels + bytes_of_pixel(scene, layers)
+/// Of the films of an eye: of each store one, and if it `is_mean` of exposures, of what adds up and of what comes of it. What cannot
+/// be mixed is in the film of one exposure alone.
+fn bytes_of_films(scene: &Scene, layers: Layers, is_mean: bool, stores: u64) -> u64 {
+    let film = bytes_of_pixel(scene, layers);
+    if !is_mean {
+        return film;
+    }
+    let groups = LightGroups::of(&scene.lights);
+    let bytes = |channel: &Channel| if channel.is_float() { 4 } else { 2 };
+    let of_all = |channel: &Channel| Rule::of(channel) != Rule::Middle;
+    let mixed: u64 = channels(layers, &groups).filter(of_all).map(|channel| bytes(&channel)).sum();
+    4 * channels(layers, &groups).count() as u64 + 2 * film + (stores - 1) * mixed
 }
 
 /// Of the structures that rays are traced through, while they are built.

@@ -68,6 +68,20 @@ impl CameraTrack {
         }
     }
 
+    /// Whether it is the same in all frames.
+    pub fn is_constant(&self) -> bool {
+        let Lens { height, shift, aperture, focus } = &self.lens;
+        let is_aim_constant = match &self.aim {
+            Aim::Target { target, roll } => target.is_constant() && roll.is_constant(),
+            Aim::Rotation(rotation) => rotation.is_constant(),
+        };
+        let optional = [height, aperture, focus].into_iter().flatten();
+        self.eye.is_constant()
+            && is_aim_constant
+            && self.fov.is_constant()
+            && shift.iter().chain(optional).all(Track::is_constant)
+    }
+
     /// Whether it has a lens that anything may be out of focus before.
     pub fn has_lens(&self) -> bool {
         self.lens.aperture.as_ref().is_some_and(|radius| radius.values().any(|radius| radius > 0.0))

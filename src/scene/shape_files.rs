@@ -108,7 +108,7 @@ pub(super) fn read(
 
 fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), SceneError> {
     let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * origins.of_vertex.len() as u64;
-    let need = Need::of(Part::new("the shapes of the model", bytes, "fewer shapes, or a smaller model"));
+    let need = Need::of(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
 }
 

@@ -108,7 +108,9 @@ impl Worker {
     /// Renders frames as they are wanted, until a file has changed.
     fn render(&self, shot: &Shot, settings: &Settings, watch: &Watch) -> Result<(), String> {
         let kind = BackendKind::default();
-        let need = frame::need(shot, settings, kind, rayon::current_num_threads());
+        // as if all frames were looked at once
+        let frames = shot.frames.list().len();
+        let need = frame::need(shot, settings, kind, frames, rayon::current_num_threads());
         need.check(&memory::left()).map_err(|error| error.to_string())?;
         let mut renderer = Renderer::with(kind, &shot.scene, settings).map_err(|error| error.to_string())?;
         let mut last = None;
