@@ -11,6 +11,7 @@
 //! to the bit for any number of threads.
 
 mod ahead;
+mod aside;
 pub mod audit;
 mod axis;
 mod bins;
@@ -103,11 +104,12 @@ use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::Eye;
 use crate::trace::{Backend, BackendKind, TraceError};
 
+pub use aside::Aside;
 use blur::Blur;
 pub use blur::exposures;
 use eyes::{EyeMemory, Source};
 use level::Level;
-pub use need::{need, with_kept, with_writing};
+pub use need::{need, need_of_aside, with_kept, with_writing};
 use picture::{Made, Order};
 use plan::CameraChange;
 use prepared::Prepared;

@@ -35,13 +35,17 @@ const THREAD_RESERVED: u64 = 68 << 20;
 /// What [`Renderer::with`](super::Renderer::with) and so many frames, one after the other, will need beside the scene, on so many
 /// threads.
 pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, frames: usize, threads: usize) -> Need {
+    need_of_chain(shot, settings, kind, most_projected(shot, settings, frames), threads)
+}
+
+/// The same where samples of each store are projected for so many pictures.
+fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: f64, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
     let grids = || settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids().map(|grid| grid.tiles() as u64).sum();
     let samples: u64 = grids().map(|grid| grid.all_cells()).sum();
     let layout = TagLayout::for_scene(&shot.scene, settings);
     let untagged = Tile::bytes_of_cells(&TagLayout::default()) as u64;
-    let inferred = most_projected(shot, settings, frames);
     let spares = match settings.reuse {
         Reuse::Paper => 0.0,
         Reuse::Target => SPARES * inferred / (inferred + HALF_OF_SPARES) * samples as f64,
@@ -93,11 +97,7 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, frames: usize, 
                 * bytes_of_films(&shot.scene, settings.layers, exposures.is_some(), of_eye),
             "a smaller --size, fewer --layers",
         ),
-        Part::new(
-            format!("tracing {} triangles", shot.triangles()),
-            (shot.triangles() + held_twice(&shot.scene)) * bytes_of_triangle(kind),
-            "a smaller model",
-        ),
+        tracing(shot, kind),
         Part::new(
             format!("{workers} threads"),
             eyes(settings) * THREAD_BYTES * workers + PROGRAM_BYTES,
@@ -144,6 +144,25 @@ fn most_projected(shot: &Shot, settings: &Settings, frames: usize) -> f64 {
     let pictures = frames.max(1).saturating_mul(of_frame);
     // the first one of all is traced, and of a second store none
     if stores_of_eye(shot, settings) == 1 { pictures as f64 - 1.0 } else { pictures as f64 }
+}
+
+/// What pictures with `settings` [beside](super::Aside) the frames of a renderer of `shot` will need.
+pub fn need_of_aside(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
+    // a camera that is led around may go on for as long as anybody wants
+    let mut need = need_of_chain(shot, settings, kind, f64::from(u32::MAX), threads);
+    // the renderer has it
+    let tracing = tracing(shot, kind);
+    need.parts.retain(|part| *part != tracing);
+    Need { reserved: [0; 2], ..need }
+}
+
+/// What rays are traced through.
+fn tracing(shot: &Shot, kind: BackendKind) -> Part {
+    Part::new(
+        format!("tracing {} triangles", shot.triangles()),
+        (shot.triangles() + held_twice(&shot.scene)) * bytes_of_triangle(kind),
+        "a smaller model",
+    )
 }
 
 /// Whether a camera may stand still from one frame to the next.

@@ -1,0 +1,146 @@
+//! Pictures beside the frames of a shot: its scene at one of its frames, seen from elsewhere than its camera is, and of any size.
+//!
+//! They are traced through the renderer's acceleration structures, which take long to build, and made of samples of their own: those
+//! of the frames stay as they are. Each is sharp: at the frame's own time, through a pinhole.
+
+use std::time::Instant;
+
+use super::eyes::{EyeMemory, Source};
+use super::picture::{self, Order};
+use super::plan::CameraChange;
+use super::prepared::Prepared;
+use super::reflection_maps::ReflectionMaps;
+use super::{Finished, RenderError, Renderer, stats, turn};
+use crate::changes::Direction;
+use crate::exposure::Clock;
+use crate::layers::Layers;
+use crate::pose::{CameraPose, Pose};
+use crate::scene::{CameraTrack, Scene};
+use crate::settings::{Mode, Settings};
+use crate::stereo::Eye;
+use crate::trace::Backend;
+
+/// What is kept from one such picture to the next.
+pub struct Aside<'s> {
+    prepared: Prepared<'s>,
+    memory: EyeMemory,
+    maps: ReflectionMaps,
+    /// Pictures so far.
+    rendered: u32,
+}
+
+impl<'s> Aside<'s> {
+    /// For pictures of `scene` with `settings`, of which they have size and samples: one eye, no shutter, and `R G B A` alone.
+    pub fn new(scene: &'s Scene, settings: &Settings) -> Self {
+        let settings = Settings { stereo: None, shutter: None, layers: Layers::NONE, ..settings.clone() };
+        let prepared = Prepared::new(scene, &settings, Clock::FRAMES);
+        let memory = EyeMemory::new(None, &settings, &prepared.layout);
+        Self { prepared, memory, maps: ReflectionMaps::default(), rendered: 0 }
+    }
+}
+
+impl<'s> Renderer<'s> {
+    /// Renders frame number `frame` as `camera` sees it, which is in the space of the shot's files. With `reuse` the picture is made of
+    /// the samples of the one `beside` before. Both must be of one scene.
+    pub fn render_aside(
+        &mut self,
+        beside: &mut Aside<'s>,
+        camera: &CameraTrack,
+        frame: i32,
+        reuse: bool,
+    ) -> Result<Finished, RenderError> {
+        let start = Instant::now();
+        let Aside { prepared, memory, maps, rendered } = beside;
+        let (scene, mode) = (prepared.scene, prepared.settings.mode);
+        let camera = CameraPose::of(&scene.space.camera(camera.clone()), f64::from(frame));
+        let pose = Pose { camera, ..Pose::of(scene, frame) };
+        let source =
+            Source::of([memory.last.as_ref(), None], Eye::Left, &pose, reuse && mode != Mode::Full, false);
+        let plan = source.plan(&pose);
+        if source.pose().is_some() && plan.camera == CameraChange::None {
+            prepared.look_ahead();
+        }
+        let time = turn::direction(&prepared.settings, memory, source.pose(), &pose);
+        if time != (Direction::Forward, false) {
+            prepared.look_back();
+        }
+        turn::turn(prepared, memory, source.pose(), time);
+        *rendered += 1;
+        let order = Order {
+            pose: &pose,
+            reuse: source.pose().is_some(),
+            plan,
+            shown: source.pose(),
+            time,
+            rendered: *rendered,
+            channels: &prepared.channels,
+            at_frame: None,
+            sharers: 1,
+            start,
+        };
+        let backend: &mut dyn Backend = &mut *self.backend;
+        let made = picture::make(prepared, backend, memory, maps, &order)?;
+        Ok(self.finished(made.film.clone(), stats(prepared, frame, &made), &camera))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::film::Film;
+    use crate::scene;
+
+    const FRAMES: [i32; 2] = [3, 40];
+
+    fn colors(film: &Film) -> Vec<u32> {
+        ["R", "G", "B"].iter().flat_map(|name| bits(film, name)).collect()
+    }
+
+    fn bits(film: &Film, name: &str) -> Vec<u32> {
+        let plane = film.plane(name).expect("a plane");
+        (0..plane.values.len()).map(|i| plane.values.get(i).to_bits()).collect()
+    }
+
+    #[test]
+    fn pictures_beside_a_shot_are_what_a_shot_from_there_would_show() {
+        let shot = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped");
+        assert!(shot.scene.space.is_of_files(), "cameras need no conversion here");
+        let mode = Mode::Reproject;
+        let settings =
+            Settings { width: 64, height: 36, samples: 1, mode, audit: true, ..shot.settings.clone() };
+        let own = shot.scene.camera.clone();
+        let elsewhere =
+            CameraTrack { eye: own.eye.clone().map(|eye| eye + DVec3::new(2.0, 1.0, -1.0)), ..own };
+        let alone = |scene: &Scene, frame| {
+            let mut renderer = Renderer::new(scene, &settings).expect("Embree is there");
+            colors(&renderer.render(frame, false).expect("a frame").film)
+        };
+        let moved = Scene { camera: elsewhere.clone(), ..shot.scene.clone() };
+        let expected = FRAMES.map(|frame| [alone(&shot.scene, frame), alone(&moved, frame)]);
+
+        let mut renderer = Renderer::new(&shot.scene, &settings).expect("Embree is there");
+        let mut beside = Aside::new(&shot.scene, &settings);
+        // models move between the two frames: each picture has them where they are in its own
+        for (frame, [own, from_elsewhere]) in FRAMES.into_iter().zip(&expected) {
+            let picture =
+                renderer.render_aside(&mut beside, &elsewhere, FRAMES[0], false).expect("a picture");
+            assert_eq!(colors(&picture.film), expected[0][1], "before frame {frame}");
+            let frame_itself = renderer.render(frame, false).expect("a frame");
+            assert_eq!(colors(&frame_itself.film), *own);
+            let picture = renderer.render_aside(&mut beside, &elsewhere, frame, false).expect("a picture");
+            assert_eq!(colors(&picture.film), *from_elsewhere);
+        }
+        // led around, each picture is made of the one before, and all of its samples are right
+        for step in 1..6 {
+            let by = DVec3::new(0.3, 0.1, 0.2) * f64::from(step / 2);
+            let camera = CameraTrack { eye: elsewhere.eye.clone().map(|eye| eye + by), ..elsewhere.clone() };
+            let picture = renderer.render_aside(&mut beside, &camera, FRAMES[1], true).expect("a picture");
+            assert_eq!(picture.stats.mode, "reproject");
+            assert_eq!(picture.stats.audit.map(|audit| audit.differing), Some(0), "step {step}");
+        }
+    }
+}
