@@ -131,6 +131,11 @@ impl RenderSpace {
         point.as_dvec3() / self.scale + self.origin
     }
 
+    /// The same of a point that a track has.
+    pub(crate) fn place_of_files(&self, place: DVec3) -> DVec3 {
+        place / self.scale + self.origin
+    }
+
     /// A length, converted from the space of the files.
     pub fn length(&self, length: f64) -> f32 {
         (length * self.scale) as f32

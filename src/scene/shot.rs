@@ -44,6 +44,8 @@ pub struct Shot {
     pub frames: Frames,
     /// Whether it does.
     pub says_frames: bool,
+    /// Whether keys of its camera say `orbit`, and not `eye`.
+    pub says_orbit: bool,
     /// Frames per second, as numerator and denominator; both above 0.
     pub rate: (i32, u32),
     /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
@@ -121,6 +123,7 @@ pub(super) fn from_text_with(
     let camera = file.camera.as_ref().ok_or_else(|| {
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
+    let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
     let camera = shot_tracks::camera(text, camera, &marked_cuts(text, &file.render)?)?;
     settings.stereo =
         file.stereo.as_ref().map(|table| shot_lens::stereo(text, table, &camera)).transpose()?;
@@ -205,6 +208,7 @@ pub(super) fn from_text_with(
         settings,
         frames,
         says_frames: file.render.frames.is_some(),
+        says_orbit,
         rate,
         format: FileFormat { multipart: file.output.multipart, compression: file.output.compression },
         denoise: file.output.denoise,

@@ -18,8 +18,9 @@ Examples:
   afterimage preview statue.obj --size 960x540 --samples 2
       a model on a turntable, in better quality
 
-Keys in the page: left and right step, space plays, Home and End go to the first and the last frame. Nothing is
-written. The page is served to this machine alone (127.0.0.1), until Ctrl-C.")]
+Keys in the page: left and right step, space plays, Home and End go to the first and the last frame. Drag in the
+picture to orbit, with Shift to pan; the wheel zooms. Nothing is written. The page is served to this machine alone
+(127.0.0.1), at an address that is another one in each run, until Ctrl-C.")]
 pub struct PreviewArgs {
     /// A shot (TOML), or a model (OBJ), shown on a turntable
     #[arg(value_name = "SHOT.toml|MODEL.obj")]

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
+use super::camera::ShotCamera;
+use crate::scene::CameraTrack;
 use crate::scene::frames::{Frames, Run};
 use crate::visible::visible;
 
@@ -20,6 +22,55 @@ pub struct Shown {
     pub png: Arc<Vec<u8>>,
     /// Of rendering it.
     pub seconds: f64,
+}
+
+/// How good a picture is to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Small and there at once.
+    Coarse,
+    /// As good as the shot's frames.
+    Full,
+}
+
+/// A frame from elsewhere.
+#[derive(Debug, Clone)]
+pub struct View {
+    pub frame: i32,
+    /// In the space of the shot's files.
+    pub camera: CameraTrack,
+    pub detail: Detail,
+}
+
+/// What the worker does next.
+#[derive(Debug)]
+pub enum Job {
+    /// A frame of the shot.
+    Frame(i32),
+    /// The view with this number.
+    View(u64, Arc<View>),
+}
+
+/// A shot that was loaded.
+pub struct Loaded<'a> {
+    pub title: &'a str,
+    pub frames: &'a Frames,
+    /// Frames per second: numerator and denominator.
+    pub rate: (i32, u32),
+    pub notes: Vec<String>,
+    pub camera: ShotCamera,
+    /// Of its pictures, pixels.
+    pub size: [u32; 2],
+}
+
+/// A view that somebody waits for.
+struct Wish {
+    number: u64,
+    /// Who waits: a page wants one view at a time.
+    page: u64,
+    view: Arc<View>,
+    /// The picture, or why there is none.
+    shown: Option<Result<Shown, String>>,
 }
 
 /// The state of the preview, and who waits for what.
@@ -43,6 +94,20 @@ struct State {
     bytes: usize,
     /// Frames that are waited for, oldest first.
     wanted: VecDeque<i32>,
+    /// Views that are waited for, oldest first, or that are there.
+    wishes: Vec<Wish>,
+    /// Of views, ever.
+    numbers: u64,
+    camera: Option<Arc<ShotCamera>>,
+    size: [u32; 2],
+}
+
+impl State {
+    /// Whether `frame` of `version` is one that can be shown.
+    fn has(&self, version: u64, frame: i32) -> bool {
+        let is_frame = self.runs.iter().any(|run| (run.first..=run.last).contains(&frame));
+        self.version == version && self.error.is_none() && is_frame
+    }
 }
 
 impl Board {
@@ -58,14 +123,18 @@ impl Board {
     }
 
     /// The shot was loaded anew: what was rendered of the old one goes.
-    pub fn loaded(&self, title: &str, frames: &Frames, (above, below): (i32, u32), notes: Vec<String>) {
+    pub fn loaded(&self, loaded: Loaded) {
+        let (above, below) = loaded.rate;
         let mut state = self.state();
         *state = State {
             version: state.version + 1,
-            title: title.to_owned(),
-            runs: frames.runs().to_vec(),
+            title: loaded.title.to_owned(),
+            runs: loaded.frames.runs().to_vec(),
             rate: f64::from(above) / f64::from(below),
-            notes,
+            notes: loaded.notes,
+            camera: Some(Arc::new(loaded.camera)),
+            size: loaded.size,
+            numbers: state.numbers,
             ..State::default()
         };
         self.changed.notify_all();
@@ -82,16 +151,25 @@ impl Board {
         state.pictures.clear();
         state.bytes = 0;
         state.wanted.clear();
+        state.wishes.clear();
         self.changed.notify_all();
     }
 
-    /// A frame that somebody waits for; `None` if nobody wants any for so long.
-    pub fn next_wanted(&self, patience: Duration) -> Option<i32> {
-        let state = self.state();
-        let idle = |state: &mut State| state.wanted.is_empty();
-        let (state, _) =
-            self.changed.wait_timeout_while(state, patience, idle).unwrap_or_else(PoisonError::into_inner);
-        state.wanted.front().copied()
+    /// What somebody waits for; `None` if nobody wants anything for so long. Coarse views are in the way of nothing for long: they
+    /// come first.
+    pub fn next_job(&self, patience: Duration) -> Option<Job> {
+        let waits = |wish: &&Wish| wish.shown.is_none();
+        let idle =
+            |state: &mut State| state.wanted.is_empty() && !state.wishes.iter().any(|wish| waits(&wish));
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(self.state(), patience, idle)
+            .unwrap_or_else(PoisonError::into_inner);
+        let coarse = |wish: &&Wish| waits(wish) && wish.view.detail == Detail::Coarse;
+        let view = |wish: &Wish| Job::View(wish.number, Arc::clone(&wish.view));
+        let coarse = state.wishes.iter().find(coarse).map(view);
+        let frame = || state.wanted.front().map(|frame| Job::Frame(*frame));
+        coarse.or_else(frame).or_else(|| state.wishes.iter().find(waits).map(view))
     }
 
     /// The worker has rendered `frame`.
@@ -112,8 +190,7 @@ impl Board {
         let until = Instant::now() + patience;
         let mut state = self.state();
         loop {
-            let is_frame = state.runs.iter().any(|run| (run.first..=run.last).contains(&frame));
-            if state.version != version || state.error.is_some() || !is_frame {
+            if !state.has(version, frame) {
                 return None;
             }
             if let Some(shown) = state.pictures.get(&frame) {
@@ -128,6 +205,50 @@ impl Board {
         }
     }
 
+    /// The worker has rendered the view with this number, or says why not; nobody may want it any more.
+    pub fn viewed(&self, number: u64, shown: Result<Shown, String>) {
+        if let Some(wish) = self.state().wishes.iter_mut().find(|wish| wish.number == number) {
+            wish.shown = Some(shown);
+            self.changed.notify_all();
+        }
+    }
+
+    /// Waits for `view` of `version`, which `page` wants instead of any other. `None` if there is another version by now, the page
+    /// wants another view, or it takes too long.
+    pub fn view(
+        &self,
+        version: u64,
+        page: u64,
+        view: View,
+        patience: Duration,
+    ) -> Option<Result<Shown, String>> {
+        let until = Instant::now() + patience;
+        let mut state = self.state();
+        if !state.has(version, view.frame) {
+            return None;
+        }
+        state.numbers += 1;
+        let number = state.numbers;
+        state.wishes.retain(|wish| wish.page != page);
+        state.wishes.push(Wish { number, page, view: Arc::new(view), shown: None });
+        self.changed.notify_all();
+        loop {
+            let place = state.wishes.iter().position(|wish| wish.number == number)?;
+            let left = until.checked_duration_since(Instant::now());
+            if state.wishes[place].shown.is_some() || left.is_none() {
+                return state.wishes.remove(place).shown;
+            }
+            let left = left.unwrap_or_default();
+            (state, _) = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// The camera of the shot, if `frame` of `version` is one that can be shown.
+    pub fn camera(&self, version: u64, frame: i32) -> Option<Arc<ShotCamera>> {
+        let state = self.state();
+        state.camera.clone().filter(|_| state.has(version, frame))
+    }
+
     /// For the page. Texts come from files: nothing in them is obeyed by who shows them.
     pub fn told(&self) -> Value {
         let state = self.state();
@@ -136,7 +257,7 @@ impl Board {
         let notes: Vec<_> = state.notes.iter().map(|note| visible(note)).collect();
         json!({
             "version": state.version, "title": visible(&state.title), "runs": runs, "rate": state.rate,
-            "notes": notes, "error": state.error.as_deref().map(visible),
+            "notes": notes, "size": state.size, "error": state.error.as_deref().map(visible),
         })
     }
 }
@@ -144,11 +265,29 @@ impl Board {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene;
 
     fn board() -> Board {
         let board = Board::new(Path::new("a.toml"));
-        board.loaded("a", &Frames::between(1, 9), (24, 1), Vec::new());
+        load(&board, "a");
         board
+    }
+
+    fn load(board: &Board, title: &str) {
+        let shot = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped");
+        board.loaded(Loaded {
+            title,
+            frames: &Frames::between(1, 9),
+            rate: (24, 1),
+            notes: Vec::new(),
+            camera: ShotCamera::of(&shot),
+            size: [16, 9],
+        });
+    }
+
+    fn view(board: &Board, detail: Detail) -> View {
+        let camera = board.camera(1, 4).expect("it is loaded");
+        View { frame: 4, camera: camera.track(&camera.at(4), 4).expect("a lens"), detail }
     }
 
     fn shown(bytes: usize) -> Shown {
@@ -160,26 +299,73 @@ mod tests {
         let board = board();
         std::thread::scope(|scope| {
             let waiting = scope.spawn(|| board.picture(1, 4, Duration::from_secs(60)));
-            assert_eq!(board.next_wanted(Duration::from_secs(60)), Some(4));
+            assert!(matches!(board.next_job(Duration::from_secs(60)), Some(Job::Frame(4))));
             board.rendered(4, shown(3));
             assert_eq!(waiting.join().expect("no panic").map(|shown| shown.png.len()), Some(3));
         });
-        assert_eq!(board.next_wanted(Duration::ZERO), None);
+        assert!(board.next_job(Duration::ZERO).is_none());
+    }
+
+    #[test]
+    fn a_page_has_one_view_and_coarse_ones_come_first() {
+        let board = board();
+        let [coarse, full] = [Detail::Coarse, Detail::Full].map(|detail| view(&board, detail));
+        let wait = |page, view: &View| {
+            let (board, view) = (&board, view.clone());
+            move || {
+                board
+                    .view(1, page, view, Duration::from_secs(60))
+                    .map(|shown| shown.expect("a picture").png.len())
+            }
+        };
+        let waiting = || {
+            let state = board.state();
+            state.wishes.len() + state.wanted.len()
+        };
+        let has = |count| while waiting() < count {};
+        std::thread::scope(|scope| {
+            let given_up = scope.spawn(wait(7, &full));
+            has(1);
+            let newer = scope.spawn(wait(7, &full));
+            assert_eq!(given_up.join().expect("no panic"), None, "the page wants another one");
+            let frame = scope.spawn(|| board.picture(1, 2, Duration::from_secs(60)).is_some());
+            has(2);
+            let other = scope.spawn(wait(8, &coarse));
+            has(3);
+            let mut order = Vec::new();
+            while let Some(job) = board.next_job(Duration::ZERO) {
+                match job {
+                    Job::Frame(frame) => {
+                        order.push("frame");
+                        board.rendered(frame, shown(1));
+                    }
+                    Job::View(number, view) => {
+                        order.push(if view.detail == Detail::Coarse { "coarse" } else { "full" });
+                        board.viewed(number, Ok(shown(order.len())));
+                    }
+                }
+            }
+            assert_eq!(order, ["coarse", "frame", "full"]);
+            assert_eq!(
+                (
+                    other.join().expect("no panic"),
+                    newer.join().expect("no panic"),
+                    frame.join().expect("no panic")
+                ),
+                (Some(1), Some(3), true)
+            );
+        });
+        assert!(board.state().wishes.is_empty());
     }
 
     #[test]
     fn a_change_ends_all_waiting() {
         let board = board();
-        for change in [
-            |board: &Board| board.failed("broken"),
-            |board: &Board| {
-                board.loaded("b", &Frames::between(1, 9), (24, 1), Vec::new());
-            },
-        ] {
+        for change in [|board: &Board| board.failed("broken"), |board: &Board| load(board, "b")] {
             let version = board.told()["version"].as_u64().expect("a number");
             std::thread::scope(|scope| {
                 let waiting = scope.spawn(|| board.picture(version, 4, Duration::from_secs(60)));
-                while board.next_wanted(Duration::from_millis(1)).is_none() && !waiting.is_finished() {}
+                while board.next_job(Duration::from_millis(1)).is_none() && !waiting.is_finished() {}
                 change(&board);
                 assert!(waiting.join().expect("no panic").is_none());
             });

@@ -1,163 +1,201 @@
-//! As much of HTTP/1.1 (RFC 9112) as one page on this machine needs: GET, a connection a request.
+//! Connections: as much of HTTP/1.1 as one page on this machine needs, a request each.
+//!
+//! Whoever connects may be anybody on this machine. A request has one deadline, however it is sent, and those that are slow make room
+//! for others.
 
-use std::io::{self, BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use super::answer::{Answer, answer};
 use super::board::Board;
-
-/// The page itself.
-const PAGE: &str = include_str!("page.html");
+use super::request::Door;
 
 /// Bytes of a request's head, at most.
-const MOST_BYTES: u64 = 16 << 10;
-/// Connections at once, at most: others are closed.
-const MOST_CONNECTIONS: usize = 32;
-/// How long a client may take to send its request or to take its answer.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// How long a request waits for a frame. The page asks again.
-const FRAME_PATIENCE: Duration = Duration::from_secs(25);
+const MOST_BYTES: usize = 16 << 10;
+/// Connections whose request is not there yet, at most: the oldest one makes room.
+const MOST_WAITING: usize = 32;
+/// Requests that are answered at once, at most.
+const MOST_ANSWERED: usize = 64;
+/// Within which a request must be there as a whole.
+const REQUEST_PATIENCE: Duration = Duration::from_secs(5);
+/// Within which an answer must be taken as a whole.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(10);
+/// For a client to end a connection that is answered.
+const LAST_PATIENCE: Duration = Duration::from_millis(500);
 
-/// What is answered.
-#[derive(Debug, PartialEq, Eq)]
-struct Answer {
-    /// Code and reason.
-    status: &'static str,
-    kind: &'static str,
-    /// One more header line, if any.
-    header: String,
-    body: Vec<u8>,
-}
-
-impl Answer {
-    fn text(status: &'static str, text: &str) -> Self {
-        Self { status, kind: "text/plain; charset=utf-8", header: String::new(), body: text.into() }
-    }
+/// What all connections share.
+struct Server {
+    door: Door,
+    board: Arc<Board>,
+    /// Oldest first.
+    waiting: Mutex<VecDeque<Arc<TcpStream>>>,
+    answered: AtomicUsize,
 }
 
 /// Answers for as long as the program runs.
-pub fn serve(listener: &TcpListener, board: &Arc<Board>) {
-    let connections = Arc::new(AtomicUsize::new(0));
+pub fn serve(listener: &TcpListener, door: Door, board: Arc<Board>) {
+    let server = Server { door, board, waiting: Mutex::default(), answered: AtomicUsize::new(0) };
+    let server = Arc::new(server);
     for stream in listener.incoming() {
         // a client that left before it was seen is nobody's error; if there are too many files, some will be closed
         let Ok(stream) = stream else {
             thread::sleep(Duration::from_millis(50));
             continue;
         };
-        let (board, connections) = (board.clone(), connections.clone());
-        if connections.load(Ordering::Relaxed) >= MOST_CONNECTIONS {
-            continue;
-        }
-        connections.fetch_add(1, Ordering::Relaxed);
-        let counted = connections.clone();
+        let (stream, of_thread) = (Arc::new(stream), server.clone());
+        server.enter(&stream);
+        let of_stream = stream.clone();
         let thread = thread::Builder::new().name("afterimage-http".to_owned()).spawn(move || {
             // whoever does not wait for the answer does not want it
-            let _ = converse(&stream, &board);
-            connections.fetch_sub(1, Ordering::Relaxed);
+            let _ = of_thread.converse(&of_stream);
+            of_thread.leave(&of_stream);
         });
         if thread.is_err() {
-            counted.fetch_sub(1, Ordering::Relaxed);
+            server.leave(&stream);
         }
     }
 }
 
-fn converse(mut stream: &TcpStream, board: &Board) -> io::Result<()> {
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
-    let mut lines = BufReader::new(stream.take(MOST_BYTES)).lines();
-    let request = lines.next().transpose()?.unwrap_or_default();
-    let mut host = None;
-    for line in lines {
-        let line = line?;
-        if line.is_empty() {
-            break;
+impl Server {
+    fn enter(&self, stream: &Arc<TcpStream>) {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        if waiting.len() >= MOST_WAITING {
+            // its thread finds that nothing more comes; an error is one of a connection that has ended
+            waiting.pop_front().map(|oldest| oldest.shutdown(Shutdown::Both));
         }
-        let header = line.split_once(':').filter(|(name, _)| name.eq_ignore_ascii_case("host"));
-        host = header.map(|(_, value)| value.trim().to_owned()).or(host);
+        waiting.push_back(stream.clone());
     }
-    let Answer { status, kind, header, body } = answer(&request, host.as_deref(), board);
-    write!(
-        stream,
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-         X-Content-Type-Options: nosniff\r\nContent-Security-Policy: default-src 'self' 'unsafe-inline'; img-src 'self' \
-         blob:\r\n{header}Connection: close\r\n\r\n",
-        body.len()
-    )?;
-    stream.write_all(&body)?;
-    stream.flush()
-}
 
-fn answer(request: &str, host: Option<&str>, board: &Board) -> Answer {
-    // pages from elsewhere may lead their own name to this machine: they send that name
-    let name = host.map(|host| host.rsplit_once(':').map_or(host, |(name, _)| name));
-    if !matches!(name, Some("127.0.0.1" | "localhost")) {
-        return Answer::text("403 Forbidden", "this page is for 127.0.0.1 and localhost alone\n");
+    fn leave(&self, stream: &Arc<TcpStream>) {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.retain(|other| !Arc::ptr_eq(other, stream));
     }
-    let mut words = request.split(' ');
-    let (Some(method), Some(target)) = (words.next(), words.next()) else {
-        return Answer::text("400 Bad Request", "this is no request\n");
-    };
-    if method != "GET" {
-        return Answer::text("405 Method Not Allowed", "nothing but GET is answered\n");
-    }
-    let parts: Vec<&str> = target.split('/').skip(1).collect();
-    match parts[..] {
-        [""] => Answer { kind: "text/html; charset=utf-8", ..Answer::text("200 OK", PAGE) },
-        ["state"] => Answer { kind: "application/json", ..Answer::text("200 OK", &board.told().to_string()) },
-        ["frame", version, frame] => {
-            let (Ok(version), Ok(frame)) = (version.parse(), frame.parse()) else {
-                return Answer::text("400 Bad Request", "write /frame/VERSION/NUMBER\n");
-            };
-            match board.picture(version, frame, FRAME_PATIENCE) {
-                Some(shown) => Answer {
-                    status: "200 OK",
-                    kind: "image/png",
-                    header: format!("X-Seconds: {:.3}\r\n", shown.seconds),
-                    body: shown.png.to_vec(),
-                },
-                None => Answer::text("404 Not Found", "this frame is not there (any more, or yet)\n"),
+
+    fn converse(&self, stream: &Arc<TcpStream>) -> io::Result<()> {
+        let head = read_head(&mut Timed::new(stream, REQUEST_PATIENCE));
+        self.leave(stream);
+        let answer = match head {
+            Ok(Some(head)) => self.answer(&head),
+            Ok(None) => Answer::text("431 Request Header Fields Too Large", "a request has 16 KiB at most\n"),
+            Err(error) if error.kind() == io::ErrorKind::TimedOut => {
+                Answer::text("408 Request Timeout", "a request must be there within 5 seconds\n")
             }
+            Err(error) => return Err(error),
+        };
+        answer.write(&mut Timed::new(stream, ANSWER_PATIENCE))?;
+        // a connection that is closed while something is unread loses the answer
+        stream.shutdown(Shutdown::Write)?;
+        io::copy(&mut Timed::new(stream, LAST_PATIENCE).take(MOST_BYTES as u64), &mut io::sink())?;
+        Ok(())
+    }
+
+    fn answer(&self, head: &[u8]) -> Answer {
+        let others = self.answered.fetch_add(1, Ordering::Relaxed);
+        let answer = if others < MOST_ANSWERED {
+            answer(head, &self.door, &self.board)
+        } else {
+            Answer::text("503 Service Unavailable", "too many ask at once: ask again\n")
+        };
+        self.answered.fetch_sub(1, Ordering::Relaxed);
+        answer
+    }
+}
+
+/// All up to the empty line that ends a request's head; nothing if it is too long.
+///
+/// # Errors
+/// It ends before, or takes too long.
+fn read_head(stream: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
+    let (mut head, mut part) = (Vec::new(), [0; 4096]);
+    while head.len() < MOST_BYTES {
+        let length = stream.read(&mut part)?;
+        if length == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        _ => Answer::text("404 Not Found", "there is nothing here\n"),
+        // the end may have begun in the part before
+        let known = head.len().saturating_sub(3);
+        head.extend_from_slice(&part[..length]);
+        let ends = |end: &[u8]| head[known..].windows(end.len()).any(|bytes| bytes == end);
+        if ends(b"\r\n\r\n") || ends(b"\n\n") {
+            return Ok(Some(head));
+        }
+    }
+    Ok(None)
+}
+
+/// A connection on which everything must be done at a certain time, however small its steps are.
+struct Timed<'a> {
+    stream: &'a TcpStream,
+    until: Instant,
+}
+
+impl<'a> Timed<'a> {
+    fn new(stream: &'a TcpStream, patience: Duration) -> Self {
+        Self { stream, until: Instant::now() + patience }
+    }
+
+    fn left(&self) -> io::Result<Option<Duration>> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        if left.is_zero() { Err(io::ErrorKind::TimedOut.into()) } else { Ok(Some(left)) }
+    }
+}
+
+/// The system says of a read or a write that took too long that it would block.
+fn timed_out(error: io::Error) -> io::Error {
+    if error.kind() == io::ErrorKind::WouldBlock { io::ErrorKind::TimedOut.into() } else { error }
+}
+
+impl Read for Timed<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.stream.set_read_timeout(self.left()?)?;
+        self.stream.read(bytes).map_err(timed_out)
+    }
+}
+
+impl Write for Timed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.set_write_timeout(self.left()?)?;
+        self.stream.write(bytes).map_err(timed_out)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
-    fn status(request: &str, host: Option<&str>) -> &'static str {
-        answer(request, host, &Board::new(Path::new("a.toml"))).status
+    /// Gives what it has in parts of so many bytes.
+    struct Dripping<'a>(&'a [u8], usize);
+
+    impl Read for Dripping<'_> {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            let (now, later) = self.0.split_at(self.1.min(self.0.len()).min(bytes.len()));
+            bytes[..now.len()].copy_from_slice(now);
+            self.0 = later;
+            Ok(now.len())
+        }
     }
 
     #[test]
-    fn only_this_machine_is_answered() {
-        for host in ["127.0.0.1:80", "localhost:8080", "localhost"] {
-            assert_eq!(status("GET / HTTP/1.1", Some(host)), "200 OK", "{host}");
+    fn a_head_is_read_in_whatever_parts_it_comes() {
+        for whole in ["GET / HTTP/1.1\r\nHost: a\r\n\r\n", "GET / HTTP/1.1\nHost: a\n\n"] {
+            for part in [1, 2, 3, 100] {
+                let head = read_head(&mut Dripping(whole.as_bytes(), part)).expect("it ends");
+                assert_eq!(head.as_deref(), Some(whole.as_bytes()));
+                let cut = &whole.as_bytes()[..whole.len() - 1];
+                let error = read_head(&mut Dripping(cut, part)).expect_err("it does not");
+                assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+            }
         }
-        for host in [Some("evil.example:80"), Some(""), Some("127.0.0.1.evil.example"), None] {
-            assert_eq!(status("GET / HTTP/1.1", host), "403 Forbidden", "{host:?}");
-        }
-    }
-
-    #[test]
-    fn what_makes_no_sense_is_refused() {
-        for (request, code) in [
-            ("", "400"),
-            ("GET", "400"),
-            ("POST / HTTP/1.1", "405"),
-            ("GET /../etc/passwd HTTP/1.1", "404"),
-            ("GET /frame/1 HTTP/1.1", "404"),
-            ("GET /frame/x/1 HTTP/1.1", "400"),
-            ("GET /frame/7/1 HTTP/1.1", "404"),
-        ] {
-            let status = status(request, Some("localhost"));
-            assert!(status.starts_with(code), "{request}: {status}");
-        }
+        let endless = vec![b'a'; 2 * MOST_BYTES];
+        assert!(read_head(&mut Dripping(&endless, 1000)).expect("it comes").is_none());
     }
 }

@@ -1,11 +1,16 @@
 //! `afterimage preview`: frames of a shot in a local web page, which follows the shot file while it is edited.
 //!
-//! A worker loads the shot, renders the frames that the page asks for, and loads it again when a file of it changes. Threads that
-//! answer the page talk to it over a [`Board`] alone.
+//! A worker loads the shot, renders what the page asks for, and loads it again when a file of it changes: frames of the shot, and
+//! [views](views) of cameras that the page leads around. Threads that answer the page talk to it over a [`Board`] alone.
 
+mod answer;
 mod args;
 mod board;
+mod camera;
 mod http;
+mod request;
+mod token;
+mod views;
 mod watch;
 mod worker;
 
@@ -19,6 +24,8 @@ use super::shot_args;
 use super::terminal::Terminal;
 pub use args::PreviewArgs;
 use board::Board;
+use request::Door;
+use token::Token;
 use worker::Worker;
 
 impl PreviewArgs {
@@ -34,13 +41,15 @@ impl PreviewArgs {
             ))
         })?;
         let address = listener.local_addr().map_err(Failure::of)?;
+        let token = Token::random()
+            .map_err(|error| Failure::Failed(format!("no random numbers for the page's address: {error}")))?;
         let board = Arc::new(Board::new(&self.shot));
         let worker = Worker { args: self, board: board.clone() };
         let thread = thread::Builder::new().name("afterimage-preview".to_owned());
         let cannot_start = |error| Failure::Failed(format!("cannot start a thread: {error}"));
         thread.spawn(move || pool.install(|| worker.work())).map_err(cannot_start)?;
-        terminal.result(&format!("preview at http://{address}/ (Ctrl-C ends it)"));
-        http::serve(&listener, &board);
+        terminal.result(&format!("preview at http://{address}/{token}/ (Ctrl-C ends it)"));
+        http::serve(&listener, Door { port: address.port(), token }, board);
         Ok(())
     }
 }

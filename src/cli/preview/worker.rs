@@ -6,11 +6,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::args::PreviewArgs;
-use super::board::{Board, Shown};
+use super::board::{Board, Job, Loaded, Shown};
+use super::camera::ShotCamera;
+use super::views::Views;
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};
 use crate::cli::failure::{Failure, one_line};
 use crate::cli::samples_args::check_samples;
+use crate::film::Film;
 use crate::frame::{self, Renderer};
 use crate::layers::Layers;
 use crate::memory;
@@ -49,7 +52,15 @@ impl Worker {
                     let watch = Watch::of(files, &before);
                     let warnings = shot.warnings.iter().map(|warning| warning.0.to_string());
                     let notes = warnings.chain(shot.notes.iter().cloned()).collect();
-                    self.board.loaded(&shot.title, &shot.frames, shot.rate, notes);
+                    let window = settings.data_window();
+                    self.board.loaded(Loaded {
+                        title: &shot.title,
+                        frames: &shot.frames,
+                        rate: shot.rate,
+                        notes,
+                        camera: ShotCamera::of(&shot),
+                        size: [window.width, window.height],
+                    });
                     if let Err(error) = self.render(&shot, &settings, &watch) {
                         self.board.failed(&one_line(&error));
                         wait_for_change(&watch, Duration::MAX);
@@ -105,7 +116,7 @@ impl Worker {
         }
     }
 
-    /// Renders frames as they are wanted, until a file has changed.
+    /// Renders frames and views as they are wanted, until a file has changed.
     fn render(&self, shot: &Shot, settings: &Settings, watch: &Watch) -> Result<(), String> {
         let kind = BackendKind::default();
         // as if all frames were looked at once
@@ -113,16 +124,29 @@ impl Worker {
         let need = frame::need(shot, settings, kind, frames, rayon::current_num_threads());
         need.check(&memory::left()).map_err(|error| error.to_string())?;
         let mut renderer = Renderer::with(kind, &shot.scene, settings).map_err(|error| error.to_string())?;
+        let mut views = Views::new(shot, settings);
         let mut last = None;
         while !watch.has_changed() {
-            let Some(frame) = self.board.next_wanted(PAUSE) else { continue };
+            let Some(job) = self.board.next_job(PAUSE) else { continue };
             let start = Instant::now();
-            let reuse = last.is_some_and(|last| !is_cut(&shot.scene.camera.cuts, last, frame));
-            let finished =
-                renderer.render(frame, reuse).map_err(|error| format!("frame {frame}: {error}"))?;
-            last = Some(frame);
-            let png = png::file_of(&finished.film).map_err(|error| error.to_string())?;
-            self.board.rendered(frame, Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() });
+            let shown = |film: &Film| {
+                let png = png::file_of(film).map_err(|error| error.to_string())?;
+                Ok::<_, String>(Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
+            };
+            match job {
+                Job::Frame(frame) => {
+                    let reuse = last.is_some_and(|last| !is_cut(&shot.scene.camera.cuts, last, frame));
+                    let finished = renderer.render(frame, reuse);
+                    let finished = finished.map_err(|error| format!("frame {frame}: {error}"))?;
+                    last = Some(frame);
+                    self.board.rendered(frame, shown(&finished.film)?);
+                }
+                Job::View(number, view) => {
+                    // frames may fit into memory where this does not
+                    let film = views.render(&mut renderer, &view);
+                    self.board.viewed(number, film.and_then(|film| shown(&film)));
+                }
+            }
         }
         Ok(())
     }
@@ -137,7 +161,7 @@ fn wait_for_change(watch: &Watch, longest: Duration) {
 }
 
 /// Whether the shot cuts between two frames.
-fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
+pub fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
     cuts.iter().any(|cut| a.min(b) < *cut && *cut <= a.max(b))
 }
 

@@ -4,7 +4,7 @@
 
 mod corners;
 mod fit;
-mod text;
+pub(crate) mod text;
 mod up;
 
 use std::path::Path;

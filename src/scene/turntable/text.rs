@@ -121,7 +121,7 @@ fn vector(vector: DVec3, size: f64) -> String {
 }
 
 /// To a ten-thousandth of `size` or finer, as short as it goes.
-fn number(value: f64, size: f64) -> String {
+pub(crate) fn number(value: f64, size: f64) -> String {
     let digits = (4.0 - size.log10().floor()).clamp(0.0, 60.0) as usize;
     let text = format!("{value:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };

@@ -1,0 +1,214 @@
+//! What requests get.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::board::{Board, Detail, Shown, View};
+use super::camera::{FreeCamera, ShotCamera};
+use super::request::{Door, Request};
+use crate::scene::CameraTrack;
+
+/// The page, what it looks like, what it does, and its icon.
+const PAGE: [(&str, &str, &str); 5] = [
+    ("", "text/html; charset=utf-8", include_str!("page.html")),
+    ("page.css", "text/css; charset=utf-8", include_str!("page.css")),
+    ("camera.js", "text/javascript; charset=utf-8", include_str!("camera.js")),
+    ("page.js", "text/javascript; charset=utf-8", include_str!("page.js")),
+    ("icon.svg", "image/svg+xml", include_str!("icon.svg")),
+];
+
+/// How long a request waits for a picture. The page asks again.
+const PATIENCE: Duration = Duration::from_secs(25);
+
+/// Headers of all answers. Nothing is kept, embedded, or handed on; and the page runs nothing but its own.
+const HEADERS: &str = "Cache-Control: no-store\r\n\
+    X-Content-Type-Options: nosniff\r\n\
+    Cross-Origin-Resource-Policy: same-origin\r\n\
+    Cross-Origin-Opener-Policy: same-origin\r\n\
+    Referrer-Policy: no-referrer\r\n\
+    X-Frame-Options: DENY\r\n\
+    Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
+    connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\
+    Connection: close\r\n";
+
+/// What is answered.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// Code and reason.
+    pub status: &'static str,
+    kind: &'static str,
+    /// One more header line, if any.
+    header: String,
+    body: Body,
+}
+
+/// Of an answer.
+#[derive(Debug, PartialEq, Eq)]
+enum Body {
+    Text(String),
+    Picture(Arc<Vec<u8>>),
+}
+
+impl Answer {
+    /// A sentence for people.
+    pub fn text(status: &'static str, text: impl Into<String>) -> Self {
+        Self::of_kind("text/plain; charset=utf-8", status, text)
+    }
+
+    fn of_kind(kind: &'static str, status: &'static str, text: impl Into<String>) -> Self {
+        Self { status, kind, header: String::new(), body: Body::Text(text.into()) }
+    }
+
+    /// What is asked for is elsewhere.
+    pub fn moved(target: String) -> Self {
+        let header = format!("Location: {target}\r\n");
+        Self { header, ..Self::text("308 Permanent Redirect", "") }
+    }
+
+    fn picture(shown: Shown) -> Self {
+        let header = format!("X-Seconds: {:.3}\r\n", shown.seconds);
+        Self { status: "200 OK", kind: "image/png", header, body: Body::Picture(shown.png) }
+    }
+
+    /// All of it, as it is sent.
+    pub fn write(&self, mut out: impl Write) -> io::Result<()> {
+        let Self { status, kind, header, body } = self;
+        let body = match body {
+            Body::Text(text) => text.as_bytes(),
+            Body::Picture(png) => png,
+        };
+        let length = body.len();
+        let head = format!(
+            "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{HEADERS}{header}\r\n"
+        );
+        out.write_all(head.as_bytes())?;
+        out.write_all(body)?;
+        out.flush()
+    }
+}
+
+/// What the request with this `head` gets.
+pub fn answer(head: &[u8], door: &Door, board: &Board) -> Answer {
+    let Some(request) = Request::parse(head) else {
+        return Answer::text("400 Bad Request", "this is no request of HTTP/1.1\n");
+    };
+    match door.admit(&request) {
+        Ok(_) if request.method != "GET" => {
+            let header = String::from("Allow: GET\r\n");
+            Answer { header, ..Answer::text("405 Method Not Allowed", "nothing but GET is answered\n") }
+        }
+        Ok(path) => answer_path(path, board),
+        Err(refusal) => refusal,
+    }
+}
+
+/// What is at `path`, behind the token.
+fn answer_path(path: &str, board: &Board) -> Answer {
+    if let Some((_, kind, text)) = PAGE.iter().find(|(name, _, _)| *name == path) {
+        return Answer::of_kind(kind, "200 OK", *text);
+    }
+    let parts: Vec<&str> = path.split('/').collect();
+    match parts[..] {
+        ["state"] => Answer::of_kind("application/json", "200 OK", board.told().to_string()),
+        ["frame", version, frame] => {
+            let (Ok(version), Ok(frame)) = (version.parse(), frame.parse()) else {
+                return Answer::text("400 Bad Request", "write frame/VERSION/NUMBER\n");
+            };
+            or_missing(board.picture(version, frame, PATIENCE))
+        }
+        ["camera", version, frame] => of_camera(board, [version, frame], |camera, frame| {
+            Ok(Answer::of_kind("application/json", "200 OK", camera.told(frame).to_string()))
+        }),
+        ["key", version, frame, free] => of_camera(board, [version, frame], |camera, frame| {
+            let key = camera.key(&free_camera(free, camera, frame)?.0, frame);
+            Ok(Answer::text("200 OK", key))
+        }),
+        ["view", version, frame, page, detail, free] => {
+            of_camera(board, [version, frame], |camera, frame| {
+                let detail = match detail {
+                    "coarse" => Detail::Coarse,
+                    "full" => Detail::Full,
+                    _ => return Err("write view/VERSION/FRAME/PAGE/coarse or full/CAMERA\n"),
+                };
+                let (_, camera) = free_camera(free, camera, frame)?;
+                let view = View { frame, camera, detail };
+                let numbers = (version.parse(), page.parse());
+                let (Ok(version), Ok(page)) = numbers else { return Err("PAGE is a number\n") };
+                Ok(match board.view(version, page, view, PATIENCE).transpose() {
+                    Ok(shown) => or_missing(shown),
+                    Err(error) => Answer::text("500 Internal Server Error", error),
+                })
+            })
+        }
+        _ => Answer::text("404 Not Found", "there is nothing here\n"),
+    }
+}
+
+/// What `answer` makes of the shot's camera at a frame, if that can be shown, or says is wrong.
+fn of_camera(
+    board: &Board,
+    [version, frame]: [&str; 2],
+    answer: impl FnOnce(&ShotCamera, i32) -> Result<Answer, &'static str>,
+) -> Answer {
+    let (Ok(version), Ok(frame)) = (version.parse(), frame.parse()) else {
+        return Answer::text("400 Bad Request", "VERSION and FRAME are numbers\n");
+    };
+    match board.camera(version, frame) {
+        Some(camera) => answer(&camera, frame).unwrap_or_else(|error| Answer::text("400 Bad Request", error)),
+        None => Answer::text("404 Not Found", "there is no such version, or no such frame in it\n"),
+    }
+}
+
+/// The camera that `text` says, and what the renderer makes of it.
+fn free_camera(
+    text: &str,
+    of_shot: &ShotCamera,
+    frame: i32,
+) -> Result<(FreeCamera, CameraTrack), &'static str> {
+    let free = FreeCamera::parse(text);
+    let both = free.and_then(|free| Some((free, of_shot.track(&free, frame)?)));
+    both.ok_or("a camera is eight numbers between commas: eye, target elsewhere, roll, fov or height\n")
+}
+
+fn or_missing(shown: Option<Shown>) -> Answer {
+    let missing = || Answer::text("404 Not Found", "this picture is not there (any more, or yet)\n");
+    shown.map_or_else(missing, Answer::picture)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::cli::preview::token::Token;
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let door = Door { port: 8080, token: Token::random().expect("random numbers") };
+        let board = Board::new(Path::new("a.toml"));
+        for (request, code) in [
+            ("GET TOKEN/ HTTP/1.1", "200"),
+            ("GET TOKEN/page.js HTTP/1.1", "200"),
+            ("GET TOKEN/state HTTP/1.1", "200"),
+            ("", "400"),
+            ("GET", "400"),
+            ("POST TOKEN/ HTTP/1.1", "405"),
+            ("POST / HTTP/1.1", "403"),
+            ("GET TOKEN/../etc/passwd HTTP/1.1", "404"),
+            ("GET TOKEN/page.css/ HTTP/1.1", "404"),
+            ("GET TOKEN/frame/1 HTTP/1.1", "404"),
+            ("GET TOKEN/frame/x/1 HTTP/1.1", "400"),
+            ("GET TOKEN/frame/7/1 HTTP/1.1", "404"),
+            ("GET TOKEN/camera/7/1 HTTP/1.1", "404"),
+            ("GET TOKEN/camera/7/x HTTP/1.1", "400"),
+            ("GET TOKEN/key/7/1/0,0,8,0,0,0,0,40 HTTP/1.1", "404"),
+            ("GET TOKEN/view/7/1/1/full/0,0,8,0,0,0,0,40 HTTP/1.1", "404"),
+        ] {
+            let request = request.replace("TOKEN", &format!("/{}", door.token));
+            let head = format!("{request}\r\nHost: localhost:8080\r\n\r\n");
+            let status = answer(head.as_bytes(), &door, &board).status;
+            assert!(status.starts_with(code), "{request}: {status}");
+        }
+    }
+}
