@@ -139,6 +139,33 @@ pub struct FileFormat {
     pub compression: Compression,
 }
 
+/// How pictures for screens show the light of a frame: previews, contact sheets, movies, reports. EXR files hold the light itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Look {
+    /// In stops: each doubles the light.
+    pub exposure: f32,
+    /// How light becomes what a screen shows.
+    pub view: View,
+}
+
+impl Look {
+    /// The most stops, up or down.
+    pub const MOST_EXPOSURE: f32 = 20.0;
+}
+
+/// How light becomes what a screen shows: a view transform.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum View {
+    /// As it is: sRGB, and what is brighter than 1 is cut off.
+    #[default]
+    Standard,
+    /// A film-like curve of each channel, with a toe and a soft shoulder: white is 5.6.
+    Filmic,
+    /// AgX: 16.5 stops, middle grey in the middle; what is very bright becomes white, whatever its hue.
+    Agx,
+}
+
 /// What becomes of the background where the camera sees it directly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -6,6 +6,9 @@ mod program;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
+use afterimage::output::look::on_screen;
+use afterimage::output::png::srgb_byte;
+use afterimage::settings::{Look, View};
 use image::GenericImageView;
 use program::{Place, Ran, analytic};
 
@@ -54,6 +57,44 @@ fn all_frames_of_a_run_are_on_its_sheet_and_in_its_movie() {
     // previews show what frames show
     with_ffmpeg(&place, &format!("{all} --png")).done();
     assert_eq!(fs::read(place.path("m/turn.mp4")).unwrap(), movie);
+}
+
+/// Preview, contact sheet and movie of a frame have its exposure and view, from previews or EXR files; its light stays.
+#[test]
+fn a_look_reaches_all_pictures_for_screens_and_no_exr() {
+    let place = Place::new();
+    let look = Look { exposure: 1.5, view: View::Agx };
+    let options = "--layers none --samples 1 --size 64x36 --frames 1 -o";
+    place.render(&format!("{options} plain/a.####.exr --png")).done();
+    let looked = "--exposure 1.5 --view agx --contact-sheet --movie";
+    with_ffmpeg(&place, &format!("{options} f/a.####.exr {looked} f/of_exr.mp4")).done();
+    assert_eq!(
+        fs::read(place.path("f/a.0001.exr")).unwrap(),
+        fs::read(place.path("plain/a.0001.exr")).unwrap()
+    );
+    let frame = openexr::read(&place.path("f/a.0001.exr")).unwrap();
+    let planes = ["R", "G", "B"].map(|name| &frame.channel(name).unwrap().data);
+    let on_screen = on_screen(look);
+    let wanted: Vec<u8> =
+        (0..64 * 36).flat_map(|at| on_screen(planes.map(|plane| plane[at])).map(srgb_byte)).collect();
+    assert_eq!(fs::read(place.path("f/of_exr.mp4")).unwrap(), wanted);
+    let wanted = image::RgbImage::from_raw(64, 36, wanted).unwrap();
+    let on_sheet = || {
+        let sheet = image::open(place.path("f/analytic.contact.png")).unwrap().into_rgb8();
+        *sheet.view(8, 8, 64, 36).to_image() == *wanted
+    };
+    assert!(on_sheet());
+
+    // the preview of another look is none of this run's
+    with_ffmpeg(&place, &format!("{options} f/a.####.exr --png")).done();
+    let plain = image::open(place.path("plain/a.0001.png")).unwrap().into_rgb8();
+    assert_eq!(image::open(place.path("f/a.0001.png")).unwrap().into_rgb8(), plain);
+    let again = format!("{options} f/a.####.exr --png --resume {looked} f/of_png.mp4");
+    let ran = with_ffmpeg(&place, &again).done();
+    assert!(ran.stderr.contains("without the preview that is asked for"), "{}", ran.stderr);
+    assert_eq!(image::open(place.path("f/a.0001.png")).unwrap().into_rgb8(), wanted);
+    assert!(on_sheet() && fs::read(place.path("f/of_png.mp4")).unwrap() == *wanted);
+    assert!(with_ffmpeg(&place, &again).done().stderr.contains("1 frames are there"));
 }
 
 #[test]

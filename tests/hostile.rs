@@ -15,6 +15,11 @@ const SHOT: &str = "[render]\nsize = [16, 9]\nsamples = 2\nframes = \"1-2\"\n\
     [[model]]\nobj = \"m.obj\"\n";
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
+/// The same shot with light in it, so that nothing is told of darkness.
+fn lit(shot: &str) -> String {
+    format!("{shot}[ambient]\ncolor = [0.1, 0.1, 0.1]\n")
+}
+
 /// A folder with a shot and its model.
 fn place(shot: &str, obj: &[u8]) -> Place {
     let place = Place::new();
@@ -240,7 +245,7 @@ fn odd_side_files_are_one_warning_each_and_strictly_errors() {
         ("gone.png", b"", &["m.mtl:2", "gone.png"]),
     ];
     for (name, bytes, words) in cases {
-        let place = place(SHOT, obj.as_bytes());
+        let place = place(&lit(SHOT), obj.as_bytes());
         fs::write(place.path("m.mtl"), format!("newmtl a\nmap_Kd {name}\n")).unwrap();
         match name {
             "t.png" => fs::write(place.path(name), bytes).unwrap(),
@@ -258,7 +263,7 @@ fn odd_side_files_are_one_warning_each_and_strictly_errors() {
 
 #[test]
 fn odd_values_of_materials_are_one_warning_each_and_strictly_errors() {
-    let place = place(SHOT, format!("mtllib m.mtl\nusemtl a\n{OBJ}").as_bytes());
+    let place = place(&lit(SHOT), format!("mtllib m.mtl\nusemtl a\n{OBJ}").as_bytes());
     fs::write(place.path("m.mtl"), "newmtl a\nNs -1.96\nNi -1\nillum 11\n").unwrap();
     render(&place, "s.toml", "--strict").failed(&["m.mtl:2", "`Ns` is `-1.96`"]);
     let ran = render(&place, "s.toml", "").done();
@@ -321,7 +326,8 @@ fn extremes_render() {
         (format!("{SHOT}[indirect]\npaths = 0\nbounces = 3\n"), "no paths"),
         (format!("{SHOT}[indirect]\npaths = 3\nbounces = 0\n"), "paths that meet nothing"),
     ] {
-        let place = place(&shot, format!("{OBJ}v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nf 4 5 6\nf 1 3 2\n").as_bytes());
+        let place =
+            place(&lit(&shot), format!("{OBJ}v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nf 4 5 6\nf 1 3 2\n").as_bytes());
         let ran = render(&place, "s.toml", "--audit -q");
         let told = match what {
             "narrow" => "so narrow",

@@ -133,6 +133,11 @@ fn the_shot_lies_in_the_current_folder_and_replaces_nothing() {
     fs::create_dir(place.path("m")).unwrap();
     fs::write(place.path("m/a.obj"), pyramid([0.0; 3], 1.0)).unwrap();
     run(&place, "init m/a.obj").done();
+    let info = run(&place, "info m/a.obj").done().stdout;
+    assert!(
+        info.contains("\n  materials   0; what has none is grey\n"),
+        "without the floor of its turntable: {info}"
+    );
     let text = fs::read_to_string(place.path("a.toml")).unwrap();
     assert!(text.contains("obj = \"m/a.obj\"") && !text.contains("[[material]]"), "{text}");
     fs::write(place.path("a.toml"), "mine").unwrap();

@@ -371,7 +371,7 @@ fn frames_that_do_not_say_what_they_are_made_from_are_made_again() {
     fs::remove_file(place.path("a.0003.png")).unwrap();
     fs::copy(place.path("t.png"), place.path("a.0004.png")).unwrap();
     assert_renders(&place, "", &[], &[]);
-    assert_renders(&place, "--png", &[3, 4], &["frames 3-4 (without the preview)"]);
+    assert_renders(&place, "--png", &[3, 4], &["frames 3-4 (without the preview that is asked for)"]);
     // the preview belongs to the frame: one of another run does not count
     assert_renders(&place, "--samples 2", ALL, &["other settings"]);
     assert_renders(&place, "--samples 2 --png", ALL, &["without the preview"]);

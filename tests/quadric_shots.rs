@@ -9,7 +9,7 @@ use small_shot::*;
 
 /// A shot with a quadric of this table beside the usual model.
 fn with(quadric: &str) -> String {
-    format!("{REST}[[model]]\nquadric = {{ {quadric} }}\n")
+    format!("{REST}[ambient]\ncolor = [1, 1, 1]\n[[model]]\nquadric = {{ {quadric} }}\n")
 }
 
 #[test]

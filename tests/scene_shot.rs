@@ -11,7 +11,9 @@ use afterimage::pose::Pose;
 use afterimage::scene::camera::{Lens, Projection};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
-use afterimage::settings::{Backdrop, BasePlace, Compression, DenoiseQuality, FileFormat, Filter, Mode};
+use afterimage::settings::{
+    Backdrop, BasePlace, Compression, DenoiseQuality, FileFormat, Filter, Look, Mode, View,
+};
 use glam::{DVec3, Vec3};
 use small_shot::*;
 
@@ -30,7 +32,8 @@ fn defaults_are_as_documented() {
     assert!((settings.occlusion_radius - 0.1 * 2.0_f64.sqrt()).abs() < 1e-12);
     assert!(!shot.scene.ambient_is_occluded);
     assert_eq!((shot.title.as_str(), shot.rate, shot.frames.list()), ("s", (24, 1), vec![1]));
-    assert_eq!((shot.output, shot.warnings.len()), (None, 0));
+    assert_eq!((shot.output, shot.warnings.len()), (None, 1));
+    assert!(shot.warnings[0].to_string().contains("nothing gives light"));
     assert_eq!(shot.scene.background, Background::uniform(Vec3::ZERO));
     assert_eq!(shot.scene.environment, None);
     assert_eq!(shot.scene.models[0].name, "m");
@@ -48,7 +51,7 @@ fn every_key_is_read() {
          filter = \"mitchell\"\ndepth = 0\nreflections = 7\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
          mode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
-         denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\n\
+         denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\nexposure = -1.5\nview = \"filmic\"\n\
          [background]\nzenith = [0, 0, 1]\nhorizon = [1, 1, 1]\n[ambient]\ncolor = [0.5, 0.5, 0.5]\noccluded = true\n\
          [[light]]\ntype = \"spot\"\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\ncone = 30\nsoft = 0.5\n\
          color = [1, 0, 0]\npower = 2\n[[light.key]]\nframe = 1\n[[light.key]]\nframe = 3\npower = 4\n\
@@ -66,6 +69,7 @@ fn every_key_is_read() {
     assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::BACKGROUND));
     assert_eq!(shot.settings.background, Backdrop::Transparent);
     assert_eq!(shot.format, FileFormat { multipart: true, compression: Compression::Piz });
+    assert_eq!(shot.look, Look { exposure: -1.5, view: View::Filmic });
     assert_eq!(shot.scene.background.ground, Vec3::ONE);
     let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };
     assert_eq!((spot.name.as_str(), sun.name.as_str()), ("light 1", "sun"));
@@ -96,14 +100,14 @@ fn ambient_light_takes_ka_or_everywhere_kd() {
     let kd = Vec3::new(0.5, 0.25, 0.125);
     let nowhere = "[ambient]\ncolor = [1, 1, 1]\n";
     let everywhere = "[ambient]\neverywhere = true\ncolor = [1, 1, 1]\n";
-    for (ka, ambient, of_wood, warnings) in [
-        ("", nowhere, kd, 0),
-        ("Ka 1 1 1\n", nowhere, Vec3::ONE, 0),
-        ("Ka 1 1 1\n", everywhere, kd, 0),
-        ("Ka 0 0 0\n", nowhere, Vec3::ZERO, 1),
-        ("Ka 0 0 0\n", everywhere, kd, 0),
-        ("Ka 0 0 0\n", "", Vec3::ZERO, 0),
-        ("Ka 0 0 0\n", "[ambient]\ncolor = [0, 0, 0]\n", Vec3::ZERO, 0),
+    for (ka, ambient, of_wood, warnings, is_dark) in [
+        ("", nowhere, kd, 0, false),
+        ("Ka 1 1 1\n", nowhere, Vec3::ONE, 0, false),
+        ("Ka 1 1 1\n", everywhere, kd, 0, false),
+        ("Ka 0 0 0\n", nowhere, Vec3::ZERO, 1, false),
+        ("Ka 0 0 0\n", everywhere, kd, 0, false),
+        ("Ka 0 0 0\n", "", Vec3::ZERO, 0, true),
+        ("Ka 0 0 0\n", "[ambient]\ncolor = [0, 0, 0]\n", Vec3::ZERO, 0, true),
     ] {
         let mtl = format!("newmtl wood\nKd 0.5 0.25 0.125\n{ka}newmtl clear\nd 0.1\n{ka}");
         std::fs::write(folder.path().join("m.mtl"), mtl).unwrap();
@@ -111,7 +115,9 @@ fn ambient_light_takes_ka_or_everywhere_kd() {
         let wood = shot.scene.materials.iter().find(|material| material.name == "wood").unwrap();
         assert_eq!((wood.ambient, wood.diffuse), (of_wood, kd), "{ka}{ambient}");
         let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
-        assert_eq!(told.len(), warnings, "{told:?}");
+        let (dark, told): (Vec<String>, Vec<String>) =
+            told.into_iter().partition(|told| told.contains("nothing gives light"));
+        assert_eq!((dark.len(), told.len()), (usize::from(is_dark), warnings), "{told:?}");
         let words = ["s.toml:2:9: ", "Ka is 0", "`everywhere = true`"];
         assert!(told.iter().all(|told| words.iter().all(|word| told.contains(word))), "{told:?}");
     }
@@ -406,6 +412,10 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:8:15: `compression`: unknown value `dwaa`",
         ),
         (
+            format!("{REST}[output]\nexposure = 21\n"),
+            "s.toml:8:12: `exposure` is 21: it must be from -20 to 20 stops",
+        ),
+        (
             format!("{REST}[output]\ndenoise_quality = \"best\"\n"),
             "s.toml:8:19: `denoise_quality`: unknown value `best`",
         ),
@@ -514,26 +524,26 @@ fn mistakes_are_told_with_place_and_remedy() {
 
 #[test]
 fn missing_files_are_stand_ins_or_strict_errors() {
-    let folder = folder();
+    let (folder, lit) = (folder(), format!("[ambient]\ncolor = [1, 1, 1]\n{REST}"));
     std::fs::write(
         folder.path().join("m.mtl"),
         "newmtl wood\nmap_Kd a.png\nnewmtl clear\nmap_Kd -s 2 a.png\n",
     )
     .unwrap();
-    let shot = load_in(folder.path(), REST, false).unwrap();
+    let shot = load_in(folder.path(), &lit, false).unwrap();
     assert_eq!(shot.warnings.len(), 1, "one a file: {:?}", shot.warnings);
     assert!(shot.warnings[0].to_string().contains("m.mtl:4: the texture `a.png` cannot be found"));
     let [first, second] = shot.scene.textures.as_slice() else { unreachable!("two ways to use the file") };
     assert!(Arc::ptr_eq(&first.texels, &second.texels));
-    assert!(load_in(folder.path(), REST, true).is_err());
+    assert!(load_in(folder.path(), &lit, true).is_err());
     std::fs::write(folder.path().join("a.png"), "no picture").unwrap();
-    let shot = load_in(folder.path(), REST, false).unwrap();
+    let shot = load_in(folder.path(), &lit, false).unwrap();
     assert!(shot.warnings[0].to_string().contains("cannot be read"), "{:?}", shot.warnings);
     std::fs::write(folder.path().join("a.png"), "#?RADIANCE\n\n-Y 1 +X 1\n\0\0\0\0").unwrap();
-    let shot = load_in(folder.path(), REST, false).unwrap();
+    let shot = load_in(folder.path(), &lit, false).unwrap();
     assert!(shot.warnings[0].to_string().contains("is a Radiance picture"), "{:?}", shot.warnings);
     std::fs::remove_file(folder.path().join("m.mtl")).unwrap();
-    let shot = load_in(folder.path(), REST, false).unwrap();
+    let shot = load_in(folder.path(), &lit, false).unwrap();
     assert_eq!(shot.warnings.len(), 1, "{:?}", shot.warnings);
     assert!(shot.warnings[0].to_string().contains("m.obj:1: the material file `m.mtl` cannot be found"));
 }

@@ -5,6 +5,8 @@ mod program;
 mod toy;
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use afterimage::animation::Track;
 use afterimage::exposure::Shutter;
@@ -55,6 +57,40 @@ fn audited(scene: &Scene, settings: &Settings) -> f64 {
     }
     assert!(all > 0, "or nothing is compared");
     reused as f64 / all as f64
+}
+
+/// In base frames and inferred ones, before a camera that moves or rests, with adaptive samples, exposures and two eyes.
+#[test]
+fn a_watcher_is_told_of_each_tile_once_a_frame() {
+    let refinement = Some(Refinement { most: 4, threshold: 0.1 });
+    let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+    for settings in [
+        toy::settings(2),
+        settings(1),
+        Settings { filter: Filter::Mitchell, ..toy::settings(1) },
+        Settings { refinement, ..toy::settings(1) },
+        Settings { shutter, exposures: 3, refinement, ..settings(1) },
+    ] {
+        let mut scene = world();
+        for rests in [false, true] {
+            if rests {
+                scene.camera.eye = Track::constant(scene.camera.eye.at(1.0));
+            }
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            let told = Arc::new(AtomicUsize::new(0));
+            let count = Arc::clone(&told);
+            let watch = move |tiles| {
+                count.fetch_add(tiles, Ordering::Relaxed);
+            };
+            renderer.watch(Some(Arc::new(watch)));
+            for frame in 1..=3 {
+                for eye in renderer.eyes() {
+                    renderer.render_eye(*eye, frame, true).unwrap();
+                }
+                assert_eq!(told.swap(0, Ordering::Relaxed), renderer.tiles_a_frame(), "{frame} {settings:?}");
+            }
+        }
+    }
 }
 
 fn planes(film: &Film) -> Vec<(String, Vec<u32>)> {

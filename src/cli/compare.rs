@@ -26,7 +26,7 @@ use super::steps::Walk;
 use super::target::Target;
 use super::terminal::Terminal;
 use super::writing::{self, Behind, Frame, Seen, Waiting};
-use crate::frame::{self, Finished, Renderer};
+use crate::frame::{self, Finished, Renderer, Watcher};
 use crate::layers::Layers;
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
@@ -225,8 +225,10 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let mut pairs = pairs?;
     let judge = options.reference.map(|samples| Judge::new(pairs[0].kind, job, samples)).transpose();
     let mut contest = Contest { pairs: &mut pairs, judge: judge? };
-    let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps)));
-    terminal.begin(steps.len());
+    let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps, job.look)));
+    let watcher = terminal.watcher();
+    contest.watch(watcher.as_ref());
+    terminal.begin(steps.len(), contest.tiles());
     terminal.result(&header(job.settings.stereo.is_some(), options.reference.is_some()));
     let (measured, to_tell) = mpsc::channel();
     let (mut frames, target) = (Vec::new(), options.target.as_ref());
@@ -234,7 +236,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let write = move |frame: &mut Frame, _: &Waiting| write(frame, target, pool, &to_tell, told, out);
     let layers = target.map_or(Layers::NONE, |_| job.settings.layers);
     let outcome = writing::behind(layers, write, |behind| {
-        let mut out = Out { measured, behind, writes: target.is_some() };
+        let mut out = Out { measured, behind, writes: target.is_some(), watcher: watcher.clone() };
         steps.iter().try_for_each(|step| compare_step(*step, &mut contest, &mut made, &mut out))
     });
     terminal.end();
@@ -310,6 +312,25 @@ struct Contest<'p, 's> {
     judge: Option<Judge<'s>>,
 }
 
+impl Contest<'_, '_> {
+    /// Has `watcher` be told of all tiles that are done.
+    fn watch(&mut self, watcher: Option<&Watcher>) {
+        for pair in &mut *self.pairs {
+            pair.ours.watch(watcher.cloned());
+            pair.full.watch(watcher.cloned());
+        }
+        if let Some(judge) = &mut self.judge {
+            judge.watch(watcher.cloned());
+        }
+    }
+
+    /// How many tiles there are to a frame that is made in all ways.
+    fn tiles(&self) -> usize {
+        let pairs = self.pairs.iter().map(|pair| pair.ours.tiles_a_frame() + pair.full.tiles_a_frame());
+        pairs.sum::<usize>() + self.judge.as_ref().map_or(0, Judge::tiles_a_frame)
+    }
+}
+
 /// Where frames go that are done.
 struct Out<'b, 'w> {
     /// Before each frame what was measured of it, of each eye; nothing of run-up.
@@ -317,6 +338,8 @@ struct Out<'b, 'w> {
     behind: &'b mut Behind<'w>,
     /// Whether there are files.
     writes: bool,
+    /// Is told of tiles that are left out.
+    watcher: Option<Watcher>,
 }
 
 fn compare_step(
@@ -333,6 +356,10 @@ fn compare_step(
                 let run_up = pair.infer(*eye, step)?;
                 seen.extend((number == 0).then(|| run_up.into()));
             }
+        }
+        if let Some(watch) = &out.watcher {
+            let ours: usize = contest.pairs.iter().map(|pair| pair.ours.tiles_a_frame()).sum();
+            watch(contest.tiles() - ours);
         }
         // it is heard as long as frames are taken
         let _ = out.measured.send(Vec::new());
@@ -365,11 +392,12 @@ fn compare_eye(
         made.agreements[number][1] += Agreement::between(&full.film, &theirs.1.film);
         made.frames[number].push(compared(&theirs.0, &theirs.1));
     }
+    let judged = judge.as_mut().map(|judge| judge.errors(eye, [&ours, &full])).transpose()?;
+    let (error, reference) = judged.unzip();
     if let Some(shown) = made.shown.as_mut().filter(|_| eye == Eye::Left) {
-        shown.offer(&ours, &full);
+        shown.offer(&ours, &full, reference.as_deref());
     }
-    let mut frame = compared(&ours, &full);
-    frame.error = judge.as_mut().map(|judge| judge.errors(eye, [&ours, &full])).transpose()?;
+    let frame = ComparedFrame { error, ..compared(&ours, &full) };
     Ok((ours, frame))
 }
 

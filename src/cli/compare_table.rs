@@ -4,17 +4,15 @@ use super::backend_table;
 use super::reference;
 use super::table;
 use super::terminal::duration;
-use crate::report::both_ways::{ComparedFrame, Saving};
+use crate::report::both_ways::{ComparedFrame, Difference, Saving};
 use crate::report::comparison::Comparison;
 use crate::stats::{Percent, Saved, saved_percent};
 
-/// Titles of the columns, with those of errors where there is a reference. With two eyes each frame has two rows.
+/// Titles of the columns: those of errors where there is a reference, and of differences where there is none. With two eyes each frame has two rows.
 pub fn header(has_two_eyes: bool, has_errors: bool) -> String {
     let eye = if has_two_eyes { " eye  " } else { "" };
-    let errors = if has_errors { reference::TITLES } else { "" };
-    format!(
-        " frame{eye} mode       seconds    full speed-up  rays M    full  saved% reused% difference  >0.02%{errors} audit",
-    )
+    let apart = if has_errors { reference::TITLES } else { " difference >0.02%" };
+    format!("frame{eye} mode      seconds    full speed-up rays M  full saved% reused%{apart} audit")
 }
 
 /// Both ways of a frame.
@@ -23,22 +21,25 @@ pub fn row(frame: &ComparedFrame) -> String {
     let seconds = (ours.seconds.rendering(), full.seconds.rendering());
     let speed_up = if seconds.0 > 0.0 { seconds.1 / seconds.0 } else { 1.0 };
     format!(
-        "{:>6}{} {:<10} {:>7.3} {:>7.3} {:>8.2} {:>7} {:>7} {:>7} {:>7.1} {:>10.5} {:>7.2}{} {}",
+        "{:>5}{} {:<9} {:>7.3} {:>7.3} {:>8.2} {:>6} {:>5} {:>6} {:>7.1}{} {}",
         frame.frame,
         table::eye(ours),
         ours.mode,
         seconds.0,
         seconds.1,
         speed_up,
-        table::millions(ours.rays.total()),
-        table::millions(full.rays.total()),
+        table::short_millions(ours.rays.total()),
+        table::short_millions(full.rays.total()),
         Percent(saved_percent(ours.rays.total() as f64, full.rays.total() as f64)),
         table::reused_percent(ours),
-        frame.difference.mean,
-        frame.difference.percent_above,
-        frame.error.map_or_else(String::new, |error| reference::columns(&error)),
+        frame.error.map_or_else(|| apart(&frame.difference), |error| reference::columns(&error)),
         table::audit(ours.audit),
     )
+}
+
+/// How far both pictures are apart, where there is no reference to say how far each is from the truth.
+fn apart(difference: &Difference) -> String {
+    format!(" {:>10.5} {:>6.2}", difference.mean, difference.percent_above)
 }
 
 /// What all frames amount to.
@@ -137,7 +138,6 @@ fn percent_or_dash(ours: f64, full: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::both_ways::Difference;
     use crate::report::error::BothErrors;
 
     #[test]
@@ -173,16 +173,17 @@ mod tests {
             difference: Difference::default(),
             error: None,
         };
-        for error in [None, Some(BothErrors::default())] {
+        for (error, titles) in [
+            (None, [("difference", "0.00000"), (">0.02%", "0.00")]),
+            (Some(BothErrors::default()), [("error", "0.0000"), ("ratio", "-")]),
+        ] {
             let frame = ComparedFrame { error, ..frame.clone() };
             let (head, row) = (header(false, error.is_some()), row(&frame));
-            for (title, value) in [(">0.02%", "0.00"), ("    full ratio", "0.00000     -")] {
-                let Some(end) = head.find(title).map(|at| at + title.len()) else {
-                    assert!(error.is_none(), "{head}");
-                    continue;
-                };
+            for (title, value) in titles {
+                let end = head.find(title).expect(title) + title.len();
                 assert!(row[..end].ends_with(value), "{head}\n{row}");
             }
+            assert!(header(true, error.is_some()).len() <= table::COLUMNS);
             let end = head.len() - " audit".len();
             assert_eq!(row[end..], *" -", "{head}\n{row}");
         }

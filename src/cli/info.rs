@@ -1,5 +1,6 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,7 @@ use crate::frame;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{LightKind, Model, Scene, turntable};
+use crate::scene::{LightKind, Material, Model, Scene, turntable};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
@@ -159,7 +160,7 @@ fn described(shot: &Shot, path: &Path) -> String {
         let (rays, radius) = (settings.occlusion_rays, settings.occlusion_radius as f32);
         line(&mut text, "occlusion", format!("{rays} rays a sample, up to {radius} away"));
     }
-    surfaces(&mut text, scene);
+    surfaces(&mut text, scene, &used_by(&scene.models));
     text
 }
 
@@ -191,17 +192,28 @@ fn model(scene: &Scene) -> String {
         let [low, high] = [low, high].map(|corner| scene.space.point_of_files(corner.as_vec3()).as_vec3());
         line(&mut text, "bounds", format!("{low} to {high}, size {}", high - low));
     }
-    surfaces(&mut text, scene);
+    surfaces(&mut text, scene, &used_by(&scene.models[..scene.models.len().min(1)]));
     text
 }
 
-fn surfaces(text: &mut String, scene: &Scene) {
-    let mirrors = scene.materials.iter().filter(|material| material.has_secondary_rays()).count();
-    line(
-        text,
-        "materials",
-        format!("{}, {mirrors} of them mirrors, glass or metal-rough", scene.materials.len()),
-    );
+/// Numbers of the materials that faces of `models` have.
+fn used_by(models: &[Model]) -> BTreeSet<u16> {
+    models.iter().flat_map(|model| model.mesh.material_of.iter().copied()).collect()
+}
+
+/// `used`: the numbers of the materials to tell of.
+fn surfaces(text: &mut String, scene: &Scene, used: &BTreeSet<u16>) {
+    let used: Vec<&Material> = used.iter().map(|number| &scene.materials[usize::from(*number)]).collect();
+    let (none, named): (Vec<&Material>, Vec<&Material>) =
+        used.into_iter().partition(|material| material.is_fallback());
+    let mirrors = named.iter().filter(|material| material.has_secondary_rays()).count();
+    let grey = if none.is_empty() { "" } else { "; what has none is grey" };
+    let of_them = if named.is_empty() {
+        String::new()
+    } else {
+        format!(", {mirrors} of them mirrors, glass or metal-rough")
+    };
+    line(text, "materials", format!("{}{of_them}{grey}", named.len()));
     line(text, "textures", scene.textures.len().to_string());
     for texture in &scene.textures {
         line(text, "", format!("{}: {}x{}", texture.path.display(), texture.width, texture.height));
@@ -217,7 +229,7 @@ fn list(parts: impl Iterator<Item = String>) -> String {
 }
 
 fn line(text: &mut String, name: &str, value: String) {
-    let _ = writeln!(text, "  {name:<11}{value}");
+    let _ = writeln!(text, "  {name:<12}{value}");
 }
 
 #[cfg(test)]
@@ -227,5 +239,13 @@ mod tests {
     #[test]
     fn rates_may_be_fractions() {
         assert_eq!((rate((24, 1)), rate((24000, 1001))), ("24".into(), "24000/1001".into()));
+    }
+
+    #[test]
+    fn names_stand_apart_from_values() {
+        let mut text = String::new();
+        line(&mut text, "environment", "512x256 directions".into());
+        line(&mut text, "lights", "2".into());
+        assert_eq!(text, "  environment 512x256 directions\n  lights      2\n");
     }
 }

@@ -1,9 +1,12 @@
 //! `compare --reference N`: how far both ways are from frames of more samples.
 
+use std::sync::Arc;
+
 use super::failure::Failure;
 use super::samples_args::check_samples;
 use super::shot_args::Job;
-use crate::frame::{Finished, Renderer};
+use crate::film::Film;
+use crate::frame::{Finished, Renderer, Watcher};
 use crate::layers::Layers;
 use crate::report::error::{BothErrors, PictureError};
 use crate::report::reference::{ErrorTotals, Reference};
@@ -11,8 +14,8 @@ use crate::settings::{MOST_SAMPLES, Mode, Settings};
 use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
-/// Of the columns that a reference adds to the table.
-pub const TITLES: &str = "   error    full ratio";
+/// Of the columns that the table has with a reference.
+pub const TITLES: &str = "  error   full ratio";
 
 /// A reference of no more samples than what is compared with it would tell nothing.
 pub fn check(settings: &Settings, samples: u32) -> Result<(), Failure> {
@@ -44,14 +47,24 @@ impl<'s> Judge<'s> {
         Ok(Self { renderer: Renderer::with(kind, &job.shot.scene, &settings).map_err(Failure::of)? })
     }
 
-    /// Of what `eye` sees of a frame that was made in both ways, reprojected first.
-    pub fn errors(&mut self, eye: Eye, both: [&Finished; 2]) -> Result<BothErrors, Failure> {
+    /// Has `watcher` be told of tiles that are done.
+    pub fn watch(&mut self, watcher: Option<Watcher>) {
+        self.renderer.watch(watcher);
+    }
+
+    /// Of how many in each frame.
+    pub fn tiles_a_frame(&self) -> usize {
+        self.renderer.tiles_a_frame()
+    }
+
+    /// Of what `eye` sees of a frame that was made in both ways, reprojected first. And the reference.
+    pub fn errors(&mut self, eye: Eye, both: [&Finished; 2]) -> Result<(BothErrors, Arc<Film>), Failure> {
         let frame = both[0].stats.frame;
         let reference = self.renderer.render_eye(eye, frame, false);
         let reference =
             reference.map_err(|error| Failure::Failed(format!("frame {frame}, reference: {error}")))?.film;
         let [reprojected, full] = both.map(|finished| PictureError::between(&finished.film, &reference));
-        Ok(BothErrors { reprojected, full })
+        Ok((BothErrors { reprojected, full }, reference))
     }
 }
 
@@ -59,7 +72,7 @@ impl<'s> Judge<'s> {
 pub fn columns(error: &BothErrors) -> String {
     let (ours, full) = (error.reprojected.display, error.full.display);
     let ratio = if full > 0.0 { format!("{:.2}", ours / full) } else { String::from("-") };
-    format!(" {ours:>7.5} {full:>7.5} {ratio:>5}")
+    format!(" {ours:>6.4} {full:>6.4} {ratio:>5}")
 }
 
 /// What equal samples do not tell: whether they make equal pictures.

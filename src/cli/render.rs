@@ -272,7 +272,8 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let mut renderer =
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     let mut record = Record::default();
-    terminal.begin(steps.len());
+    renderer.watch(terminal.watcher());
+    terminal.begin(steps.len(), renderer.tiles_a_frame());
     terminal.result(&table::header(settings.stereo.is_some()));
     let writer = Writer { target, fingerprints: &fingerprints, pool };
     let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);

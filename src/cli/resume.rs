@@ -138,7 +138,7 @@ impl<'a> Review<'a> {
             Left::Nothing => return false,
             Left::Finished => return true,
             Left::Damaged => String::from("not whole"),
-            Left::NoPreview => String::from("without the preview"),
+            Left::NoPreview => String::from("without the preview that is asked for"),
             Left::Unknown => {
                 String::from("without a fingerprint: another version made them, or another program")
             }

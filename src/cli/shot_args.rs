@@ -14,8 +14,8 @@ use super::target::Target;
 use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
-    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, crop, filter_radius,
-    radius, size, threads,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, ViewArg, crop,
+    exposure, filter_radius, radius, size, threads,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -23,8 +23,8 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings,
+    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, Look, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings, View,
 };
 use crate::trace::BackendKind;
 
@@ -159,6 +159,15 @@ pub struct ShotArgs {
     #[arg(long)]
     pub png: bool,
 
+    /// Stops by which pictures for screens are brighter, as 1 or -2.5: those of --png, contact sheets, movies and reports. EXR
+    /// files stay as they are [default: the shot's, or 0]
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+
+    /// View transform of the same pictures [default: the shot's, or standard]
+    #[arg(long, value_enum)]
+    pub view: Option<ViewArg>,
+
     /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up: Option<UpArg>,
@@ -201,6 +210,8 @@ pub struct Job {
     pub frames: Frames,
     /// How files are made.
     pub format: FileFormat,
+    /// How pictures for screens show frames.
+    pub look: Look,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
     /// With what quality frames are denoised as well, if they are.
@@ -221,6 +232,10 @@ impl ShotArgs {
             format: FileFormat {
                 multipart: self.multipart || shot.format.multipart,
                 compression: self.compression.map_or(shot.format.compression, Compression::from),
+            },
+            look: Look {
+                exposure: self.exposure.unwrap_or(shot.look.exposure),
+                view: self.view.map_or(shot.look.view, View::from),
             },
             shot,
             settings,
@@ -287,7 +302,7 @@ impl Job {
             self.frames.list(),
             png,
             self.shot.rate,
-            (&self.settings, self.format),
+            (&self.settings, self.format, self.look),
         )
     }
 }
@@ -464,6 +479,10 @@ mod tests {
             ("--occlusion-radius=-1", "above 0"),
             ("--occlusion-radius nan", "above 0"),
             ("--occlusion-radius inf", "above 0"),
+            ("--exposure bright", "-20 to 20 stops"),
+            ("--exposure -21", "-20 to 20 stops"),
+            ("--exposure nan", "-20 to 20 stops"),
+            ("--view aces", "agx"),
         ] {
             let error = typed(&format!("a.toml {options}")).expect_err(options);
             assert!(error.contains(word), "{options}: {error}");

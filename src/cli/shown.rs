@@ -6,8 +6,10 @@
 use std::collections::VecDeque;
 
 use super::schedule::Step;
+use crate::film::Film;
 use crate::frame::Finished;
 use crate::report::html::Pictures;
+use crate::settings::Look;
 
 /// How many.
 const MOST: usize = 4;
@@ -17,6 +19,8 @@ const MOST: usize = 4;
 pub struct Shown {
     /// Which of the frames that are offered are to be shown, counted from 0, in rising order.
     due: VecDeque<usize>,
+    /// Of the pictures.
+    look: Look,
     /// How many were offered.
     offered: usize,
     pictures: Vec<Pictures>,
@@ -25,16 +29,16 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Of the frames that `steps` write.
-    pub fn new(steps: &[Step]) -> Self {
-        Self { due: due(steps), ..Self::default() }
+    /// Of the frames that `steps` write, with a `look`.
+    pub fn new(steps: &[Step], look: Look) -> Self {
+        Self { due: due(steps), look, ..Self::default() }
     }
 
-    /// One of those frames, in their order, made in both ways.
-    pub fn offer(&mut self, ours: &Finished, full: &Finished) {
-        let place = self.offered;
+    /// One of those frames, in their order, made in both ways, and as a `reference`, if there is one.
+    pub fn offer(&mut self, ours: &Finished, full: &Finished, reference: Option<&Film>) {
+        let (place, look) = (self.offered, self.look);
         self.offered += 1;
-        let pictures = || Pictures::of(ours.stats.frame, &ours.film, &full.film);
+        let pictures = || Pictures::of(ours.stats.frame, [&ours.film, &full.film], reference, look);
         if ours.stats.samples.reused() == 0 {
             if place == 0 {
                 self.base = pictures();
@@ -80,13 +84,13 @@ mod tests {
 
     /// Numbers of the frames that are shown of a run in which these frames of `steps` reuse nothing.
     fn shown(steps: &[Step], traced: impl Fn(i32) -> bool) -> Vec<i32> {
-        let mut shown = Shown::new(steps);
+        let mut shown = Shown::new(steps, Look::default());
         for step in steps.iter().filter(|step| step.write) {
             let full = finished(step.frame);
             let mut ours = Finished { film: Arc::clone(&full.film), ..finished(step.frame) };
             let good = u64::from(step.reuses() && !traced(step.frame));
             ours.stats.samples = SampleCounts { good, base: 1 - good, ..SampleCounts::default() };
-            shown.offer(&ours, &full);
+            shown.offer(&ours, &full, None);
         }
         shown.into_pictures().iter().map(|pictures| pictures.frame).collect()
     }

@@ -6,11 +6,15 @@ use crate::stats::{
     AuditCounts, Eyes, FrameStats, FromLeft, FullEstimate, Memory, Percent, RayCounts, Totals, saved_percent,
 };
 
+/// Columns of the terminals that rows fit into.
+#[cfg(test)]
+pub const COLUMNS: usize = 100;
+
 /// Title line of a render's table. Rays in millions. With two eyes each frame has two rows.
 pub fn header(has_two_eyes: bool) -> String {
     let eye = if has_two_eyes { " eye  " } else { "" };
     format!(
-        " frame{eye} mode       seconds   write reused%  primary   verify   shadow  reflect  refract   gather   total  saved% audit",
+        "frame{eye} mode      seconds write reused% prim. verify shadow refl. refr. gath. total saved% audit",
     )
 }
 
@@ -19,20 +23,20 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     let rays = &frame.rays;
     let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
     format!(
-        "{:>6}{} {:<10} {:>7.3} {:>7.3} {:>7.1} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {}",
+        "{:>5}{} {:<9} {:>7.3} {:>5.2} {:>7.1} {:>5} {:>6} {:>6} {:>5} {:>5} {:>5} {:>5} {:>6} {}",
         frame.frame,
         eye(frame),
         frame.kind(),
         frame.seconds.rendering(),
         frame.seconds.write,
         reused_percent(frame),
-        millions(rays.primary),
-        millions(rays.verification),
-        millions(rays.shadow),
-        millions(rays.reflection),
-        millions(rays.refraction),
-        millions(rays.gathering),
-        millions(rays.total()),
+        short_millions(rays.primary),
+        short_millions(rays.verification),
+        short_millions(rays.shadow),
+        short_millions(rays.reflection),
+        short_millions(rays.refraction),
+        short_millions(rays.gathering),
+        short_millions(rays.total()),
         saved.map_or_else(|| String::from("-"), |saved| Percent(saved).to_string()),
         audit(frame.audit),
     )
@@ -67,6 +71,17 @@ pub fn percent(part: u64, whole: u64) -> f64 {
 /// `12.34` for 12 340 000.
 pub fn millions(rays: u64) -> String {
     format!("{:.2}", rays as f64 / 1e6)
+}
+
+/// The same in five characters, as long as there are fewer than 10^11: with as many decimals as there is room for.
+pub fn short_millions(rays: u64) -> String {
+    let millions = rays as f64 / 1e6;
+    let decimals = match millions {
+        ..99.995 => 2,
+        ..999.95 => 1,
+        _ => 0,
+    };
+    format!("{millions:.decimals$}")
 }
 
 /// `-`, `ok`, or how many samples do not hold.
@@ -231,7 +246,7 @@ mod tests {
         for (title, value) in [
             ("frame", "12"),
             ("seconds", "0.400"),
-            ("write", "0.100"),
+            ("write", "0.10"),
             ("reused%", "95.0"),
             ("shadow", "1.23"),
             ("saved%", "-"),
@@ -240,6 +255,26 @@ mod tests {
             assert!(row[..end_of_title].ends_with(value), "{title} in\n{head}\n{row}");
         }
         assert!(row.ends_with(" ok"));
+    }
+
+    #[test]
+    fn rows_of_long_runs_fit_a_terminal() {
+        let many = 98_765_432_100;
+        let rays = RayCounts {
+            primary: many,
+            verification: many,
+            shadow: many,
+            reflection: many,
+            refraction: many,
+            gathering: 1_000_000,
+        };
+        let seconds = Seconds { total: 999.0, write: 99.0, ..Seconds::default() };
+        for eye in [None, Some(crate::stereo::Eye::Right)] {
+            let row = row(&FrameStats { frame: 10_000, eye, seconds, rays: rays.clone(), ..frame() }, None);
+            assert!(header(eye.is_some()).len() <= COLUMNS && row.len() <= COLUMNS, "{row}");
+        }
+        let short = [0, 1_234_000, 99_996_000, 999_940_000, 999_960_000, many].map(short_millions);
+        assert_eq!(short, ["0.00", "1.23", "100.0", "999.9", "1000", "98765"]);
     }
 
     #[test]

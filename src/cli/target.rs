@@ -8,12 +8,13 @@ use super::failure::Failure;
 use super::frame_list;
 use super::writing::Seen;
 use crate::denoise;
+use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::output::exr::{Packing, Windows};
 use crate::output::fingerprint::Kind;
 use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
-use crate::settings::{FileFormat, Settings};
+use crate::settings::{FileFormat, Look, Settings};
 use crate::stereo::Eye;
 
 /// Names that are fit for the frames of a run.
@@ -31,6 +32,7 @@ pub struct Target {
     layers: Layers,
     windows: Windows,
     format: FileFormat,
+    look: Look,
 }
 
 /// What is there of a frame before a run.
@@ -44,7 +46,7 @@ pub enum Left {
     Unknown,
     /// A frame that was made from something else.
     Other(Vec<Kind>),
-    /// The frame, but not its preview.
+    /// The frame, but not its preview, or not with the look that is asked for.
     NoPreview,
     /// All files that the run would write.
     Finished,
@@ -53,14 +55,15 @@ pub enum Left {
 impl Target {
     /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
     /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
-    /// frames a second; `settings` say which layers and pixels are written, and `format` how.
+    /// frames a second; `settings` say which layers and pixels are written, `format` how, and `look` what
+    /// previews show of them.
     pub fn new(
         text: &str,
         shot: &str,
         frames: Vec<i32>,
         png: bool,
         rate: (i32, u32),
-        (settings, format): (&Settings, FileFormat),
+        (settings, format, look): (&Settings, FileFormat, Look),
     ) -> Result<Self, Failure> {
         let pattern = OutputPattern::parse(text, shot, "exr")
             .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
@@ -80,7 +83,7 @@ impl Target {
         };
         let (text, shot) = (text.to_owned(), shot.to_owned());
         let (layers, windows) = (settings.layers, Windows::of(settings));
-        Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format })
+        Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format, look })
     }
 
     /// As it was named.
@@ -114,7 +117,7 @@ impl Target {
                     Some((layer, letter)) if names_views => format!("{layer}.{}.{letter}", Eye::Left.name()),
                     _ => name.to_owned(),
                 });
-                Picture::of_exr(&self.exr(frame), channels.each_ref().map(String::as_str))
+                Picture::of_exr(&self.exr(frame), channels.each_ref().map(String::as_str), self.look)
             }
         };
         picture.map_err(Failure::of)
@@ -198,7 +201,8 @@ impl Target {
             Ok(Some(found)) if found != *wanted => return Left::Other(wanted.changes(&found)),
             Ok(Some(_)) => {}
         }
-        let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(*wanted);
+        let of_preview = self.of_preview(*wanted);
+        let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(of_preview);
         if !self.previews.iter().all(is_wanted) {
             return Left::NoPreview;
         }
@@ -218,7 +222,7 @@ impl Target {
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         for (preview, seen) in self.previews.iter().zip(&*seen) {
-            write_preview(preview, seen, made_from)?;
+            self.write_preview(preview, seen, made_from)?;
         }
         let frame = seen.first().map_or(0, |seen| seen.finished.stats.frame);
         let path = self.exr(frame);
@@ -231,6 +235,31 @@ impl Target {
             finished.stats.seconds.total += seconds;
         }
         Ok(path)
+    }
+
+    fn write_preview(
+        &self,
+        preview: &OutputPattern,
+        Seen { finished, denoised }: &Seen,
+        made_from: Option<Fingerprint>,
+    ) -> Result<(), Failure> {
+        let planes = match denoised {
+            Some(planes) => planes.each_ref(),
+            None => png::colors(&finished.film).map_err(Failure::of)?,
+        };
+        let size = [finished.film.width, finished.film.height];
+        let made_from = made_from.map(|made_from| self.of_preview(made_from));
+        png::write_colors(&preview.at(finished.stats.frame), size, planes, self.look, made_from)
+            .map_err(Failure::of)
+    }
+
+    /// Of the previews of a frame that is made from this: what they are made from. Nothing is added to it without a look.
+    fn of_preview(&self, made_from: Fingerprint) -> Fingerprint {
+        if self.look == Look::default() {
+            return made_from;
+        }
+        let look = Digest::of(format!("{:?}", self.look).as_bytes());
+        Fingerprint { settings: Digest::of_all([made_from.settings, look]), ..made_from }
     }
 
     /// What goes into the file of what an eye has seen.
@@ -258,19 +287,6 @@ impl Target {
     }
 }
 
-fn write_preview(
-    preview: &OutputPattern,
-    Seen { finished, denoised }: &Seen,
-    made_from: Option<Fingerprint>,
-) -> Result<(), Failure> {
-    let planes = match denoised {
-        Some(planes) => planes.each_ref(),
-        None => png::colors(&finished.film).map_err(Failure::of)?,
-    };
-    let size = [finished.film.width, finished.film.height];
-    png::write_colors(&preview.at(finished.stats.frame), size, planes, made_from).map_err(Failure::of)
-}
-
 /// Or to nothing, and is then replaced itself.
 fn leads_to_file(link: &Path) -> bool {
     link.metadata().map_or(true, |found| found.is_file())
@@ -281,7 +297,14 @@ mod tests {
     use super::*;
 
     fn target(text: &str) -> Result<Target, Failure> {
-        Target::new(text, "city", vec![1, 2], false, (24, 1), (&Settings::default(), FileFormat::default()))
+        Target::new(
+            text,
+            "city",
+            vec![1, 2],
+            false,
+            (24, 1),
+            (&Settings::default(), FileFormat::default(), Look::default()),
+        )
     }
 
     #[test]

@@ -1,15 +1,18 @@
 //! What a run says while it works: the table on stdout; progress and warnings on stderr. Names come from files
 //! that others wrote: nothing in them reaches the terminal as a command to it (see [`visible`]).
 
+use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::failure::one_line;
+use crate::frame::Watcher;
 use crate::stats::FrameStats;
 use crate::visible::visible;
 
@@ -109,12 +112,22 @@ impl Terminal {
         }
     }
 
-    /// So many renderings are to come.
-    pub fn begin(&mut self, renderings: usize) {
+    /// Who shows how far frames are, if anybody does: told of tiles that are done.
+    pub fn watcher(&self) -> Option<Watcher> {
+        let Progress::Bar(bar) = &self.progress else { return None };
+        let bar = bar.clone();
+        // what it shows is drawn by a thread of its own, four times a second
+        Some(Arc::new(move |tiles| bar.inc(tiles as u64)))
+    }
+
+    /// So many renderings are to come, each of so many tiles.
+    pub fn begin(&mut self, renderings: usize, tiles: usize) {
         (self.started, self.done, self.of) = (Instant::now(), 0, renderings);
         match &self.progress {
             Progress::Bar(bar) => {
-                bar.set_length(renderings as u64);
+                bar.set_style(style(tiles as u64));
+                bar.set_length((renderings * tiles) as u64);
+                bar.set_prefix(format!("0/{renderings}"));
                 bar.reset_eta();
                 bar.enable_steady_tick(Duration::from_millis(250));
             }
@@ -131,8 +144,7 @@ impl Terminal {
         let left = self.seconds_left();
         match &self.progress {
             Progress::Bar(bar) => {
-                bar.set_message(format!("frame {}", stats.frame));
-                bar.inc(1);
+                bar.set_prefix(format!("{}/{}", self.done, self.of));
             }
             Progress::Plain => err_line(&format!(
                 "[{}/{}] frame {}: {}, {:.3} s, about {} left",
@@ -189,9 +201,19 @@ pub fn duration(seconds: f64) -> String {
 }
 
 fn bar() -> ProgressBar {
-    let template = "{bar:32.green/dim} {pos}/{len}  {msg}  {elapsed_precise} gone, {eta_precise} to go";
+    ProgressBar::new(0).with_style(style(1))
+}
+
+/// Of a bar over the tiles of all frames, so many in each: frames that are done, and tiles of the one at work.
+fn style(tiles: u64) -> ProgressStyle {
+    let template =
+        "{bar:32.green/dim} {prefix} frames, {tiles} tiles  {elapsed_precise} gone, {eta_precise} to go";
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(0).with_style(style.progress_chars("━╸─"))
+    let at_work = move |state: &ProgressState, text: &mut dyn fmt::Write| {
+        // nobody may be there to read it
+        let _ = write!(text, "{}/{tiles}", state.pos() % tiles.max(1));
+    };
+    style.with_key("tiles", at_work).progress_chars("━╸─")
 }
 
 /// Nobody may be there to read it.
@@ -212,5 +234,22 @@ mod tests {
     fn durations_have_the_unit_that_is_read_best() {
         let texts: Vec<_> = [0.4211, 9.7, 61.04, 185.0, 7620.0].map(duration).into();
         assert_eq!(texts, ["0.42 s", "9.7 s", "61.0 s", "3 min 05 s", "2 h 07 min"]);
+    }
+
+    #[test]
+    fn a_bar_moves_within_a_frame() {
+        let mut terminal = Terminal::new(ProgressKind::None, false);
+        assert!(terminal.watcher().is_none(), "nobody looks");
+        let bar = ProgressBar::hidden();
+        terminal.progress = Progress::Bar(bar.clone());
+        terminal.begin(3, 100);
+        let watch = terminal.watcher().expect("there is a bar");
+        watch(40);
+        watch(50);
+        assert_eq!((bar.position(), bar.length(), bar.prefix()), (90, Some(300), String::from("0/3")));
+        watch(10);
+        terminal.frame_done(&FrameStats::default(), None);
+        assert_eq!((bar.position(), bar.prefix()), (100, String::from("1/3")));
+        terminal.end();
     }
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::scene::Shot;
 use crate::settings::{
-    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, PixelRect, Reuse, Settings,
+    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, Look, PixelRect, Reuse, Settings, View,
 };
 use crate::trace::BackendKind;
 
@@ -74,6 +74,34 @@ impl From<BackdropArg> for Backdrop {
             BackdropArg::Transparent => Self::Transparent,
         }
     }
+}
+
+/// View transforms by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ViewArg {
+    /// sRGB as it is; what is brighter than 1 is cut off
+    Standard,
+    /// John Hable's curve, with a toe and a soft shoulder; white is 5.6
+    Filmic,
+    /// Troy Sobotka's AgX: 16.5 stops; what is very bright becomes white, whatever its hue
+    Agx,
+}
+
+impl From<ViewArg> for View {
+    fn from(view: ViewArg) -> Self {
+        match view {
+            ViewArg::Standard => Self::Standard,
+            ViewArg::Filmic => Self::Filmic,
+            ViewArg::Agx => Self::Agx,
+        }
+    }
+}
+
+/// Reads an exposure in stops.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    let most = Look::MOST_EXPOSURE;
+    let stops = text.trim().parse().ok().filter(|stops: &f32| stops.abs() <= most);
+    stops.ok_or_else(|| format!("must be from -{most} to {most} stops"))
 }
 
 /// Methods by name.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::Watcher;
 use super::bits::{bits_of_models, set_bits};
 use super::cells::CellSet;
 use super::channels::Channel;
@@ -131,6 +132,8 @@ pub struct FrameView<'a> {
     pub mattes: Option<&'a Mattes>,
     /// The frame's number, counted from the renderer's first.
     pub rendered: u32,
+    /// Who wants to know how far the frame is.
+    pub watcher: Option<&'a Watcher>,
 }
 
 impl<'a> FrameView<'a> {

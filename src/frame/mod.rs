@@ -150,6 +150,9 @@ pub struct Finished {
     pub about_layers: Arc<[(String, String)]>,
 }
 
+/// Is told, while a frame is made, how many tiles more are done. Whatever it does, rendering waits for it.
+pub type Watcher = Arc<dyn Fn(usize) + Send + Sync>;
+
 /// What ends a render.
 pub type RenderError = TraceError;
 
@@ -176,6 +179,17 @@ impl<'s> Renderer<'s> {
         let build_seconds = start.elapsed().as_secs_f64();
         let maps = ReflectionMaps::default();
         Ok(Self { prepared, kind, backend, build_seconds, eyes, blurs, rendered: 0, maps })
+    }
+
+    /// Has `watcher` be told after each band of tiles, from now on.
+    pub fn watch(&mut self, watcher: Option<Watcher>) {
+        self.prepared.watcher = watcher;
+    }
+
+    /// Of how many tiles a watcher is told in each frame: those of all eyes, exposures and levels of samples.
+    pub fn tiles_a_frame(&self) -> usize {
+        let Shape { tiles, eyes, exposures, .. } = self.shape();
+        tiles.iter().sum::<usize>() * eyes.len() * exposures
     }
 
     /// Which eyes see each frame, in order.

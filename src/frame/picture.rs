@@ -250,6 +250,7 @@ impl<'a> Setup<'a> {
             light_groups: &prepared.light_groups,
             mattes: prepared.mattes.as_ref(),
             rendered: order.rendered,
+            watcher: prepared.watcher.as_ref(),
         }
     }
 

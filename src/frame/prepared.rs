@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Watcher;
 use super::channels::{Channel, channels};
 use super::frame_view::Occlusion;
 use crate::changes::{Direction, Motion};
@@ -47,6 +48,8 @@ pub struct Prepared<'s> {
     knows_motion: bool,
     /// The same with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
+    /// Who wants to know how far frames are.
+    pub watcher: Option<Watcher>,
 }
 
 impl<'s> Prepared<'s> {
@@ -72,6 +75,7 @@ impl<'s> Prepared<'s> {
             knows_motion: keeps_answers,
             clock,
             motion_back: None,
+            watcher: None,
             layout,
             occlusion,
             mattes,

@@ -197,6 +197,9 @@ pub fn run_tiles(
         };
         let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, scratch));
+        if let Some(watch) = frame.watcher {
+            watch(count);
+        }
         let developing = Instant::now();
         sum.wall += (developing - begin).as_secs_f64();
         if is_wide {

@@ -6,6 +6,7 @@
 //! - [`path`]: `out/name.####.exr` and what it means for a frame number
 //! - [`exr`]: layers and the header's metadata
 //! - [`png`]: an 8-bit sRGB look at `R G B`
+//! - [`look`]: how light becomes what screens show
 //! - [`picture`]: finished frames, read back as a viewer shows them
 //! - [`contact_sheet`]: many of them in one picture
 //! - [`movie`]: all of them in one file, packed by FFmpeg
@@ -19,6 +20,7 @@ pub mod contact_sheet;
 pub mod exr;
 pub mod false_color;
 pub mod fingerprint;
+pub mod look;
 mod metadata;
 pub mod movie;
 pub mod path;

@@ -26,6 +26,8 @@ pub enum Container {
 pub enum MovieError {
     /// FFmpeg cannot be started.
     NoFfmpeg(io::Error),
+    /// FFmpeg cannot be told which file to write.
+    NoProc,
     /// FFmpeg has failed; the last lines that it wrote.
     Ffmpeg(PathBuf, String),
     /// A frame has another size than the first one.
@@ -48,6 +50,11 @@ impl fmt::Display for MovieError {
                 "movies are packed by FFmpeg, and `{FFMPEG}` cannot be started ({error}): install it (apt-get install \
                  ffmpeg), or leave out --movie"
             ),
+            Self::NoProc => write!(
+                f,
+                "movies need /proc, through which FFmpeg gets its file, and it is not mounted here: mount it (mount -t proc \
+                 proc /proc), or leave out --movie"
+            ),
             Self::Ffmpeg(path, why) => {
                 write!(f, "{}: {FFMPEG} could not pack the movie: {why}", path.display())
             }
@@ -59,11 +66,17 @@ impl fmt::Display for MovieError {
 
 impl std::error::Error for MovieError {}
 
-/// Finds out whether FFmpeg is there.
+/// Where a process finds the files that it has open.
+const OPEN_FILES: &str = "/proc/self/fd";
+
+/// Finds out whether FFmpeg is there, and what it needs.
 ///
 /// # Errors
 /// It is not, or does not work.
 pub fn ensure_ffmpeg() -> Result<(), MovieError> {
+    if !Path::new(OPEN_FILES).is_dir() {
+        return Err(MovieError::NoProc);
+    }
     let quiet = || Stdio::null();
     let ran = Command::new(FFMPEG).arg("-version").stdin(quiet()).stdout(quiet()).stderr(quiet()).status();
     match ran.map_err(MovieError::NoFfmpeg)? {
@@ -175,6 +188,6 @@ fn command(container: Container, (above, below): (i32, u32), [width, height]: [u
             "gif",
         ]),
     };
-    command.arg("/proc/self/fd/1");
+    command.arg(format!("{OPEN_FILES}/1"));
     command
 }

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, ImageReader};
 
+use super::look::{light_of_srgb, on_screen};
 use super::png::srgb_byte;
 use crate::input::{self, Kind};
+use crate::settings::Look;
 
 /// 8-bit sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,27 +50,28 @@ impl Picture {
         Ok(Self { width: picture.width(), height: picture.height(), rgb: picture.into_raw() })
     }
 
-    /// Of the frame at `path`, encoded as a preview is: the three `channels` that are red, green and blue.
+    /// Of the frame at `path`, encoded as a preview with this `look` is: the three `channels` that are red, green and blue.
     ///
     /// # Errors
     /// It is no EXR that can be read, or has no such channels.
-    pub fn of_exr(path: &Path, channels: [&str; 3]) -> Result<Self, ReadBackError> {
+    pub fn of_exr(path: &Path, channels: [&str; 3], look: Look) -> Result<Self, ReadBackError> {
         let parts = openexr::part_count(path).map_err(|error| failed(path, error))?;
         for part in 0..parts {
             let head = openexr::read_header_of(path, part).map_err(|error| failed(path, error))?;
             let place = |name| head.channels.iter().position(|channel| channel.name == name);
             let [Some(red), Some(green), Some(blue)] = channels.map(place) else { continue };
-            let (places, mut rgb) =
-                ([red, green, blue], vec![0; head.width as usize * head.height as usize * 3]);
-            let mut done = [0_usize; 3];
+            let places = [red, green, blue];
+            let mut light = [const { Vec::new() }; 3];
             let keep = |channel: usize, lines: &[f32]| {
-                for (i, _) in places.iter().enumerate().filter(|(_, place)| **place == channel) {
-                    let bytes = rgb.iter_mut().skip(done[i] * 3 + i).step_by(3);
-                    bytes.zip(lines).for_each(|(byte, value)| *byte = srgb_byte(*value));
-                    done[i] += lines.len();
-                }
+                let planes = light.iter_mut().zip(places).filter(|(_, place)| *place == channel);
+                planes.for_each(|(plane, _)| plane.extend_from_slice(lines));
             };
             openexr::scan_part(path, part, keep).map_err(|error| failed(path, error))?;
+            let [red, green, blue] = &light;
+            let (on_screen, pixels) = (on_screen(look), red.iter().zip(green).zip(blue));
+            let rgb = pixels
+                .flat_map(|((red, green), blue)| on_screen([*red, *green, *blue]).map(srgb_byte))
+                .collect();
             return Ok(Self { width: head.width, height: head.height, rgb });
         }
         Err(failed(path, format!("it has no {}", channels.join(" "))))
@@ -86,7 +89,7 @@ impl Picture {
         let scaled = |side: u32| ((f64::from(side) * factor).round() as usize).max(1);
         let size = [scaled(self.width), scaled(self.height)];
         let full = [self.width as usize, self.height as usize];
-        let light: Vec<f32> = (0..=255).map(linear).collect();
+        let light: Vec<f32> = (0..=255_u8).map(|byte| light_of_srgb(f32::from(byte) / 255.0)).collect();
         // first and behind the last
         let covered = |at: usize, axis: usize| {
             let first = at * full[axis] / size[axis];
@@ -112,12 +115,6 @@ impl Picture {
 
 fn failed(path: &Path, why: impl fmt::Display) -> ReadBackError {
     ReadBackError { path: path.to_owned(), why: why.to_string() }
-}
-
-/// The inverse of [`srgb_byte`].
-fn linear(byte: u32) -> f32 {
-    let encoded = byte as f32 / 255.0;
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]

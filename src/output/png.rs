@@ -6,9 +6,11 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::fingerprint::{self, Fingerprint};
+use super::look::on_screen;
 use super::staged::{WriteError, write_bytes};
 use crate::film::{Film, Plane};
 use crate::input::{self, Kind};
+use crate::settings::Look;
 
 /// Why there is no preview.
 #[derive(Debug)]
@@ -38,7 +40,7 @@ impl std::error::Error for PreviewError {}
 /// # Errors
 /// A plane is missing or of the wrong size, or the file cannot be written; then no file is left.
 pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
-    write_colors(path, [film.width, film.height], colors(film)?, None)
+    write_colors(path, [film.width, film.height], colors(film)?, Look::default(), None)
 }
 
 /// The planes that a preview of `film` shows.
@@ -50,8 +52,8 @@ pub fn colors(film: &Film) -> Result<[&Plane; 3], PreviewError> {
     Ok([plane("R")?, plane("G")?, plane("B")?])
 }
 
-/// [`write_png`] of these planes of a picture of `size` (columns and rows): red, green and blue. The file says what the
-/// frame was made from, if that is given.
+/// [`write_png`] of these planes of a picture of `size` (columns and rows): red, green and blue, with a `look`. The file says
+/// what the frame was made from, if that is given.
 ///
 /// # Errors
 /// The same.
@@ -59,30 +61,32 @@ pub fn write_colors(
     path: &Path,
     size: [u32; 2],
     planes: [&Plane; 3],
+    look: Look,
     made_from: Option<Fingerprint>,
 ) -> Result<(), PreviewError> {
-    write_bytes_of(path, size, &encoded(size, planes)?, made_from)
+    write_bytes_of(path, size, &encoded(size, planes, look)?, made_from)
 }
 
-/// The bytes of the file that [`write_png`] writes.
+/// The bytes of the file that [`write_png`] writes, with a `look`.
 ///
 /// # Errors
 /// A plane is missing or of the wrong size.
-pub fn file_of(film: &Film) -> Result<Vec<u8>, PreviewError> {
+pub fn file_of(film: &Film, look: Look) -> Result<Vec<u8>, PreviewError> {
     let size = [film.width, film.height];
-    file_of_bytes(size, &encoded(size, colors(film)?)?, None)
+    file_of_bytes(size, &encoded(size, colors(film)?, look)?, None)
 }
 
 /// Red, green and blue of each pixel, encoded.
-fn encoded(size: [u32; 2], planes: [&Plane; 3]) -> Result<Vec<u8>, PreviewError> {
+fn encoded(size: [u32; 2], planes: [&Plane; 3], look: Look) -> Result<Vec<u8>, PreviewError> {
     let pixels = size[0] as usize * size[1] as usize;
     if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
         return Err(PreviewError::NoPlane(plane.name.clone()));
     }
     let [red, green, blue] = planes.map(|plane| &plane.values);
+    let on_screen = on_screen(look);
     let mut bytes = Vec::with_capacity(pixels * 3);
     for pixel in 0..pixels {
-        bytes.extend([red, green, blue].map(|plane| srgb_byte(plane.get(pixel))));
+        bytes.extend(on_screen([red, green, blue].map(|plane| plane.get(pixel))).map(srgb_byte));
     }
     Ok(bytes)
 }
@@ -196,9 +200,12 @@ mod tests {
             inputs: Digest::of(b"3"),
             settings: Digest::of(b"4"),
         };
-        write_colors(&path, [2, 1], colors(&film).unwrap(), Some(made_from)).unwrap();
+        write_colors(&path, [2, 1], colors(&film).unwrap(), Look::default(), Some(made_from)).unwrap();
         assert_eq!(fingerprint(&path), Some(made_from));
         assert_eq!(image::open(&path).unwrap().to_rgb8().into_raw()[..3], [255, 0, 188]);
+        let darker = Look { exposure: -1.0, ..Look::default() };
+        write_colors(&path, [2, 1], colors(&film).unwrap(), darker, None).unwrap();
+        assert_eq!(image::open(&path).unwrap().to_rgb8().into_raw()[..3], [188, 0, 137]);
         std::fs::write(&path, "no picture").unwrap();
         assert_eq!([fingerprint(&path), fingerprint(folder.path())], [None, None]);
         film.planes.pop();

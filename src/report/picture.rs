@@ -8,6 +8,8 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use crate::film::Film;
 use crate::output::false_color;
+use crate::output::look::on_screen;
+use crate::settings::Look;
 
 /// Widest picture in a report, pixels.
 const WIDEST: usize = 560;
@@ -31,7 +33,7 @@ pub const STATUSES: [StatusKey; 5] = [
     StatusKey {
         name: "base",
         color: [138, 143, 152],
-        meaning: "traced because the whole frame was: the first frame, a cut, a key frame",
+        meaning: "traced because the whole frame was: a base frame, which is the first one, a cut, or one of those of `base_every`",
     },
     StatusKey {
         name: "good",
@@ -56,15 +58,16 @@ pub fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The picture as a viewer shows it: sRGB, clipped. `None` where the film has no picture.
-pub fn beauty(film: &Film) -> Option<String> {
-    let planes = colors(film)?;
+/// The picture as a viewer shows it with this `look`. `None` where the film has no picture.
+pub fn beauty(film: &Film, look: Look) -> Option<String> {
+    let (planes, on_screen) = (colors(film)?, on_screen(look));
     Some(Blocks::of(film, WIDEST).png(|block| {
-        let mean = |plane: &Vec<f32>| {
-            let sum: f32 = block.iter().map(|pixel| plane[*pixel].clamp(0.0, 1.0)).sum();
-            sum / block.len() as f32
-        };
-        planes.each_ref().map(|plane| to_byte(mean(plane)))
+        let mut sum = [0.0; 3];
+        for pixel in block {
+            let light = on_screen(planes.each_ref().map(|plane| plane[*pixel]));
+            sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
+        }
+        sum.map(|sum| to_byte(sum / block.len() as f32))
     }))
 }
 
@@ -235,11 +238,14 @@ mod tests {
 
     #[test]
     fn wide_pictures_shrink() {
-        let uri = beauty(&film(1200, 31, &[("R", 2.0), ("G", f32::NAN), ("B", -1.0)])).expect("a picture");
+        let film_of = |red| film(1200, 31, &[("R", red), ("G", f32::NAN), ("B", -1.0)]);
+        let uri = beauty(&film_of(2.0), Look::default()).expect("a picture");
         let (pixels, width) = decoded(&uri);
         assert_eq!((width, pixels.len()), (400, 400 * 11), "the last row of blocks is one of pixels");
         assert!(pixels.iter().all(|pixel| pixel[0] == 255 && pixel[2] == 0));
-        assert!(beauty(&film(1, 1, &[])).is_none());
+        let darker = beauty(&film_of(2.0), Look { exposure: -2.0, ..Look::default() });
+        assert_eq!(darker, beauty(&film_of(0.5), Look::default()));
+        assert!(darker != Some(uri) && beauty(&film(1, 1, &[]), Look::default()).is_none());
     }
 
     const STATUS_PLANES: [&str; 5] =

@@ -91,7 +91,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("m.obj"), obj).unwrap();
         let text = format!(
-            "[[camera.key]]\nframe = 1\neye = {eye}\ntarget = [5, 2, 5]\nfov = {fov}\n[[model]]\nobj = \"m.obj\"\n"
+            "[[camera.key]]\nframe = 1\neye = {eye}\ntarget = [5, 2, 5]\nfov = {fov}\n[[model]]\nobj = \"m.obj\"\n\
+             [ambient]\ncolor = [1, 1, 1]\n"
         );
         let path = folder.path().join("s.toml");
         std::fs::write(&path, text).unwrap();

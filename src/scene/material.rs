@@ -69,11 +69,14 @@ pub enum Optics {
 /// The largest part of a material's colours: samples keep them as half floats.
 pub const LARGEST_COLOR: f32 = 65504.0;
 
+/// The name of what stands for no material.
+const FALLBACK: &str = "(none)";
+
 impl Material {
     /// Grey, for faces without a material.
     pub fn fallback() -> Self {
         Self {
-            name: String::from("(none)"),
+            name: String::from(FALLBACK),
             diffuse: Vec3::splat(0.6),
             ambient: Vec3::splat(0.6),
             specular: Vec3::ZERO,
@@ -83,6 +86,11 @@ impl Material {
             metal_rough: None,
             diffuse_map: None,
         }
+    }
+
+    /// Whether it stands for the material that faces lack.
+    pub fn is_fallback(&self) -> bool {
+        self.name == FALLBACK
     }
 
     /// What its texture is multiplied with for the reflectance that a sample keeps: by channel the larger of the

@@ -17,18 +17,19 @@ use super::shot_file::{
     BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
     OutputTable, Rate, RenderTable, ShotFile,
 };
-use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, optional_color};
+use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, look, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
-    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, floor, shot_environment, shot_lens,
-    shot_model, shot_quadric, shot_shapes, shot_tracks,
+    Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, darkness, floor, shot_environment,
+    shot_lens, shot_model, shot_quadric, shot_shapes, shot_tracks,
 };
 use crate::digest::Digest;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, Settings,
+    Backdrop, Budget, DEFAULT_PATHS, DenoiseQuality, FileFormat, Filter, LONGEST_SIDE, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, MOST_TREE_MEMORY,
+    Refinement, Settings,
 };
 
 /// All that a shot file says, with the files that it names.
@@ -52,6 +53,8 @@ pub struct Shot {
     pub output: Option<String>,
     /// How files are made.
     pub format: FileFormat,
+    /// How pictures for screens show frames.
+    pub look: Look,
     /// Whether files hold a denoised picture as well.
     pub denoise: bool,
     /// With what quality, if so.
@@ -191,26 +194,29 @@ pub(super) fn from_text_with(
         read.environment
     });
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
+    let scene = Scene {
+        camera,
+        models,
+        materials,
+        textures,
+        lights,
+        ambient,
+        ambient_is_occluded: file.ambient.occluded,
+        background,
+        environment,
+        space,
+    };
+    findings.warnings.extend(darkness::warning(text.path, &scene));
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
-        scene: Scene {
-            camera,
-            models,
-            materials,
-            textures,
-            lights,
-            ambient,
-            ambient_is_occluded: file.ambient.occluded,
-            background,
-            environment,
-            space,
-        },
+        scene,
         settings,
         frames,
         says_frames: file.render.frames.is_some(),
         says_orbit,
         rate,
         format: FileFormat { multipart: file.output.multipart, compression: file.output.compression },
+        look: look(text, &file.output)?,
         denoise: file.output.denoise,
         denoise_quality: file.output.denoise_quality,
         output: output(text, file.output.path)?,

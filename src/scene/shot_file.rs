@@ -21,8 +21,8 @@ use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse,
+    Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look, MOST_OCCLUSION_RAYS,
+    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
@@ -208,6 +208,12 @@ pub(crate) struct OutputTable {
     /// Lossless compression
     #[serde(default)]
     pub compression: Compression,
+    /// Stops by which previews, contact sheets and movies are brighter; EXR files stay as they are (0)
+    #[schemars(range(min = -Look::MOST_EXPOSURE, max = Look::MOST_EXPOSURE))]
+    pub exposure: Option<At<f64>>,
+    /// View transform of previews, contact sheets and movies; EXR files stay as they are
+    #[serde(default)]
+    pub view: View,
     /// Also write a denoised picture, as the layer `denoised`
     #[serde(default)]
     pub denoise: bool,

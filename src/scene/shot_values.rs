@@ -6,7 +6,9 @@ use glam::Vec3;
 
 use super::SceneError;
 use super::paths::find_beside;
+use super::shot_file::OutputTable;
 use super::toml_text::{At, Three, TomlText};
+use crate::settings::Look;
 
 /// Texels along an edge of a reflection map.
 pub(crate) const LEAST_MAP: u32 = 8;
@@ -30,4 +32,14 @@ pub(super) fn optional_color(
     value: &Option<Three>,
 ) -> Result<Option<Vec3>, SceneError> {
     value.as_ref().map(|value| text.color(key, value)).transpose()
+}
+
+/// How pictures for screens show frames.
+pub(super) fn look(text: TomlText<'_>, table: &OutputTable) -> Result<Look, SceneError> {
+    let most = Look::MOST_EXPOSURE;
+    let fits = |stops: f64| stops.abs() <= f64::from(most);
+    let wanted = format!("from -{most} to {most} stops");
+    let read = |exposure| text.number("exposure", exposure, &wanted, fits);
+    let exposure = table.exposure.as_ref().map_or(Ok(0.0), read)? as f32;
+    Ok(Look { exposure, view: table.view })
 }

@@ -130,7 +130,7 @@ impl Worker {
             let Some(job) = self.board.next_job(PAUSE) else { continue };
             let start = Instant::now();
             let shown = |film: &Film| {
-                let png = png::file_of(film).map_err(|error| error.to_string())?;
+                let png = png::file_of(film, shot.look).map_err(|error| error.to_string())?;
                 Ok::<_, String>(Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
             };
             match job {

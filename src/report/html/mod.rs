@@ -9,7 +9,7 @@ use super::picture::{STATUSES, hex};
 use crate::stats::{FrameStats, SampleCounts, Saved};
 use crate::visible::visible;
 
-pub use pictures::Pictures;
+pub use pictures::{Maps, Pictures};
 
 /// Colours of the two ways in line charts.
 const OURS: &str = "#2ea44f";
@@ -188,7 +188,7 @@ mod tests {
             frame: 2,
             reprojected: "data:a".into(),
             full: "data:b".into(),
-            difference: "data:c".into(),
+            maps: Maps::Difference("data:c".into()),
             statuses: Some("data:d".into()),
         };
         page(&comparison(vec![frame(1, 0), frame(2, 90)]), &[pictures])

@@ -4,9 +4,12 @@ use std::fmt::Write;
 
 use crate::film::Film;
 use crate::output::false_color;
-use crate::report::both_ways::{ComparedFrame, THRESHOLD};
+use crate::report::both_ways::ComparedFrame;
 use crate::report::comparison::Comparison;
+use crate::report::error::BothErrors;
+use crate::report::html::grouped;
 use crate::report::picture::{self, STATUSES, hex};
+use crate::settings::Look;
 use crate::stats::Percent;
 
 /// Differences of which the page says the colour.
@@ -21,20 +24,41 @@ pub struct Pictures {
     pub reprojected: String,
     /// Traced in full.
     pub full: String,
-    /// How far both are apart, in false colours.
-    pub difference: String,
+    /// How far they are from each other, or from the truth.
+    pub maps: Maps,
     /// Where the samples of the first came from, in the colours of the statuses.
     pub statuses: Option<String>,
 }
 
+/// Distances in false colours, each a `data:` URI.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Maps {
+    /// Of both ways from each other, where there is no reference.
+    Difference(String),
+    /// Of each from the reference: made by reprojection, traced in full.
+    Errors([String; 2]),
+}
+
 impl Pictures {
-    /// Of a frame that was made in both ways; `None` where there is nothing to see.
-    pub fn of(frame: i32, reprojected: &Film, full: &Film) -> Option<Self> {
+    /// Of a frame that was made in both ways, and as a `reference`, if there is one; `None` where there is nothing to see.
+    pub fn of(
+        frame: i32,
+        [reprojected, full]: [&Film; 2],
+        reference: Option<&Film>,
+        look: Look,
+    ) -> Option<Self> {
+        let maps = match reference {
+            None => Maps::Difference(picture::difference_map(reprojected, full)?),
+            Some(reference) => Maps::Errors([
+                picture::difference_map(reprojected, reference)?,
+                picture::difference_map(full, reference)?,
+            ]),
+        };
         Some(Self {
             frame,
-            reprojected: picture::beauty(reprojected)?,
-            full: picture::beauty(full)?,
-            difference: picture::difference_map(reprojected, full)?,
+            reprojected: picture::beauty(reprojected, look)?,
+            full: picture::beauty(full, look)?,
+            maps,
             statuses: picture::status_map(reprojected),
         })
     }
@@ -54,13 +78,12 @@ pub fn section(comparison: &Comparison, pictures: &[Pictures]) -> String {
     let side = picture::block_side(comparison.settings.picture.width);
     let blocks = match side {
         1 => String::new(),
-        side => {
-            format!(" Both maps show the worst pixel of each {side}×{side}, so that thin lines stay visible.")
-        }
+        side => format!(" Maps show the worst pixel of each {side}×{side}, so that thin lines stay visible."),
     };
     let mut html = format!(
-        "<h2>What it looks like</h2><p class=\"note\">{which} The map of differences has the largest of R, G and B \
-         (linear); the map of statuses tells where the samples came from.{blocks}</p>"
+        "<h2>What it looks like</h2><p class=\"note\">{which} {} The map of statuses tells where the samples came \
+         from.{blocks}</p>",
+        what_differs(comparison)
     );
     html.push_str(&legends());
     for pictures in pictures {
@@ -69,41 +92,92 @@ pub fn section(comparison: &Comparison, pictures: &[Pictures]) -> String {
     html
 }
 
+/// Says why both ways do not show the same, and that neither is wrong, if that is known.
+fn what_differs(comparison: &Comparison) -> String {
+    let audit = match comparison.totals.reprojected.audit {
+        None => String::from(
+            "<code>--audit</code> would trace every sample again, and tell whether one is wrong.",
+        ),
+        Some(audit) if audit.differing == 0 => {
+            let samples = grouped(audit.checked);
+            format!(
+                "The audit has traced all {samples} samples of the reprojected frames again: <b>none is wrong</b>."
+            )
+        }
+        Some(audit) => {
+            let (wrong, samples) = (grouped(audit.differing), grouped(audit.checked));
+            format!("The audit has traced {samples} samples again: <b>{wrong} of them are wrong</b>.")
+        }
+    };
+    let samples = "Both are samplings of the same picture, equally valid, with samples at other places of the pixels \
+                   and light along other paths.";
+    let maps = match &comparison.reference {
+        None => String::from(
+            "So the map of differences shows noise, that of both ways together, and no error: a second picture traced in \
+             full with other random numbers would differ from the first one in the same manner, and more samples a pixel \
+             would make all of it smaller. How large the error of each way is by itself, <code>--reference</code> \
+             measures.",
+        ),
+        Some(reference) => {
+            let errors = reference.inferred.errors;
+            format!(
+                "So each has its own noise. The maps of errors show how far either is from the same frame with {n}×{n} \
+                 samples a pixel: over all inferred frames {:.4} with reuse and {:.4} traced in full (root mean square).",
+                errors.reprojected.display,
+                errors.full.display,
+                n = reference.samples
+            )
+        }
+    };
+    format!("{samples} {audit} {maps} Maps have the largest of R, G and B (linear).")
+}
+
 /// Below each picture, what was measured of it.
 fn figures(pictures: &Pictures, compared: Option<&ComparedFrame>) -> String {
-    let mut captions = [
-        String::from("reprojected"),
-        String::from("traced in full"),
-        String::from("difference"),
-        String::from("status of the samples"),
-    ];
-    if let Some(ComparedFrame { reprojected, full, difference, .. }) = compared {
-        let samples = &reprojected.samples;
-        let reused = 100.0 * samples.reused() as f64 / samples.total().max(1) as f64;
-        let more = [
-            format!(", {:.3} s", reprojected.seconds.rendering()),
-            format!(", {:.3} s", full.seconds.rendering()),
-            format!(
-                ": mean {:.5}, {:.2} % of the pixels by more than {THRESHOLD}",
-                difference.mean, difference.percent_above
-            ),
-            format!(": {} % reused", Percent(reused)),
-        ];
-        captions.iter_mut().zip(more).for_each(|(caption, more)| caption.push_str(&more));
-    }
-    let figure = |class: &str, uri: &str, text: &str| {
-        format!("<figure><img{class} src=\"{uri}\" alt=\"\"><figcaption>{text}</figcaption></figure>")
+    let mut html = format!("<h3>Frame {}</h3><div class=\"figures\">", pictures.frame);
+    let mut figure = |class: &str, uri: &str, text: String| {
+        let figure =
+            format!("<figure><img{class} src=\"{uri}\" alt=\"\"><figcaption>{text}</figcaption></figure>");
+        html.push_str(&figure);
     };
-    let [reprojected, full, difference, statuses] = &captions;
     let map = " class=\"map\"";
-    format!(
-        "<h3>Frame {}</h3><div class=\"figures\">{}{}{}{}</div>",
-        pictures.frame,
-        figure("", &pictures.reprojected, reprojected),
-        figure("", &pictures.full, full),
-        figure(map, &pictures.difference, difference),
-        pictures.statuses.as_deref().map(|uri| figure(map, uri, statuses)).unwrap_or_default(),
-    )
+    let measured =
+        |text: fn(&ComparedFrame) -> String| compared.map_or_else(String::new, |compared| text(compared));
+    let ours = measured(|compared| format!(", {:.3} s", compared.reprojected.seconds.rendering()));
+    let full = measured(|compared| format!(", {:.3} s", compared.full.seconds.rendering()));
+    figure("", &pictures.reprojected, format!("reprojected{ours}"));
+    figure("", &pictures.full, format!("traced in full{full}"));
+    match &pictures.maps {
+        Maps::Difference(uri) => {
+            let mean = measured(|compared| format!(": {:.4} on average", compared.difference.mean));
+            figure(map, uri, format!("difference of the two, noise of both{mean}"));
+        }
+        Maps::Errors(uris) => {
+            let errors = compared.and_then(|compared| compared.error);
+            for ((uri, way), error) in uris.iter().zip(["reprojected", "traced in full"]).zip(of_each(errors))
+            {
+                figure(map, uri, format!("error, {way}{error}"));
+            }
+        }
+    }
+    if let Some(uri) = &pictures.statuses {
+        let reused = measured(|compared| {
+            let samples = &compared.reprojected.samples;
+            let reused = 100.0 * samples.reused() as f64 / samples.total().max(1) as f64;
+            format!(": {} % reused", Percent(reused))
+        });
+        figure(map, uri, format!("status of the samples{reused}"));
+    }
+    html.push_str("</div>");
+    html
+}
+
+/// The errors of both ways for captions, as far as they are known.
+fn of_each(errors: Option<BothErrors>) -> [String; 2] {
+    let text = |error: f64| format!(": {error:.4} (root mean square)");
+    errors.map_or_else(Default::default, |errors| {
+        [errors.reprojected, errors.full].map(|error| text(error.display))
+    })
 }
 
 fn legends() -> String {
@@ -112,7 +186,7 @@ fn legends() -> String {
         let (color, name, meaning) = (hex(status.color), status.name, status.meaning);
         let _ = write!(html, "<dt><i style=\"background:{color}\"></i>{name}</dt><dd>{meaning}</dd>");
     }
-    html.push_str("<dt>difference</dt><dd class=\"legend\">");
+    html.push_str("<dt>maps of differences, errors</dt><dd class=\"legend\">");
     for difference in DIFFERENCES {
         let color = hex(false_color::of_difference(difference));
         let _ = write!(html, "<span><i style=\"background:{color}\"></i>{difference}</span>");
@@ -126,31 +200,73 @@ mod tests {
     use super::*;
     use crate::report::both_ways::tests::{film, frame};
     use crate::report::comparison::tests::comparison;
+    use crate::report::error::PictureError;
+    use crate::report::reference::Reference;
+    use crate::stats::AuditCounts;
 
     #[test]
     fn a_frame_has_both_ways_and_how_far_they_are_apart() {
         let (ours, full) = (film([0.5; 4]), film([0.5, 0.5, 0.25, 0.5]));
-        let pictures = Pictures::of(2, &ours, &full).expect("both have pictures");
+        let pictures = Pictures::of(2, [&ours, &full], None, Look::default()).expect("both have pictures");
         assert_eq!(pictures.statuses, None, "of a film without statuses");
         assert_ne!(pictures.reprojected, pictures.full);
-        let html = section(&comparison(vec![frame(1, 0), frame(2, 90)]), std::slice::from_ref(&pictures));
+        let comparison = comparison(vec![frame(1, 0), frame(2, 90)]);
+        let html = section(&comparison, std::slice::from_ref(&pictures));
+        let Maps::Difference(difference) = &pictures.maps else { unreachable!("there is no reference") };
         for part in [
             &*pictures.reprojected,
             &pictures.full,
-            &pictures.difference,
+            difference,
             "Frame 2",
             "reprojected, 0.200 s",
             "traced in full, 0.400 s",
-            "mean 0.00100, 0.50 % of the pixels by more than 0.02",
+            "difference of the two, noise of both: 0.0010 on average",
+            "traced all 200 samples of the reprojected frames again: <b>none is wrong</b>",
+            "shows noise, that of both ways together, and no error",
         ] {
-            assert!(html.contains(part), "{part}");
+            assert!(html.contains(part), "{part} is not in {html}");
         }
         assert_eq!(html.matches("<img").count(), 3);
     }
 
     #[test]
+    fn with_a_reference_each_way_has_its_own_error() {
+        let [ours, full, reference] = [0.5, 0.25, 0.75].map(|value| film([value; 4]));
+        let pictures =
+            Pictures::of(2, [&ours, &full], Some(&reference), Look::default()).expect("all have pictures");
+        let of = |display| PictureError { display, linear: display };
+        let mut inferred = frame(2, 90);
+        inferred.error = Some(BothErrors { reprojected: of(0.25), full: of(0.5) });
+        let mut comparison = comparison(vec![inferred.clone()]);
+        comparison.reference = Some(Reference::of(8, &[inferred]));
+        let html = section(&comparison, std::slice::from_ref(&pictures));
+        let Maps::Errors([of_ours, of_full]) = &pictures.maps else { unreachable!("there is a reference") };
+        assert_ne!(of_ours, of_full);
+        for part in [
+            of_ours,
+            of_full,
+            "error, reprojected: 0.2500 (root mean square)",
+            "error, traced in full: 0.5000 (root mean square)",
+            "with 8×8 samples a pixel: over all inferred frames 0.2500 with reuse and 0.5000 traced in full",
+        ] {
+            assert!(html.contains(part), "{part} is not in {html}");
+        }
+        assert!(!html.contains("difference of the two"));
+    }
+
+    #[test]
+    fn what_the_audit_finds_is_not_called_noise() {
+        let mut wrong = frame(2, 90);
+        wrong.reprojected.audit = Some(AuditCounts { checked: 1000, differing: 7, on_edge: 0 });
+        assert!(what_differs(&comparison(vec![wrong.clone()])).contains("<b>7 of them are wrong</b>"));
+        wrong.reprojected.audit = None;
+        assert!(what_differs(&comparison(vec![wrong])).contains("<code>--audit</code> would"));
+    }
+
+    #[test]
     fn it_says_where_no_frame_reused_anything_and_how_large_blocks_are() {
-        let pictures = Pictures::of(1, &film([0.5; 4]), &film([0.5; 4])).expect("both have pictures");
+        let pictures = Pictures::of(1, [&film([0.5; 4]); 2], None, Look::default());
+        let pictures = pictures.expect("both have pictures");
         let mut comparison = comparison(vec![frame(1, 0)]);
         let html = section(&comparison, std::slice::from_ref(&pictures));
         assert!(html.contains("No frame of this run reused samples.") && !html.contains("worst pixel"));

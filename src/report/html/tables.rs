@@ -111,9 +111,16 @@ pub fn frames_table(comparison: &Comparison) -> String {
         .map(|frame| {
             let (ours, full) = (&frame.reprojected, &frame.full);
             let audit = ours.audit.map_or_else(|| String::from("–"), |audit| audit.differing.to_string());
+            let apart = match frame.error {
+                Some(error) => [error.reprojected, error.full].map(|error| format!("{:.5}", error.display)),
+                None => [
+                    format!("{:.5}", frame.difference.mean),
+                    format!("{:.2} %", frame.difference.percent_above),
+                ],
+            };
             format!(
                 "<tr><td>{}</td><td>{}</td><td>{:.1} %</td><td>{:.3}</td><td>{:.3}</td><td>{:.2}</td>\
-                 <td>{:.2}</td><td>{}</td><td>{:.5}</td><td>{:.2} %</td><td>{audit}</td></tr>",
+                 <td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{audit}</td></tr>",
                 frame.frame,
                 ours.mode,
                 100.0 * ours.samples.reused() as f64 / ours.samples.total().max(1) as f64,
@@ -122,20 +129,31 @@ pub fn frames_table(comparison: &Comparison) -> String {
                 ours.rays.total() as f64 / 1e6,
                 full.rays.total() as f64 / 1e6,
                 or_dash(Saved::of(ours.rays.total() as f64, full.rays.total() as f64)),
-                frame.difference.mean,
-                frame.difference.percent_above,
+                apart[0],
+                apart[1],
             )
         })
         .collect();
+    let (what, titles) = match &comparison.reference {
+        Some(_) => (String::from("The error is that of the table above."), "<th>error</th><th>full</th>"),
+        None => (
+            format!(
+                "The difference of the two pictures is the mean over R, G, B (linear), and the percent of pixels of which \
+                 any differs by more than {THRESHOLD}. It is noise, that of both ways together: their samples lie elsewhere \
+                 in the pixels, and light comes along other paths."
+            ),
+            "<th>difference</th><th>pixels</th>",
+        ),
+    };
     format!(
-        "<h2>Every frame</h2><p class=\"note\">Seconds without writing, rays in millions. The difference of the two \
-         pictures is the mean over R, G, B (linear), and the percent of pixels of which any differs by more \
-         than {THRESHOLD}. Edges differ, because a sample that was carried over lies elsewhere in its cell than a \
-         new one; the audit tells whether any sample is wrong.</p><details open><summary>{} frames</summary>{}</details>",
+        "<h2>Every frame</h2><p class=\"note\">Seconds without writing, rays in millions. {what} The audit tells whether any \
+         sample is wrong.</p><details open><summary>{} frames</summary>{}</details>",
         comparison.frames.len(),
         table(
-            "<th>frame</th><th>mode</th><th>reused</th><th>seconds</th><th>full</th><th>rays</th><th>full</th>\
-             <th>rays saved</th><th>difference</th><th>pixels</th><th>audit</th>",
+            &format!(
+                "<th>frame</th><th>mode</th><th>reused</th><th>seconds</th><th>full</th><th>rays</th><th>full</th>\
+                 <th>rays saved</th>{titles}<th>audit</th>"
+            ),
             &rows
         )
     )
