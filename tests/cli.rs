@@ -142,7 +142,7 @@ fn info_tells_where_frames_would_go() {
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let output = in_folder(folder.path(), &["info", "walk.toml"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("output     out/walk/walk.####.exr"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("output      out/walk/walk.####.exr"), "{}", stdout(&output));
 }
 
 #[test]

@@ -119,7 +119,8 @@ fn where_all_that_moves_is_away_the_rest_is_met() {
     ]);
     on_each(&scene, |tracer, way| {
         let hit = first(tracer, way, Vec3::new(0.1, 2.0, 0.1), Vec3::NEG_Y).unwrap();
-        assert_eq!((hit.model, hit.t), (0, 4.0));
+        // Embree divides by a reciprocal that processors approximate, each in its own way
+        assert!(hit.model == 0 && (hit.t - 4.0).abs() < 1e-6, "{hit:?}");
         assert_eq!(blocks(tracer, way, Occluders::Movable, Purpose::Shadow, &down(0.1, 0.1, 9.0)), [false]);
     });
 }

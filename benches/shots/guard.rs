@@ -11,6 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use afterimage::layers::Layers;
 use clap::ValueEnum;
 use serde_json::Value;
 
@@ -122,8 +123,8 @@ fn options(arguments: &Arguments) -> Vec<String> {
         all => joined(all.iter().map(u32::to_string)),
     };
     let [width, height] = arguments.size();
-    let layers =
-        arguments.layers.map_or("none".into(), |layers| layers.names().collect::<Vec<_>>().join(","));
+    let layers = joined(arguments.layers.unwrap_or(Layers::NONE).names().map(str::to_owned));
+    let layers = if layers.is_empty() { "none".into() } else { layers };
     let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
     [
         ("--scenes", joined(scenes.iter().filter_map(|scene| name(scene.to_possible_value())))),

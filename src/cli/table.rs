@@ -270,7 +270,7 @@ mod tests {
         };
         let seconds = Seconds { total: 999.0, write: 99.0, ..Seconds::default() };
         for eye in [None, Some(crate::stereo::Eye::Right)] {
-            let row = row(&FrameStats { frame: 10_000, eye, seconds, rays: rays.clone(), ..frame() }, None);
+            let row = row(&FrameStats { frame: 10_000, eye, seconds, rays, ..frame() }, None);
             assert!(header(eye.is_some()).len() <= COLUMNS && row.len() <= COLUMNS, "{row}");
         }
         let short = [0, 1_234_000, 99_996_000, 999_940_000, 999_960_000, many].map(short_millions);

@@ -26,7 +26,7 @@ pub fn light_of_srgb(encoded: f32) -> f32 {
 fn filmic(light: f32) -> f32 {
     /// He exposes by a stop before his curve.
     const EXPOSURE: f32 = 2.0;
-    (hable(light.max(0.0).min(FILMIC_WHITE) * EXPOSURE) / hable(FILMIC_WHITE * EXPOSURE)).clamp(0.0, 1.0)
+    (hable(light.clamp(0.0, FILMIC_WHITE) * EXPOSURE) / hable(FILMIC_WHITE * EXPOSURE)).clamp(0.0, 1.0)
 }
 
 /// His linear white point, 11.2, before his exposure.
@@ -49,7 +49,7 @@ fn agx(color: [f32; 3]) -> [f32; 3] {
     const MIDDLE_GREY: f32 = 0.18;
     /// Share of grey in each colour under the curve.
     const SHARE: f32 = 0.2;
-    let finite = color.map(|light| light.max(0.0).min(f32::MAX));
+    let finite = color.map(|light| light.clamp(0.0, f32::MAX));
     let curved = towards_grey(finite, SHARE).map(|light| {
         let stops = (light / MIDDLE_GREY).log2();
         agx_curve(((stops - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0))

@@ -141,8 +141,7 @@ fn figures(pictures: &Pictures, compared: Option<&ComparedFrame>) -> String {
         html.push_str(&figure);
     };
     let map = " class=\"map\"";
-    let measured =
-        |text: fn(&ComparedFrame) -> String| compared.map_or_else(String::new, |compared| text(compared));
+    let measured = |text: fn(&ComparedFrame) -> String| compared.map_or_else(String::new, text);
     let ours = measured(|compared| format!(", {:.3} s", compared.reprojected.seconds.rendering()));
     let full = measured(|compared| format!(", {:.3} s", compared.full.seconds.rendering()));
     figure("", &pictures.reprojected, format!("reprojected{ours}"));
