@@ -132,7 +132,7 @@ impl RenderSpace {
     }
 
     /// The same of a point that a track has.
-    pub(crate) fn place_of_files(&self, place: DVec3) -> DVec3 {
+    pub fn place_of_files(&self, place: DVec3) -> DVec3 {
         place / self.scale + self.origin
     }
 

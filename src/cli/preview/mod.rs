@@ -1,7 +1,7 @@
 //! `afterimage preview`: frames of a shot in a local web page, which follows the shot file while it is edited.
 //!
 //! A worker loads the shot, renders what the page asks for, and loads it again when a file of it changes: frames of the shot, and
-//! [views](views) of cameras that the page leads around. Threads that answer the page talk to it over a [`Board`] alone.
+//! [views] of cameras that the page leads around. Threads that answer the page talk to it over a [`Board`] alone.
 
 mod answer;
 mod args;

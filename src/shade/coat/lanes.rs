@@ -189,20 +189,20 @@ impl<'a> CoatLanes<'a> {
     }
 }
 
-/// [`reflected_once`] for eight surfaces.
+/// [`reflected_once`](super::reflected_once) for eight surfaces.
 #[inline(always)]
 fn reflected_once_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
     head_on * all + (Vec3x8::splat(Vec3::ONE) - head_on) * white
 }
 
-/// [`albedo`] for eight surfaces.
+/// [`albedo`](fn@super::albedo) for eight surfaces.
 #[inline(always)]
 fn albedo_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
     let several_times = head_on * ((F32x8::ONE - all).max(F32x8::ZERO) / all);
     reflected_once_lanes(head_on, [all, white]) * (Vec3x8::splat(Vec3::ONE) + several_times)
 }
 
-/// [`facing`] for eight surfaces.
+/// [`facing`](super::facing) for eight surfaces.
 #[inline(always)]
 fn facing_lanes(normal: Vec3x8, geometric_normal: Vec3x8, to_eye: Vec3x8) -> Vec3x8 {
     let cos = normal.dot(to_eye);
