@@ -9,7 +9,7 @@ use small_shot::*;
 
 /// A shot with a quadric of this table beside the usual model.
 fn with(quadric: &str) -> String {
-    format!("{REST}[ambient]\ncolor = [1, 1, 1]\n[[model]]\nquadric = {{ {quadric} }}\n")
+    format!("{REST}[[model]]\nquadric = {{ {quadric} }}\n")
 }
 
 #[test]
@@ -25,7 +25,7 @@ fn every_type_is_read() {
         ("type = \"hyperboloid\"", "hyperboloid", 3, [-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]),
         ("type = \"hyperboloid\", gap = 0.5", "hyperboloid", 4, [-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]),
     ] {
-        let shot = load(&with(table));
+        let shot = load(&format!("{}[ambient]\ncolor = [1, 1, 1]\n", with(table)));
         let model = &shot.scene.models[1];
         let (found_low, found_high) = model.mesh.bounds();
         assert_eq!(model.name, name);
@@ -106,31 +106,25 @@ fn planes_reach_far_and_have_no_size() {
 #[test]
 fn mistakes_name_their_place() {
     for (table, wanted) in [
-        ("type = \"ball\"", "s.toml:10:20: `quadric`: unknown value `ball`"),
-        ("radius = 1", "s.toml:10:11: the key `type` is missing"),
-        (
-            "type = \"sphere\", radius = 0",
-            "s.toml:10:39: `radius` is 0: it must be a length from 1e-9 to 1e9",
-        ),
-        ("type = \"sphere\", radius = -2", "s.toml:10:39: `radius` is -2: it must be a length"),
-        ("type = \"sphere\", radius = nan", "s.toml:10:39: `radius` is NaN: it must be a length"),
-        ("type = \"sphere\", radius = inf", "s.toml:10:39: `radius` is inf: it must be a length"),
+        ("type = \"ball\"", "s.toml:8:20: `quadric`: unknown value `ball`"),
+        ("radius = 1", "s.toml:8:11: the key `type` is missing"),
+        ("type = \"sphere\", radius = 0", "s.toml:8:39: `radius` is 0: it must be a length from 1e-9 to 1e9"),
+        ("type = \"sphere\", radius = -2", "s.toml:8:39: `radius` is -2: it must be a length"),
+        ("type = \"sphere\", radius = nan", "s.toml:8:39: `radius` is NaN: it must be a length"),
+        ("type = \"sphere\", radius = inf", "s.toml:8:39: `radius` is inf: it must be a length"),
         (
             "type = \"sphere\", height = 2",
-            "s.toml:10:39: a sphere has no `height`: it takes radius and material",
+            "s.toml:8:39: a sphere has no `height`: it takes radius and material",
         ),
-        ("type = \"plane\", radius = 2", "s.toml:10:38: a plane has no `radius`: it takes `material` alone"),
-        ("type = \"ellipsoid\"", "s.toml:10:11: an ellipsoid needs `radii = [x, y, z]`"),
-        ("type = \"ellipsoid\", radii = [1, 0, 1]", "s.toml:10:41: `radii` must be three lengths"),
-        ("type = \"cone\", top = -1", "s.toml:10:34: `top` is -1: it must be 0 (a tip)"),
-        ("type = \"hyperboloid\", waist = 1", "s.toml:10:43: `waist` is 1: it must be more than"),
-        ("type = \"hyperboloid\", gap = 2", "s.toml:10:41: `gap` is 2: it must be more than"),
-        (
-            "type = \"hyperboloid\", waist = 0.5, gap = 1",
-            "s.toml:10:54: `gap` and `waist` exclude each other",
-        ),
-        ("type = \"sphere\", material = \"glas\"", "s.toml:10:41: there is no [[material]] `glas`"),
-        ("type = \"sphere\", material = \"\"", "s.toml:10:41: there is no [[material]] ``"),
+        ("type = \"plane\", radius = 2", "s.toml:8:38: a plane has no `radius`: it takes `material` alone"),
+        ("type = \"ellipsoid\"", "s.toml:8:11: an ellipsoid needs `radii = [x, y, z]`"),
+        ("type = \"ellipsoid\", radii = [1, 0, 1]", "s.toml:8:41: `radii` must be three lengths"),
+        ("type = \"cone\", top = -1", "s.toml:8:34: `top` is -1: it must be 0 (a tip)"),
+        ("type = \"hyperboloid\", waist = 1", "s.toml:8:43: `waist` is 1: it must be more than"),
+        ("type = \"hyperboloid\", gap = 2", "s.toml:8:41: `gap` is 2: it must be more than"),
+        ("type = \"hyperboloid\", waist = 0.5, gap = 1", "s.toml:8:54: `gap` and `waist` exclude each other"),
+        ("type = \"sphere\", material = \"glas\"", "s.toml:8:41: there is no [[material]] `glas`"),
+        ("type = \"sphere\", material = \"\"", "s.toml:8:41: there is no [[material]] ``"),
     ] {
         let error = error(&with(table));
         assert!(error.starts_with(wanted), "{table}: {error}");

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::failure::one_line;
@@ -54,7 +54,7 @@ impl Terminal {
         let progress = match kind {
             ProgressKind::Json => Progress::Json, // warnings and errors are events, even when quiet
             _ if quiet => Progress::Silent,
-            ProgressKind::Auto if io::stderr().is_terminal() => Progress::Bar(bar()),
+            ProgressKind::Auto if io::stderr().is_terminal() => Progress::Bar(ProgressBar::hidden()),
             ProgressKind::Plain => Progress::Plain,
             ProgressKind::Auto | ProgressKind::None => Progress::Silent,
         };
@@ -129,6 +129,8 @@ impl Terminal {
                 bar.set_length((renderings * tiles) as u64);
                 bar.set_prefix(format!("0/{renderings}"));
                 bar.reset_eta();
+                // not before there is something to show
+                bar.set_draw_target(ProgressDrawTarget::stderr());
                 bar.enable_steady_tick(Duration::from_millis(250));
             }
             Progress::Json if !self.quiet => {
@@ -198,10 +200,6 @@ pub fn duration(seconds: f64) -> String {
         120..=7199 => format!("{} min {:02} s", whole / 60, whole % 60),
         _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
     }
-}
-
-fn bar() -> ProgressBar {
-    ProgressBar::new(0).with_style(style(1))
 }
 
 /// Of a bar over the tiles of all frames, so many in each: frames that are done, and tiles of the one at work.

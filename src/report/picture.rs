@@ -33,7 +33,7 @@ pub const STATUSES: [StatusKey; 5] = [
     StatusKey {
         name: "base",
         color: [138, 143, 152],
-        meaning: "traced because the whole frame was: a base frame, which is the first one, a cut, or one of those of `base_every`",
+        meaning: "traced because the whole frame was: a base frame, which is the first one, one at a cut, or one of those at regular distances",
     },
     StatusKey {
         name: "good",
