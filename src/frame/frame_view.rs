@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::Watcher;
 use super::bits::{bits_of_models, set_bits};
 use super::cells::CellSet;
 use super::channels::Channel;
@@ -15,6 +14,7 @@ use super::plan::Plan;
 use super::reflection_maps::ReflectionMaps;
 use super::view::View;
 use super::wanted::Wanted;
+use super::watcher::Watcher;
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;

@@ -87,6 +87,7 @@ mod variance;
 mod verify;
 pub mod view;
 mod wanted;
+mod watcher;
 mod window;
 
 use std::sync::Arc;
@@ -117,6 +118,7 @@ use reflection_maps::ReflectionMaps;
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
+pub use watcher::Watcher;
 
 /// Renders the frames of a shot, one after the other.
 pub struct Renderer<'s> {
@@ -149,9 +151,6 @@ pub struct Finished {
     /// What headers say of its layers: names and values.
     pub about_layers: Arc<[(String, String)]>,
 }
-
-/// Is told, while a frame is made, how many tiles more are done. Whatever it does, rendering waits for it.
-pub type Watcher = Arc<dyn Fn(usize) + Send + Sync>;
 
 /// What ends a render.
 pub type RenderError = TraceError;

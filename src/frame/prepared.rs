@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::Watcher;
 use super::channels::{Channel, channels};
 use super::frame_view::Occlusion;
+use super::watcher::Watcher;
 use crate::changes::{Direction, Motion};
 use crate::cryptomatte::Mattes;
 use crate::exposure::Clock;
