@@ -44,6 +44,7 @@ mod spelling;
 pub mod texture;
 mod toml_text;
 pub mod turntable;
+mod unused_statements;
 
 use std::collections::HashSet;
 use std::path::PathBuf;

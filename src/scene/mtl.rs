@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3};
 
 use super::lines::{Lines, readable, split_keyword, words};
 use super::material::{LARGEST_COLOR, MetalRough, Optics};
+use super::unused_statements;
 use super::{Material, SceneError};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -79,29 +80,6 @@ pub(crate) struct MtlFile {
     pub digest: Digest,
 }
 
-/// Statements that change nothing here, in small letters, with the same as it is usually written and what is shown instead.
-const UNUSED: [(&str, &str, &str); 16] = [
-    ("map_pr", "map_Pr", "roughness is the number of `Pr` all over a material"),
-    ("map_pm", "map_Pm", "metal is the number of `Pm` all over a material"),
-    ("map_d", "map_d", OPAQUE),
-    ("map_tr", "map_Tr", OPAQUE),
-    ("map_bump", "map_Bump", SMOOTH),
-    ("bump", "bump", SMOOTH),
-    ("norm", "norm", SMOOTH),
-    ("map_kn", "map_Kn", SMOOTH),
-    ("disp", "disp", "the surface stays where its corners are"),
-    ("map_ns", "map_Ns", "highlights are as wide as `Ns` says all over a material"),
-    ("map_ks", "map_Ks", "highlights and reflections have the colour of `Ks` all over a material"),
-    ("map_ka", "map_Ka", "ambient light takes `Ka`, and the colours of `map_Kd`"),
-    ("map_ke", "map_Ke", "a material emits the colour of `Ke` all over"),
-    ("refl", "refl", REFLECTED),
-    ("map_refl", "map_refl", REFLECTED),
-    ("decal", "decal", "nothing is laid over `map_Kd`"),
-];
-const OPAQUE: &str = "what it cuts out is shown whole; `d` is a number all over a material";
-const SMOOTH: &str = "surfaces are as smooth as their normals";
-const REFLECTED: &str = "mirrors show the scene and its environment alone";
-
 /// Reads the MTL file at `path`.
 ///
 /// # Errors
@@ -131,10 +109,10 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
             materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
-            if let Some((key, usual, instead)) = UNUSED.iter().find(|(key, ..)| *key == keyword)
-                && told.insert(*key)
+            if let Some((key, message)) = unused_statements::message(&keyword)
+                && told.insert(key)
             {
-                unused.push((number, format!("`{usual}` is not used: {instead}")));
+                unused.push((number, message));
             }
             let mut replaced = None;
             let taken = statement(material, &keyword, rest, number, &mut replaced);
