@@ -167,8 +167,8 @@ impl Candidates {
         self.all.len()
     }
 
-    /// Adds a run of the tile's bin, from tile number `source`.
-    pub fn add(&mut self, source: u32, run: &[u64]) {
+    /// Adds a run of the tile's bin, from tile number `source`. That is `tile` where its samples have to be fetched.
+    pub fn add(&mut self, source: u32, run: &[u64], tile: Option<&Tile>) {
         if self.runs.is_empty() {
             self.clear_cells();
         }
@@ -179,6 +179,9 @@ impl Candidates {
         self.all.extend(binned(run).map(|word| Candidate { word, cell: cell_of(word), run: number }));
         let Self { all, layers, counts, full_rows, crowded, .. } = self;
         for (number, Candidate { word, cell, .. }) in (start as u32..).zip(&all[start..]) {
+            if let Some(tile) = tile {
+                tile.prefetch_record(word.slot());
+            }
             let at = usize::from(*cell);
             let count = usize::from(counts[at]);
             if count < LAYERS {

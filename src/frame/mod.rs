@@ -10,7 +10,6 @@
 //! of them while they are in the cache, and tiles share nothing but what is only read. So frames are the same
 //! to the bit for any number of threads.
 
-mod ahead;
 mod aside;
 pub mod audit;
 mod axis;

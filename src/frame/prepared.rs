@@ -36,7 +36,7 @@ pub struct Prepared<'s> {
     pub light_groups: LightGroups,
     /// Of each model, object space.
     pub bounds: Vec<Bounds>,
-    /// For each model whether it is an endless plane.
+    /// For each model whether it is an endless plane; nothing where none is.
     pub endless: Vec<bool>,
     /// Whether rays go on from surfaces of the shot.
     pub has_trees: bool,
@@ -83,7 +83,7 @@ impl<'s> Prepared<'s> {
             channels: channels(settings.layers, &light_groups).collect(),
             light_groups,
             bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
-            endless: scene.models.iter().map(|model| is_endless(&model.mesh)).collect(),
+            endless: endless(scene),
         }
     }
 
@@ -107,6 +107,12 @@ impl<'s> Prepared<'s> {
     pub fn motion_back(&self) -> &Motion {
         self.motion_back.as_ref().unwrap_or(&self.motion)
     }
+}
+
+/// For each model whether it is an endless plane; nothing where none is.
+fn endless(scene: &Scene) -> Vec<bool> {
+    let all: Vec<bool> = scene.models.iter().map(|model| is_endless(&model.mesh)).collect();
+    if all.contains(&true) { all } else { Vec::new() }
 }
 
 fn is_endless(mesh: &Mesh) -> bool {

@@ -54,12 +54,12 @@ pub fn gather(
 ) {
     bins.take(number, |runs| {
         serving.begin();
-        runs.iter().for_each(|(source, run)| serving.add(*source, run));
+        runs.iter().for_each(|(source, run)| serving.add(*source, run, old.tile(*source)));
     });
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
     let extent = grid.extent_of(number);
     let wanted = frame.wanted_of(number);
-    serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles, |each| {
+    serving.serve(frame.reuse, (extent, wanted), frame.endless, &tiles, tile, |each| {
         if let Some(wanted) = frame.wanted {
             wanted.unwanted_around(grid, number, each);
         }

@@ -59,9 +59,9 @@ impl Serving {
         self.flags = Flags::default();
     }
 
-    /// Adds candidates: a run of the tile's bin, from tile number `source`.
-    pub fn add(&mut self, source: u32, run: &[u64]) {
-        self.candidates.add(source, run);
+    /// Adds candidates: a run of the tile's bin, from tile number `source`. That is `tile` where its samples have to be fetched.
+    pub fn add(&mut self, source: u32, run: &[u64], tile: Option<&Tile>) {
+        self.candidates.add(source, run, tile);
     }
 
     /// Flags that any sample that serves a cell has.
@@ -70,14 +70,14 @@ impl Serving {
     }
 
     /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it. Candidates are in the
-    /// tiles that `sources` has. `endless`: for each model whether it is an endless plane.
+    /// tiles that `sources` has. `endless`: for each model whether it is an endless plane. `tile`: which is to be filled.
     pub fn serve<'t>(
         &mut self,
         reuse: Reuse,
-        extent: Extent,
-        wanted: &CellSet,
+        (extent, wanted): (Extent, &CellSet),
         endless: &[bool],
         sources: &impl Sources<'t>,
+        tile: &Tile,
         unwanted: impl FnOnce(&mut dyn FnMut(usize)),
     ) {
         let Self { candidates, edges, servers, unused, .. } = self;
@@ -90,7 +90,7 @@ impl Serving {
         match reuse {
             Reuse::Target => {
                 edges.find(candidates, extent, endless, sources, unwanted);
-                nearest_to_targets(candidates, extent, servers);
+                nearest_to_targets(candidates, extent, servers, tile);
             }
             Reuse::Paper => {
                 candidates.sort();
@@ -229,11 +229,12 @@ impl Serving {
     }
 }
 
-/// The candidate nearest to each cell's target.
-fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server]) {
+/// The candidate nearest to each cell's target. Meanwhile `tile` is fetched, which they are to be copied to.
+fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server], tile: &Tile) {
     let [columns, rows] = extent.cells;
     for row in 0..rows {
         for first in (0..columns).step_by(LANES) {
+            tile.prefetch_eight(cell_number([first, row]));
             let nearest = candidates.nearest_to_eight(row as usize, first as usize);
             for (column, server) in (first..columns).zip(nearest) {
                 servers[cell_number([column, row])] = server;

@@ -192,8 +192,8 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
     for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
         let thrown = strew(throw, extent, &mut dice);
         serving.begin();
-        for_each_run(&thrown, |source, run| serving.add(source, run));
-        serving.serve(Reuse::Target, extent, &CellSet::ALL, &[], &tiles, |_| ());
+        for_each_run(&thrown, |source, run| serving.add(source, run, None));
+        serving.serve(Reuse::Target, (extent, &CellSet::ALL), &[], &tiles, &tile, |_| ());
         // over what the tile had before
         serving.fill(Reuse::Target, extent, KEPT, &mut tile, &tiles);
 
@@ -256,8 +256,8 @@ fn by_the_papers_rule_what_would_serve_cells_that_nobody_asks_for_stays_as_a_spa
     for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
         let (thrown, wanted) = (strew(throw, extent, &mut dice), CellSet::of(|cell| cell % 3 == 0));
         serving.begin();
-        for_each_run(&thrown, |source, run| serving.add(source, run));
-        serving.serve(Reuse::Paper, extent, &wanted, &[], &tiles, |_| ());
+        for_each_run(&thrown, |source, run| serving.add(source, run, None));
+        serving.serve(Reuse::Paper, (extent, &wanted), &[], &tiles, &tile, |_| ());
         serving.fill(Reuse::Paper, extent, KEPT, &mut tile, &tiles);
         let mut unused = Vec::new();
         for cell in (0..CELLS).filter(|cell| holds(extent.cells, *cell)) {

@@ -161,11 +161,11 @@ pub fn merge(
                 }
             }
         }
-        runs.iter().for_each(|(source, run)| serving.add(*source, run));
-        serving.add(ITSELF, &own);
+        runs.iter().for_each(|(source, run)| serving.add(*source, run, None));
+        serving.add(ITSELF, &own, None);
         let tiles = tiles(detached, Some(before));
         let (extent, wanted) = (grid.extent_of(number), frame.wanted_of(number));
-        serving.serve(frame.reuse, extent, wanted, frame.endless, &tiles, |_| ());
+        serving.serve(frame.reuse, (extent, wanted), frame.endless, &tiles, tile, |_| ());
         serving.merge(before, tile, &tiles);
         true
     })

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::ahead::Ahead;
 use super::bins::Bins;
 use super::cells::CellSet;
 use super::channels::{Picture, Written};
@@ -302,19 +301,6 @@ impl Work<'_> {
     fn facts(&self, number: usize, state: &TileState) -> TileFacts {
         state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
     }
-
-    /// What the tile after number `number` begins with; `rest` are those after it in its run.
-    fn ahead<'t>(&self, number: usize, rest: &'t [Box<Tile>]) -> Ahead<'t>
-    where
-        Self: 't,
-    {
-        match &self.start.reused {
-            Reused::Projected(old, _) => {
-                Ahead { before: old.tile(number as u32 + 1), now: rest.first().map(AsRef::as_ref) }
-            }
-            Reused::None | Reused::InPlace(..) => Ahead::default(),
-        }
-    }
 }
 
 /// Takes tiles through all phases.
@@ -325,12 +311,9 @@ fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) ->
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
             |(mut scratch, mut samples, mut written), run| {
                 let Run { first, parts: Parts { tiles, states, colors, films }, mut window } = run;
-                let mut tiles = tiles.iter_mut();
-                let others = states.iter_mut().zip(colors).zip(films);
-                for (number, ((state, colors), film)) in (first..).zip(others) {
-                    let Some(tile) = tiles.next() else { break };
-                    let ahead = work.ahead(number, tiles.as_slice());
-                    let remake = infer_tile(work, number, tile, state, ahead, &mut scratch);
+                let parts = tiles.iter_mut().zip(states).zip(colors).zip(films);
+                for (number, (((tile, state), colors), film)) in (first..).zip(parts) {
+                    let remake = infer_tile(work, number, tile, state, &mut scratch);
                     state.was_written = remake >= Remake::Picture;
                     let shows_any = !work.frame.wanted_of(number).is_empty();
                     if work.frame.notes_colors && state.was_written && shows_any {
@@ -382,7 +365,6 @@ fn infer_tile(
     number: usize,
     tile: &mut Tile,
     state: &mut TileState,
-    ahead: Ahead,
     scratch: &mut ThreadScratch,
 ) -> Remake {
     let Work { frame, .. } = *work;
@@ -396,7 +378,7 @@ fn infer_tile(
         stay::keep_all(tile);
         scratch.seconds.gather += begin.elapsed().as_secs_f64();
     } else {
-        facts.samples = update_samples(work, number, tile, state, ahead, scratch);
+        facts.samples = update_samples(work, number, tile, state, scratch);
     }
     if facts.samples != Change::None {
         state.content = None;
@@ -425,7 +407,6 @@ fn update_samples(
     number: usize,
     tile: &mut Tile,
     state: &mut TileState,
-    mut ahead: Ahead,
     scratch: &mut ThreadScratch,
 ) -> Change {
     let Work { frame, layout, start: Start { reused, estimate }, .. } = *work;
@@ -462,9 +443,8 @@ fn update_samples(
         let bounds = state.content.as_ref().map(|content| &content.bounds);
         let mut cells = CellSet::ALL;
         for asked in 1.. {
-            let request = Request { number, cells: &cells, bounds, flags: serving.flags(), ahead };
+            let request = Request { number, cells: &cells, bounds, flags: serving.flags() };
             verify::verify(frame, among, tile, &request, trace);
-            ahead = Ahead::default();
             let next = match reused {
                 _ if asked == MOST_ASKED => None,
                 Reused::None => None,

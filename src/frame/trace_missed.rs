@@ -41,6 +41,7 @@ pub fn trace_missed(
     }
     let TraceScratch { owners, rays, hits, tally, .. } = &mut *scratch;
     tally.counts.primary += owners.len() as u64;
+    let mut found = Answers8::NONE;
     for owners in owners.chunks(AT_ONCE) {
         rays.clear();
         push_rays(frame, number, owners, rays);
@@ -48,10 +49,16 @@ pub fn trace_missed(
         let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
         for (((rays, _), hits), owners) in answers {
             for (half, owners) in owners.chunks(LANES).enumerate() {
-                keep(frame, rays, hits, half * LANES, owners, tile);
+                let answers = Answers8::of(rays, hits, half * LANES, owners);
+                if probes.is_empty() {
+                    answers.keep(frame, tile);
+                } else {
+                    found.take_unconfirmed(frame, &answers, tile);
+                }
             }
         }
     }
+    found.keep(frame, tile);
     // those that were confirmed keep what they know
     scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
     tile.tags.forget(&scratch.owners);
@@ -91,75 +98,160 @@ fn are_neighbours(cells: &[u32]) -> bool {
     cells.len() == LANES && cells[LANES - 1] == cells[0] + LANES as u32 - 1
 }
 
-/// Keeps what up to eight rays met, those from lane `from` on, in the cells `owners`: object space, on the
-/// side of the eye.
-fn keep(frame: &FrameView, rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32], tile: &mut Tile) {
-    let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
-    let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
-    let met = Hits8::of(hits, from);
-    let Hits8 { models, triangles, .. } = met;
-    let corners = met.corners(frame);
-    let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
-    met.put_quadric_points(frame, quadrics, &mut point);
-    put_on_ray(frame, [origin, direction], &met, &mut point);
-    let mut weights = corners.weights_at(point);
-    met.put_quadric_weights(frame, quadrics, &point, &mut weights);
-    let [mut normal, mut geometric_normal] = corners.normals(weights);
-    met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
-    let behind = seen_from_behind(frame, geometric_normal, direction, &met);
-    let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
-    let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
-    let (numbers, colors) = met.reflectances(frame, weights);
-    let colors = half_colors(colors);
-    let record = |lane: usize| Record {
-        triangle: triangles[lane],
-        normal: normals[lane],
-        geometric_normal: geometric_normals[lane],
-        reflectance: colors[lane],
-        direct_diffuse: Default::default(),
-        traced: frame.rendered,
-        material: numbers[lane],
-        flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
+/// Up to eight rays, and what they met.
+#[derive(Debug, Clone, Copy)]
+struct Answers8 {
+    /// How many, from the first lane on.
+    count: usize,
+    /// The cells that they are for.
+    owners: [u32; LANES],
+    origin: Vec3x8,
+    direction: Vec3x8,
+    /// Where along the rays.
+    t: F32x8,
+    /// As [`Hits8`] has them.
+    models: [u32; LANES],
+    triangles: [u32; LANES],
+    weights: [F32x8; 2],
+}
+
+impl Answers8 {
+    const NONE: Self = Self {
+        count: 0,
+        owners: [0; LANES],
+        origin: Vec3x8::ZERO,
+        direction: Vec3x8::ZERO,
+        t: F32x8::ZERO,
+        models: [NO_HIT; LANES],
+        triangles: [NO_HIT; LANES],
+        weights: [F32x8::ZERO; 2],
     };
-    let first = owners[0] as usize;
-    let all_traced = || owners.iter().all(|cell| is_traced(tile.status[*cell as usize]));
-    if are_neighbours(owners) && !models.contains(&NO_HIT) && all_traced() {
-        // eight neighbours, as in every frame that is traced in full: whole columns
-        point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
-        tile.model[first..first + LANES].copy_from_slice(models);
-        for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
-            *kept = record(lane);
+
+    /// Those of a packet from lane `from` on, for the cells `owners`.
+    #[inline(always)]
+    fn of(rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32]) -> Self {
+        let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
+        let mut answers = Self {
+            count: owners.len(),
+            owners: [0; LANES],
+            origin: of_rays(&rays.origin),
+            direction: of_rays(&rays.direction),
+            t: F32x8::load(&hits.t, from),
+            models: [NO_HIT; LANES],
+            triangles: [NO_HIT; LANES],
+            weights: [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)],
+        };
+        answers.owners[..owners.len()].copy_from_slice(owners);
+        answers.models.copy_from_slice(&hits.model[from..from + LANES]);
+        answers.triangles.copy_from_slice(&hits.triangle[from..from + LANES]);
+        answers
+    }
+
+    /// Takes those of `answers` that must be kept: all but those that confirm the samples which serve their cells. Whenever
+    /// there are eight they are kept: what a surface takes to be found is done for whole eights.
+    #[inline(always)]
+    fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Self, tile: &mut Tile) {
+        for lane in 0..answers.count {
+            let cell = answers.owners[lane] as usize;
+            if !is_traced(tile.status[cell]) && answers.confirms(frame, tile, cell, lane) {
+                continue;
+            }
+            self.take(answers, lane);
+            if self.count == LANES {
+                self.keep(frame, tile);
+                *self = Self::NONE;
+            }
         }
-    } else {
+    }
+
+    fn take(&mut self, from: &Self, lane: usize) {
+        let to = self.count;
+        self.owners[to] = from.owners[lane];
+        self.origin.set_lane(to, from.origin.lane(lane));
+        self.direction.set_lane(to, from.direction.lane(lane));
+        self.t.set_lane(to, from.t.lane(lane));
+        self.models[to] = from.models[lane];
+        self.triangles[to] = from.triangles[lane];
+        self.weights.iter_mut().zip(&from.weights).for_each(|(to_all, all)| to_all.set_lane(to, all.lane(lane)));
+        self.count += 1;
+    }
+
+    /// Whether what the ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
+    fn confirms(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
+        let model = self.models[lane];
+        if model == NO_HIT || tile.model[cell] != model {
+            return model == NO_HIT && tile.model[cell] == BACKGROUND;
+        }
+        let server = &tile.record[cell];
+        if server.triangle == self.triangles[lane] {
+            return true;
+        }
+        let offset = frame.offset(tile.point(cell), model, server.triangle);
+        let (far, depth) = (offset.dot(frame.view.camera.forward), self.t.lane(lane));
+        server.material == self.hits().material(frame, lane)
+            && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
+    }
+
+    fn hits(&self) -> Hits8<'_> {
+        Hits8 { models: &self.models, triangles: &self.triangles, weights: self.weights }
+    }
+
+    /// Keeps what was met in the cells: object space, on the side of the eye.
+    #[inline(always)]
+    fn keep(&self, frame: &FrameView, tile: &mut Tile) {
+        let Self { origin, direction, ref models, ref triangles, .. } = *self;
+        let owners = &self.owners[..self.count];
+        if owners.is_empty() {
+            return;
+        }
+        let met = self.hits();
+        let corners = met.corners(frame);
+        let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
+        met.put_quadric_points(frame, quadrics, &mut point);
+        put_on_ray(frame, [origin, direction], &met, &mut point);
+        let mut weights = corners.weights_at(point);
+        met.put_quadric_weights(frame, quadrics, &point, &mut weights);
+        let [mut normal, mut geometric_normal] = corners.normals(weights);
+        met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
+        let behind = seen_from_behind(frame, geometric_normal, direction, &met);
+        let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
+        let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
+        let (numbers, colors) = met.reflectances(frame, weights);
+        let colors = half_colors(colors);
+        let record = |lane: usize| Record {
+            triangle: triangles[lane],
+            normal: normals[lane],
+            geometric_normal: geometric_normals[lane],
+            reflectance: colors[lane],
+            direct_diffuse: Default::default(),
+            traced: frame.rendered,
+            material: numbers[lane],
+            flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
+        };
+        let first = owners[0] as usize;
+        let all_traced = || owners.iter().all(|cell| is_traced(tile.status[*cell as usize]));
+        if are_neighbours(owners) && !models.contains(&NO_HIT) && all_traced() {
+            // eight neighbours, as in every frame that is traced in full: whole columns
+            point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
+            tile.model[first..first + LANES].copy_from_slice(models);
+            for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
+                *kept = record(lane);
+            }
+            return;
+        }
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
-            let is_hit = models[lane] != NO_HIT;
             if !is_traced(tile.status[cell]) {
-                let depth = if is_hit { hits.t[from + lane] } else { f32::INFINITY };
-                if confirms(frame, tile, cell, models[lane], depth, &record(lane)) {
-                    continue;
-                }
                 tile.make_spare(cell, frame.moved(tile.model[cell]));
                 tile.set_copy(cell, false);
                 tile.status[cell] = Status::Missed;
             }
+            let is_hit = models[lane] != NO_HIT;
             let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
             [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
             tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
             tile.record[cell] = record(lane);
         }
     }
-}
-
-/// Whether what a ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
-fn confirms(frame: &FrameView, tile: &Tile, cell: usize, model: u32, depth: f32, met: &Record) -> bool {
-    if model == NO_HIT || tile.model[cell] != model {
-        return model == NO_HIT && tile.model[cell] == BACKGROUND;
-    }
-    let server = &tile.record[cell];
-    let offset = frame.offset(tile.point(cell), model, server.triangle);
-    let far = offset.dot(frame.view.camera.forward);
-    server.triangle == met.triangle
-        || server.material == met.material && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
 }
 
 /// Mends the points (object space) that lie beside their rays.

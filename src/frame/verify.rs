@@ -3,7 +3,6 @@
 //! Segments run from the eye to the sample, so that the rays of a tile start in one point (or side by side) and stay
 //! together; what the segment is tested against is the [plan](super::plan::Plan)'s to say.
 
-use super::ahead::Ahead;
 use super::bits::{count_bits, set_bits, status_bits, surface_bits};
 use super::cells::{BLOCK, CellSet};
 use super::frame_view::FrameView;
@@ -26,8 +25,6 @@ pub struct Request<'a> {
     pub bounds: Option<&'a TileBounds>,
     /// Flags that any sample has.
     pub flags: Flags,
-    /// What to fetch meanwhile.
-    pub ahead: Ahead<'a>,
 }
 
 /// Turns cells of a `request` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
@@ -97,7 +94,7 @@ fn verify_against(
     request: &Request,
     scratch: &mut TraceScratch,
 ) {
-    let Request { cells, flags, ahead, .. } = *request;
+    let Request { cells, flags, .. } = *request;
     let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
     let any_unseen = flags.has(Flags::UNSEEN);
     let for_unseen = any_unseen && check == SightCheck::Everything;
@@ -124,7 +121,7 @@ fn verify_against(
         };
         u16::from_le_bytes([bits(0), bits(LANES)])
     });
-    push_segments(frame, tile, &asked, ahead, scratch);
+    push_segments(frame, tile, &asked, scratch);
     scratch.tally.counts.verification += scratch.rays.count();
     scratch.begin_answers();
     for by in occluders {
@@ -162,13 +159,11 @@ fn push_segments(
     frame: &FrameView,
     tile: &Tile,
     asked: &[u16; CELLS / BLOCK],
-    ahead: Ahead,
     scratch: &mut TraceScratch,
 ) {
     // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
-        ahead.fetch(first);
         for half in [0, LANES] {
             let bits = (asked >> half) as u8;
             count_bits(bits, &mut scratch.tally.cells.verification[first + half..first + half + LANES]);

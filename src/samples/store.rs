@@ -185,18 +185,20 @@ impl Tile {
         }
     }
 
-    /// Has the samples of a block, from cell `first` on, fetched.
+    /// Has the memory of eight samples, from cell `first` on, fetched.
     #[inline(always)]
-    pub fn prefetch(&self, first: usize) {
-        self.prefetch_places(first);
-        prefetch(&self.record[first..first + 2 * LANES]);
-    }
-
-    /// Has the places of a block's samples fetched: what projection reads.
-    #[inline(always)]
-    pub fn prefetch_places(&self, first: usize) {
+    pub fn prefetch_eight(&self, first: usize) {
         [&self.x, &self.y, &self.z].into_iter().for_each(|column| prefetch(&column[first..=first]));
         prefetch(&self.model[first..=first]);
+        prefetch(&self.record[first..first + LANES]);
+    }
+
+    /// Has the record in a slot fetched.
+    #[inline(always)]
+    pub fn prefetch_record(&self, slot: usize) {
+        if let Some(record) = self.record.get(slot) {
+            prefetch(std::slice::from_ref(record));
+        }
     }
 
     /// What the sample in a slot shows: its model, and what else is kept.

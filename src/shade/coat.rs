@@ -35,7 +35,8 @@ const LEAST_ALBEDO: f32 = 1e-6;
 pub struct Coats {
     /// By material.
     coats: Vec<Option<Coat>>,
-    is_any: bool,
+    /// Whether each material has one; nothing where none has. All surfaces are asked, and most have none.
+    has: Vec<bool>,
 }
 
 /// The layer of a material.
@@ -200,15 +201,24 @@ impl Coats {
             Some(coat(material, metal_rough, of_eye, of_paths))
         });
         let coats: Vec<Option<Coat>> = coats.collect();
-        Self { is_any: coats.iter().any(Option::is_some), coats }
+        let mut has: Vec<bool> = coats.iter().map(Option::is_some).collect();
+        if !has.contains(&true) {
+            has.clear();
+        }
+        Self { coats, has }
     }
 
     #[inline(always)]
     fn get(&self, material: u16) -> Option<&Coat> {
-        if !self.is_any {
+        if !self.has(material) {
             return None;
         }
         self.coats.get(usize::from(material))?.as_ref()
+    }
+
+    #[inline(always)]
+    fn has(&self, material: u16) -> bool {
+        self.has.get(usize::from(material)) == Some(&true)
     }
 
     /// Whether a material has one that is no mirror.
@@ -219,7 +229,7 @@ impl Coats {
     /// Whether any of these materials has one.
     #[inline(always)]
     pub fn any(&self, materials: &[u16]) -> bool {
-        materials.iter().any(|material| self.get(*material).is_some())
+        !self.has.is_empty() && materials.iter().any(|material| self.has(*material))
     }
 
     /// The layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it has one.

@@ -197,7 +197,8 @@ fn weights_of_four([a, b, c]: [[f64x4; 3]; 3], point: [f64x4; 3]) -> [f64x4; 2] 
     let u = (dot(cross(ap, ac), normal) * scale).max(zero);
     let v = (dot(cross(ab, ap), normal) * scale).max(zero);
     let most = (u + v).max(one);
-    [u / most, v / most]
+    // mostly all are inside: a division by one changes nothing, and takes its time
+    if most == one { [u, v] } else { [u / most, v / most] }
 }
 
 /// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of`: the mesh and the primitive
