@@ -1,8 +1,9 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -126,9 +127,16 @@ fn described(shot: &Shot, path: &Path) -> String {
     let triangles: usize = scene.models.iter().map(count).sum();
     let quadrics = scene.models.iter().filter(|model| model.mesh.quadric.is_some()).count();
     let quadrics = if quadrics > 0 { format!(", {quadrics} quadrics") } else { String::new() };
-    line(&mut text, "models", format!("{}, {triangles} triangles{quadrics}", scene.models.len()));
+    let kept: usize =
+        scene.built().filter(|mesh| mesh.quadric.is_none()).map(|mesh| mesh.triangles.len()).sum();
+    let kept = if kept < triangles { format!(" ({kept} kept: copies share them)") } else { String::new() };
+    line(&mut text, "models", format!("{}, {triangles} triangles{kept}{quadrics}", scene.models.len()));
     for model in &scene.models {
-        let moves = if model.track.is_constant() { "still" } else { "moves" };
+        let moves = match (model.track.is_constant(), model.is_placed_at_rest()) {
+            (false, _) => "moves",
+            (true, false) => "still",
+            (true, true) => "still, shared",
+        };
         let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
         let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
         let shapes = shapes(model).map_or(String::new(), |shapes| format!("{shapes}, "));
@@ -198,7 +206,9 @@ fn model(scene: &Scene) -> String {
 
 /// Numbers of the materials that faces of `models` have.
 fn used_by(models: &[Model]) -> BTreeSet<u16> {
-    models.iter().flat_map(|model| model.mesh.material_of.iter().copied()).collect()
+    let mut known = HashSet::new();
+    let meshes = models.iter().map(|model| &model.mesh).filter(|mesh| known.insert(Arc::as_ptr(mesh)));
+    meshes.flat_map(|mesh| mesh.material_of.iter().copied()).collect()
 }
 
 /// `used`: the numbers of the materials to tell of.
