@@ -245,10 +245,31 @@ fn line(text: &mut String, name: &str, value: String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene;
 
     #[test]
     fn rates_may_be_fractions() {
         assert_eq!((rate((24, 1)), rate((24000, 1001))), ("24".into(), "24000/1001".into()));
+    }
+
+    #[test]
+    fn triangles_that_copies_share_are_told() {
+        let folder = tempfile::tempdir().expect("there is room");
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("there is room");
+        write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let copies: String =
+            (1..4).map(|x| format!("[[model]]\nobj = 'm.obj'\ntranslate = [{x}, 0, 0]\n")).collect();
+        write("s.toml", &format!("[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{copies}"));
+        let path = folder.path().join("s.toml");
+        for (most_added, [models, copy]) in [
+            (1, ["3, 3 triangles (1 kept: copies share them)\n", "m: 1 triangles, still, shared, "]),
+            (2, ["3, 3 triangles\n", "m: 1 triangles, still, "]),
+        ] {
+            let text = described(&scene::load_sharing(&path, true, most_added).expect("good"), &path);
+            assert!(text.contains(models) && text.matches(copy).count() == 3, "{text}");
+            assert_eq!(text.contains("shared"), most_added == 1);
+        }
     }
 
     #[test]
