@@ -4,9 +4,12 @@
 mod toy;
 
 use afterimage::animation::{Track, TransformTrack};
-use afterimage::frame::Finished;
-use afterimage::scene::{LightKind, Material, Scene};
+use std::sync::Arc;
+
+use afterimage::frame::{Finished, Renderer};
+use afterimage::scene::{LightKind, Material, Model, Scene};
 use afterimage::settings::Settings;
+use afterimage::trace::BackendKind;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use toy::worlds::*;
 
@@ -53,6 +56,58 @@ fn reuse_is_exact_under_shear_and_reflection() {
         assert!(frames[3].stats.samples.obscured > 0 && frames[3].stats.samples.missed > 0, "it moves");
         let goes = with_camera(scene, goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.8)), rests(TARGET));
         audited(&with_area_lights(goes), &Settings { paths: 2, ..toy::settings(1) });
+    }
+}
+
+/// Copies that stand still and share their meshes: turned, stretched, mirrored and sheared, of matt, mirroring, clear and glowing
+/// surfaces, one of them with a reflection map.
+fn with_copies(mut scene: Scene) -> Scene {
+    let first = scene.materials.len() as u16;
+    scene.materials.push(Material { emission: Vec3::new(2.0, 1.5, 0.5), ..toy::matt(0.3) });
+    let turned = DMat3::from_rotation_x(0.4) * DMat3::from_rotation_y(2.0);
+    let linear = [turned * DMat3::from_diagonal(DVec3::new(0.7, 0.3, 0.5)), sheared()[0].matrix3];
+    for (material, row) in [0, 1, 2, first].into_iter().zip(0..) {
+        let mesh = Arc::new(toy::octahedron(material, material != 2));
+        for (linear, column) in linear.into_iter().zip(0..) {
+            let at = DVec3::new(-3.6 + 2.1 * f64::from(row), 0.8, 3.2 - 4.4 * f64::from(column));
+            let matrix = Some(Track::constant(DAffine3::from_mat3_translation(linear, at)));
+            let track = TransformTrack { matrix, ..TransformTrack::identity() };
+            let reflection_map = (material == 1 && column == 0).then_some(16);
+            let copy = toy::moving("copy", toy::octahedron(0, true), track);
+            scene.models.push(Model { mesh: Arc::clone(&mesh), reflection_map, ..copy });
+        }
+    }
+    assert_eq!(scene.models.iter().filter(|model| model.is_placed_at_rest()).count(), 8);
+    scene
+}
+
+#[test]
+fn reuse_is_exact_on_copies_at_rest() {
+    let scene = with_flyer(with_copies(world()));
+    let goes = with_camera(scene.clone(), goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.8)), rests(TARGET));
+    let gathering = Settings { paths: 2, ..toy::settings(1) };
+    for (scene, settings) in
+        [(&scene, toy::settings(2)), (&goes, toy::settings(2)), (&with_area_lights(goes.clone()), gathering)]
+    {
+        for kind in [BackendKind::Embree, BackendKind::Rust] {
+            let [alone, together] = [1, 3].map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut renderer = Renderer::with(kind, scene, &settings).unwrap();
+                    (1..=FRAMES).map(|frame| renderer.render(frame, true).unwrap()).collect::<Vec<_>>()
+                })
+            });
+            for (a, b) in alone.iter().zip(&together) {
+                let audit = a.stats.audit.unwrap();
+                assert_eq!(audit.differing, 0, "{kind:?}, frame {}: {audit:?}", a.stats.frame);
+                assert!(a.film == b.film, "{kind:?}, frame {}", a.stats.frame);
+            }
+            let shown = alone[3].film.values("object.V").unwrap();
+            let is_shown = |model: usize| shown.contains(&(model as f32 + 1.0));
+            let copies = scene.models.iter().enumerate().filter(|(_, model)| model.is_placed_at_rest());
+            let seen = copies.filter(|(number, _)| is_shown(*number)).count();
+            assert!(seen >= 7 && alone[3].stats.samples.good > 1000, "{seen}");
+        }
     }
 }
 

@@ -4,9 +4,11 @@
 mod toy;
 mod tracers;
 
+use std::cell::RefCell;
+
 use afterimage::animation::{Track, TransformTrack, Visibility};
-use afterimage::scene::Mesh;
-use afterimage::trace::{Occluders, Purpose};
+use afterimage::scene::{self, Mesh, Scene};
+use afterimage::trace::{Hit, Occluders, Purpose, RayBatch};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use toy::{floor, keys, moving, octahedron, still};
 use tracers::*;
@@ -123,4 +125,81 @@ fn where_all_that_moves_is_away_the_rest_is_met() {
         assert!(hit.model == 0 && (hit.t - 4.0).abs() < 1e-6, "{hit:?}");
         assert_eq!(blocks(tracer, way, Occluders::Movable, Purpose::Shadow, &down(0.1, 0.1, 9.0)), [false]);
     });
+}
+
+/// A tetrahedron, of which half is of clear glass or nothing is, at several places, in one of which it moves; and a pane.
+fn copies(is_half_clear: bool, most_added: u64) -> Scene {
+    const MODELS: &str = "
+        [[camera.key]]\nframe = 1\neye = [0, 0, 9]\ntarget = [0, 0, 0]
+        [[model]]\nobj = 'm.obj'\ntranslate = [-3, 0, 0]
+        [[model]]\nobj = 'm.obj'
+        [[model]]\nobj = 'm.obj'\ntranslate = [3, 0, 0]\nrotate = [20, 130, 40]\nscale = [1.2, 0.4, 0.7]
+        [[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\ntranslate = [0, 9, 0]
+        [[model]]\nobj = 'p.obj'\ntranslate = [0, -3, 0]
+        [[model]]\nobj = 'm.obj'\ntranslate = [0, 2.5, 0]\nrotate = [70, 20, 110]\nscale = [1.2, 0.4, 0.7]
+        [[model]]\nobj = 'm.obj'\ntranslate = [3, 2.5, 0]\nscale = [-1, 0.6, 0.9]\nrotate = [10, 20, 30]
+        [[model]]\nobj = 'm.obj'\ntranslate = [-3, 2.5, 0]
+        matrix = [[1, 0.4, 0, 0], [0, 1, -0.3, 0], [0.2, 0, 0.8, 0.1]]";
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let other = if is_half_clear { "clear" } else { "solid" };
+    write("m.mtl", "newmtl solid\nKd 0.5 0.5 0.5\nnewmtl clear\nd 0.1\n");
+    let corners = "v 0 1 0\nv -0.9 -0.5 0.6\nv 0.8 -0.5 0.7\nv 0.1 -0.6 -1\n";
+    let faces = format!("usemtl solid\nf 1 2 3\nf 1 3 4\nusemtl {other}\nf 1 4 2\nf 2 4 3\n");
+    write("m.obj", &format!("mtllib m.mtl\n{corners}{faces}"));
+    write("p.obj", "mtllib m.mtl\nusemtl solid\nv -5 0 5\nv 5 0 5\nv 5 0 -5\nf 1 2 3\n");
+    write("s.toml", MODELS);
+    scene::load_sharing(&folder.path().join("s.toml"), false, most_added).unwrap().scene
+}
+
+/// What all tracers answer, in all ways: first hits, and what is blocked by what, for which purpose.
+fn answers(scene: &Scene, rays: &RayBatch) -> Vec<(Vec<Option<Hit>>, Vec<bool>)> {
+    let all = RefCell::new(Vec::new());
+    on_each(scene, |tracer, way| {
+        let by = [Occluders::Still, Occluders::Movable, Occluders::Moved];
+        let questions = by.into_iter().flat_map(|by| [(by, Purpose::Sight), (by, Purpose::Shadow)]);
+        let blocked = questions.flat_map(|(by, purpose)| blocks(tracer, way, by, purpose, rays));
+        all.borrow_mut().push((closest(tracer, way, rays), blocked.collect()));
+    });
+    all.into_inner()
+}
+
+/// Of all seven models five share one mesh: four stand still elsewhere, and one moves.
+#[test]
+fn copies_that_share_a_mesh_are_met_where_those_in_world_space_are() {
+    let place = |i: f32| (Vec3::new(0.618_034, 0.414_214, 0.732_051) * i).fract() * 2.0 - 1.0;
+    let middles = [[-3., 0.], [0., 0.], [3., 0.], [0., -3.], [0., 2.5], [3., 2.5], [-3., 2.5]];
+    let mut rays = RayBatch::default();
+    for bundle in 0..140 {
+        let [x, y] = middles[bundle % middles.len()];
+        let (from, to) =
+            (place(bundle as f32 + 0.3) * 6.0, Vec3::new(x, y, 0.0) + place(bundle as f32) * 0.3);
+        (0..16).for_each(|ray| {
+            let beside = Vec3::new(ray as f32, (ray % 4) as f32, (ray % 3) as f32) * 0.02;
+            rays.push(from, to + beside - from, 0.0, 3.0);
+        });
+    }
+    for is_half_clear in [false, true] {
+        let [shared, baked] = [0, u64::MAX].map(|most_added| copies(is_half_clear, most_added));
+        assert_eq!([shared.built().count(), baked.built().count()], [3, 7]);
+        let mut met = [0; 7];
+        for ((hits, blocked), (others, blocked_too)) in
+            answers(&shared, &rays).iter().zip(&answers(&baked, &rays))
+        {
+            let is_same = |(hit, other): &(&Option<Hit>, &Option<Hit>)| match (hit, other) {
+                (Some(hit), Some(other)) => {
+                    let names = |hit: &Hit| (hit.model, hit.triangle);
+                    names(hit) == names(other) && (hit.t - other.t).abs() < 1e-5
+                }
+                (hit, other) => hit.is_none() && other.is_none(),
+            };
+            // at edges a rounding decides
+            let apart = hits.iter().zip(others).filter(|pair| !is_same(pair)).count();
+            assert!(apart <= 4, "{apart} of {}", rays.len());
+            let apart = blocked.iter().zip(blocked_too).filter(|(a, b)| a != b).count();
+            assert!(apart <= 8, "{apart} of {} answers", blocked.len());
+            hits.iter().flatten().for_each(|hit| met[hit.model as usize] += 1);
+        }
+        assert!(met.iter().all(|count| *count > 100), "{met:?}");
+    }
 }

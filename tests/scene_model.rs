@@ -3,7 +3,12 @@
 
 mod small_shot;
 
+use std::sync::Arc;
+
+use afterimage::frame;
 use afterimage::pose::Pose;
+use afterimage::scene::{Model, Shot};
+use afterimage::trace::BackendKind;
 use glam::Vec3;
 use small_shot::*;
 
@@ -57,6 +62,27 @@ fn what_is_never_visible_is_left_out_and_counts_for_the_size_of_the_shot() {
         load(&format!("{REST}visible = false\n")).scene.models.is_empty(),
         "an empty stage is a picture, too"
     );
+}
+
+#[test]
+fn copies_at_rest_that_add_too_much_share_their_mesh_and_count_once() {
+    let copy = |i: usize| format!("[[model]]\nobj = \"m.obj\"\ntranslate = [{i}, 1, 0]\n");
+    let text = |copies: usize| format!("{REST}{}", (0..copies).map(copy).collect::<String>());
+    let meshes = |shot: &Shot| shot.scene.built().count();
+    // of two triangles, and one more mesh where its file puts it
+    let [shared, baked] = [17, 18].map(|most_added| load_sharing(&text(10), most_added));
+    assert_eq!((meshes(&shared), shared.triangles()), (2, 4));
+    assert_eq!((meshes(&baked), baked.triangles()), (11, 22));
+    let (first, copies) = shared.scene.models.split_first().unwrap();
+    assert!(!first.is_placed_at_rest() && copies.iter().all(Model::is_placed_at_rest));
+    assert!(copies.iter().all(|copy| Arc::ptr_eq(&copy.mesh, &first.mesh)));
+    assert!(!load(&text(10)).scene.models.iter().any(Model::is_placed_at_rest), "they are small");
+    let need = |copies: usize, most_added: u64| {
+        let shot = load_sharing(&text(copies), most_added);
+        frame::need(&shot, &shot.settings, BackendKind::Embree, 1, 1).bytes()
+    };
+    assert_eq!(need(10, 0), need(100, 0));
+    assert!(need(100, u64::MAX) > need(100, 0));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! Packets are of the widest kind that is native to the processor, as the renderer's.
 //!
 //! Built like the renderer's scenes: one of what never moves in the shot, one with an instance of each other
-//! model, both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
+//! model (copies that stand still and share their mesh among them), both robust. The rays are those of the renderer, in its order: primary rays in blocks of 4 x 4
 //! cells, then for each light the shadow rays of the surfaces that face it, packed tile by tile; those to the
 //! points of an area light make a packet for each surface. Packets are prepared beforehand; only the calls that
 //! trace them are timed. What is movable is asked for in those tiles alone in which any ray meets it, which is found
@@ -81,7 +81,7 @@ impl Bare {
             width: device.native_width(),
         };
         for (model, number) in scene.models.iter().zip(0..) {
-            if model.track.is_constant() {
+            if model.track.is_constant() && !model.is_placed_at_rest() {
                 bare.parts.still.extend(attach(&device, &mut bare.still, number, &model.mesh)?);
                 continue;
             }

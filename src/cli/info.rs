@@ -1,8 +1,9 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -126,9 +127,16 @@ fn described(shot: &Shot, path: &Path) -> String {
     let triangles: usize = scene.models.iter().map(count).sum();
     let quadrics = scene.models.iter().filter(|model| model.mesh.quadric.is_some()).count();
     let quadrics = if quadrics > 0 { format!(", {quadrics} quadrics") } else { String::new() };
-    line(&mut text, "models", format!("{}, {triangles} triangles{quadrics}", scene.models.len()));
+    let kept: usize =
+        scene.built().filter(|mesh| mesh.quadric.is_none()).map(|mesh| mesh.triangles.len()).sum();
+    let kept = if kept < triangles { format!(" ({kept} kept: copies share them)") } else { String::new() };
+    line(&mut text, "models", format!("{}, {triangles} triangles{kept}{quadrics}", scene.models.len()));
     for model in &scene.models {
-        let moves = if model.track.is_constant() { "still" } else { "moves" };
+        let moves = match (model.track.is_constant(), model.is_placed_at_rest()) {
+            (false, _) => "moves",
+            (true, false) => "still",
+            (true, true) => "still, shared",
+        };
         let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
         let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
         let shapes = shapes(model).map_or(String::new(), |shapes| format!("{shapes}, "));
@@ -198,7 +206,9 @@ fn model(scene: &Scene) -> String {
 
 /// Numbers of the materials that faces of `models` have.
 fn used_by(models: &[Model]) -> BTreeSet<u16> {
-    models.iter().flat_map(|model| model.mesh.material_of.iter().copied()).collect()
+    let mut known = HashSet::new();
+    let meshes = models.iter().map(|model| &model.mesh).filter(|mesh| known.insert(Arc::as_ptr(mesh)));
+    meshes.flat_map(|mesh| mesh.material_of.iter().copied()).collect()
 }
 
 /// `used`: the numbers of the materials to tell of.
@@ -235,10 +245,31 @@ fn line(text: &mut String, name: &str, value: String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene;
 
     #[test]
     fn rates_may_be_fractions() {
         assert_eq!((rate((24, 1)), rate((24000, 1001))), ("24".into(), "24000/1001".into()));
+    }
+
+    #[test]
+    fn triangles_that_copies_share_are_told() {
+        let folder = tempfile::tempdir().expect("there is room");
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("there is room");
+        write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let copies: String =
+            (1..4).map(|x| format!("[[model]]\nobj = 'm.obj'\ntranslate = [{x}, 0, 0]\n")).collect();
+        write("s.toml", &format!("[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{copies}"));
+        let path = folder.path().join("s.toml");
+        for (most_added, [models, copy]) in [
+            (1, ["3, 3 triangles (1 kept: copies share them)\n", "m: 1 triangles, still, shared, "]),
+            (2, ["3, 3 triangles\n", "m: 1 triangles, still, "]),
+        ] {
+            let text = described(&scene::load_sharing(&path, true, most_added).expect("good"), &path);
+            assert!(text.contains(models) && text.matches(copy).count() == 3, "{text}");
+            assert_eq!(text.contains("shared"), most_added == 1);
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A shot made ready: what all of its frames read.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::channels::{Channel, channels};
@@ -82,7 +83,7 @@ impl<'s> Prepared<'s> {
             about_layers: about_layers.into(),
             channels: channels(settings.layers, &light_groups).collect(),
             light_groups,
-            bounds: scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect(),
+            bounds: bounds_of_models(scene),
             endless: endless(scene),
         }
     }
@@ -113,6 +114,13 @@ impl<'s> Prepared<'s> {
 fn endless(scene: &Scene) -> Vec<bool> {
     let all: Vec<bool> = scene.models.iter().map(|model| is_endless(&model.mesh)).collect();
     if all.contains(&true) { all } else { Vec::new() }
+}
+
+/// Boxes around the meshes of all models. A mesh is looked through once, however many share it.
+fn bounds_of_models(scene: &Scene) -> Vec<Bounds> {
+    let mut known: HashMap<*const Mesh, Bounds> = HashMap::new();
+    let mut bounds = |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh));
+    scene.models.iter().map(|model| bounds(&model.mesh)).collect()
 }
 
 fn is_endless(mesh: &Mesh) -> bool {

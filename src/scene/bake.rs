@@ -1,4 +1,5 @@
-//! Still models are put into world space once, so that all of them can share one still Embree scene.
+//! Still models are put into world space once, so that all of them can share one still Embree scene; but for copies that would be
+//! [too many](super::copies).
 
 use embree::VertexBuffer;
 use glam::{DAffine3, DVec3, Vec3};

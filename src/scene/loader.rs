@@ -4,6 +4,7 @@ use std::path::Path;
 
 use memchr::memchr_iter;
 
+use super::copies::MOST_ADDED;
 use super::shot::{self, Shot};
 use super::toml_text::TomlText;
 use super::{SceneError, turntable};
@@ -20,9 +21,18 @@ const READING_BYTES: u64 = 64;
 /// `strict` load also everything that would otherwise be a warning about a stand-in: a missing texture,
 /// a missing material.
 pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
+    load_sharing(path, strict, MOST_ADDED)
+}
+
+/// [`load`] with another limit for the triangles that still models may add by being copies of each other, before they share them: tests
+/// have small shots share meshes.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
-        "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict),
+        "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict, most_added),
         "obj" => load_turntable(path, strict, &turntable::Options::default()),
         _ => Err(SceneError::new(
             path,

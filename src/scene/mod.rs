@@ -7,6 +7,7 @@ mod assemble;
 mod bake;
 pub mod camera;
 mod camera_table;
+mod copies;
 mod darkness;
 pub mod environment;
 pub mod error;
@@ -57,6 +58,8 @@ pub use environment::{Environment, LightFrom};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
 pub use light::{Light, LightGroups, LightKind};
+#[doc(hidden)]
+pub use loader::load_sharing;
 pub use loader::{load, load_turntable};
 pub use material::Material;
 pub use mesh::Mesh;
@@ -101,7 +104,7 @@ pub struct Model {
     pub name: String,
     /// Where the mesh came from, for messages.
     pub path: PathBuf,
-    /// In object space; models of the same file share it.
+    /// In object space, which is world space for most models that stand still; models of the same file share it otherwise.
     pub mesh: Arc<Mesh>,
     /// Object to world, per frame.
     pub track: TransformTrack,
@@ -122,12 +125,14 @@ impl Scene {
         layers.has(Layers::OCCLUSION) || self.occludes_ambient()
     }
 
-    /// The meshes that tracers build: one that moves at several places is built once, and one that deforms for each model.
+    /// The meshes that tracers build: one that stands or moves at several places is built once, and one that deforms for each model.
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
-        let mut moving = HashSet::new();
-        let is_own = |model: &Model| model.track.is_constant() || model.mesh.shapes.is_some();
+        let mut placed = HashSet::new();
+        let is_own = |model: &Model| {
+            model.track.is_constant() && !model.is_placed_at_rest() || model.mesh.shapes.is_some()
+        };
         let models = self.models.iter();
-        let built = models.filter(move |model| is_own(model) || moving.insert(Arc::as_ptr(&model.mesh)));
+        let built = models.filter(move |model| is_own(model) || placed.insert(Arc::as_ptr(&model.mesh)));
         built.map(|model| &*model.mesh)
     }
 }

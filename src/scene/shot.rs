@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::assemble::{Assembled, Assembly, Override, ReadModel};
+use super::copies::SharedMeshes;
 use super::frames::Run;
 use super::material::LARGEST_COLOR;
 use super::mtl::{MapKd, MtlMaterial};
@@ -102,12 +103,12 @@ impl Shot {
     }
 }
 
-/// What the shot file `text` says, with all that it names.
+/// What the shot file `text` says, with all that it names. `most_added`: see [`SharedMeshes::among`].
 ///
 /// # Errors
 /// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
-pub(super) fn from_text(text: TomlText<'_>, strict: bool) -> Result<Shot, SceneError> {
-    from_text_with(text, strict, None)
+pub(super) fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
+    from_text_with(text, strict, None, most_added)
 }
 
 /// [`from_text`]; `only` is the text's only model, if it was read before: then the text need not name its path.
@@ -115,6 +116,7 @@ pub(super) fn from_text_with(
     text: TomlText<'_>,
     strict: bool,
     only: Option<ReadModel>,
+    most_added: u64,
 ) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
     let (mut settings, frames, rate) = render(text, &file)?;
@@ -165,9 +167,13 @@ pub(super) fn from_text_with(
     }
     let with_eye = extent.with_camera(&camera);
     let space = RenderSpace::fit_for(with_eye);
-    let models =
-        models.into_iter().map(|model| shot_quadric::spread(model, &with_eye, &space, frames.first()));
-    let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &space));
+    let models = models.into_iter().map(|model| {
+        let model = shot_quadric::spread(model, &with_eye, &space, frames.first());
+        Model { track: space.track(model.track), ..model }
+    });
+    let models: Vec<Model> = models.collect();
+    let shared = SharedMeshes::among(&models, most_added);
+    let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &shared));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
     // they count for the size of the shot, so that nothing else changes when one is left out
     models.retain(|model| !model.track.visible.is_never());
@@ -547,14 +553,16 @@ fn floor_model(
     model.settled().ok_or_else(|| too("the floor is too far from the models, or too large"))
 }
 
-/// The model in the space in which the shot is rendered.
+/// The model with its mesh where it is to be; it is in the space in which the shot is rendered already.
 fn settled(
     text: TomlText<'_>,
     table: &At<ModelTable>,
     model: Model,
-    space: &RenderSpace,
+    shared: &SharedMeshes,
 ) -> Result<Model, SceneError> {
-    let model = Model { track: space.track(model.track), ..model };
+    if shared.has(&model) {
+        return Ok(model);
+    }
     model.settled().ok_or_else(|| text.fault(place_of(table), "the model is too far from all others"))
 }
 

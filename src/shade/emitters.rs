@@ -1,12 +1,15 @@
 //! Surfaces that emit light, to be asked for it: places on them, chosen by chance.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 
 use super::deformed::Deformations;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::pose::Pose;
-use crate::scene::{Model, Scene};
+use crate::scene::{Mesh, Model, Scene};
 
 /// The triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its light. Each is chosen in proportion to the light that it sends, and each place
 /// on it as often as any other.
@@ -63,14 +66,16 @@ impl Emitters {
             return Self::default();
         }
         let (mut triangles, mut weights) = (Vec::new(), Vec::new());
+        // models may share a mesh: it is looked through once
+        let mut known: HashMap<*const Mesh, Vec<u32>> = HashMap::new();
         let has_corners = |model: &Model| model.mesh.quadric.is_none();
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
+            let glowing =
+                known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| glowing_of(&model.mesh, &brightness));
             let growth = growth(model);
-            for (triangle, material) in (0..).zip(&model.mesh.material_of) {
-                let brightness = f64::from(brightness[usize::from(*material)]);
-                if brightness == 0.0 {
-                    continue;
-                }
+            for triangle in glowing.iter().copied() {
+                let material = model.mesh.material_of[triangle as usize];
+                let brightness = f64::from(brightness[usize::from(material)]);
                 let [a, b, c] = corners_of(&model.mesh, triangle);
                 let weight = brightness * growth * 0.5 * (b - a).cross(c - a).length();
                 if weight > 0.0 && weight.is_finite() {
@@ -177,6 +182,13 @@ impl Emitters {
     }
 }
 
+/// Triangles of `mesh` that emit, where materials are as bright as this.
+fn glowing_of(mesh: &Mesh, brightness: &[f32]) -> Vec<u32> {
+    let materials = (0..).zip(&mesh.material_of);
+    let glowing = materials.filter(|(_, material)| brightness[usize::from(**material)] > 0.0);
+    glowing.map(|(triangle, _)| triangle).collect()
+}
+
 /// Unit length, of a triangle with these corners.
 fn normal_of([a, b, c]: [DVec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3()
@@ -199,13 +211,12 @@ fn growth(model: &Model) -> f64 {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
-    use std::sync::Arc;
 
     use glam::{DAffine3, DMat3};
 
     use super::*;
     use crate::animation::{ShapeTrack, Visibility};
-    use crate::scene::{self, Mesh, Shapes};
+    use crate::scene::{self, Shapes};
     use crate::shade::sampling::PathRandom;
 
     /// The city, of which every second material glows.

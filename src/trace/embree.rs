@@ -1,15 +1,16 @@
 //! Embree behind the [`Tracer`] trait: the only file that builds or asks an Embree scene.
 //!
 //! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
-//! put them there), built once. *Movable* holds an instance of each model that moves
-//! in some frame; a frame only sets transforms and masks and rebuilds the tiny tree above the instances. A model that
-//! deforms has an instance of a scene of its own, which is built anew when its shape is another.
+//! put them there), built once; of meshes of which many copies stand still, an instance for each copy. *Movable* holds
+//! an instance of each model that moves in some frame; a frame only sets transforms and masks and rebuilds the tiny
+//! tree above the instances. A model that deforms has an instance of a scene of its own, which is built anew when its shape is another.
 //!
 //! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
 //!
 //! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
 //! this order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads
-//! to its [`Part`]; in *movable* the instance's id leads to the model and the geometry's to its part.
+//! to its [`Part`]. Of instances the instance's id leads to the model and the geometry's to its part, whichever scene they are in: those
+//! of copies that stand still have ids after all those in *movable*.
 //!
 //! Masks. A ray meets what shares a bit with it at every level: see [`mask`].
 //!
@@ -40,7 +41,7 @@ use super::{
 };
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 use crate::settings::Build;
 use frozen::{CASTS_SHADOW, Deforming, Frozen, ROBUST, freeze, geometries_of};
 use places::set_places;
@@ -72,8 +73,8 @@ pub struct EmbreeBackend {
     /// Where shadow rays have scenes of their own.
     casters: Option<Casters>,
     still_parts: Vec<Part>,
-    /// By instance.
-    movable_parts: Vec<[Part; 2]>,
+    /// By instance, of both scenes.
+    instance_parts: Vec<[Part; 2]>,
     /// The movable models, each with its instance.
     instances: Vec<(usize, GeometryId)>,
     /// Those of them that deform.
@@ -123,37 +124,13 @@ impl EmbreeBackend {
             movable: movable()?,
             casters,
             still_parts: Vec::new(),
-            movable_parts: Vec::new(),
+            instance_parts: Vec::new(),
             instances: Vec::new(),
             deforming: Vec::new(),
             width: device.native_width(),
             device: device.clone(),
         };
-        let mut frozen = HashMap::new();
-        for (number, model) in scene.models.iter().enumerate() {
-            if model.track.is_constant() {
-                backend.add_still(&device, number as u32, &model.mesh)?;
-            } else if model.mesh.shapes.is_some() {
-                let with_casters = backend.casters.is_some();
-                let (deforming, parts) = Deforming::new(&device, number, &model.mesh, with_casters)?;
-                let instances = backend.add_movable(number as u32, &parts)?;
-                backend.deforming.push(deforming.placed(instances));
-            } else {
-                let shared = Arc::as_ptr(&model.mesh);
-                let parts = match frozen.get(&shared) {
-                    Some(parts) => Arc::clone(parts),
-                    None => {
-                        let with_casters = backend.casters.is_some();
-                        let mesh = &model.mesh;
-                        let made = freeze(&device, mesh, &mesh.positions, quality, with_casters)?;
-                        let made = Arc::new(made);
-                        frozen.insert(shared, Arc::clone(&made));
-                        made
-                    }
-                };
-                backend.add_movable(number as u32, &parts)?;
-            }
-        }
+        backend.add_models(scene, quality)?;
         // still scenes are built here, and found unchanged in every frame
         backend.still.commit()?;
         if let Some(casters) = &mut backend.casters {
@@ -168,8 +145,41 @@ impl EmbreeBackend {
         self.casters.is_some()
     }
 
-    fn add_still(&mut self, device: &Device, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
-        for (half, (geometry, first)) in geometries_of(device, mesh, &mesh.positions)? {
+    fn add_models(&mut self, scene: &Scene, quality: BuildQuality) -> Result<(), TraceError> {
+        let device = self.device.clone();
+        let with_casters = self.casters.is_some();
+        let mut known: HashMap<*const Mesh, Arc<Frozen>> = HashMap::new();
+        let mut shared = |mesh: &Arc<Mesh>| -> Result<Arc<Frozen>, TraceError> {
+            if let Some(frozen) = known.get(&Arc::as_ptr(mesh)) {
+                return Ok(Arc::clone(frozen));
+            }
+            let frozen = Arc::new(freeze(&device, mesh, &mesh.positions, quality, with_casters)?);
+            known.insert(Arc::as_ptr(mesh), Arc::clone(&frozen));
+            Ok(frozen)
+        };
+        for (model, number) in scene.models.iter().zip(0..) {
+            if model.is_placed_at_rest() {
+                continue;
+            }
+            if model.track.is_constant() {
+                self.add_still(number, &model.mesh)?;
+            } else if model.mesh.shapes.is_some() {
+                let (deforming, parts) =
+                    Deforming::new(&self.device, number as usize, &model.mesh, with_casters)?;
+                let instances = self.add_movable(number, &parts)?;
+                self.deforming.push(deforming.placed(instances));
+            } else {
+                self.add_movable(number, &*shared(&model.mesh)?)?;
+            }
+        }
+        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| model.is_placed_at_rest()) {
+            self.add_at_rest(number, model, &*shared(&model.mesh)?)?;
+        }
+        Ok(())
+    }
+
+    fn add_still(&mut self, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
+        for (half, (geometry, first)) in geometries_of(&self.device, mesh, &mesh.positions)? {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
             self.still_parts.push(Part { model, first });
@@ -180,12 +190,27 @@ impl EmbreeBackend {
         Ok(())
     }
 
+    /// After all models that move, whose instances have other ids.
+    fn add_at_rest(&mut self, number: u32, model: &Model, frozen: &Frozen) -> Result<(), TraceError> {
+        let place = model.track.at(0.0).columns();
+        self.still.skip_ids_to(GeometryId(self.instance_parts.len() as u32));
+        let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask::RESTS)?;
+        // ids of triangles in world space are those of no instance
+        let nobody = Part { model: NO_HIT, first: 0 };
+        self.instance_parts.resize(id as usize, [nobody; 2]);
+        self.instance_parts.push(frozen.firsts.map(|first| Part { model: number, first }));
+        if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
+            casters.still.attach_instance(scene, place, mask::RESTS)?;
+        }
+        Ok(())
+    }
+
     /// The instances of the model: among all, and among those that cast shadows.
     fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<[Option<GeometryId>; 2], TraceError> {
         let identity = crate::animation::Transform::IDENTITY.columns();
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
-        debug_assert_eq!(instance.0 as usize, self.movable_parts.len());
-        self.movable_parts.push(frozen.firsts.map(|first| Part { model, first }));
+        debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
+        self.instance_parts.push(frozen.firsts.map(|first| Part { model, first }));
         self.instances.push((model as usize, instance));
         let mut of_caster = None;
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
@@ -210,7 +235,7 @@ impl Backend for EmbreeBackend {
             movable: has_movable.then(|| self.movable.commit()).transpose()?,
             casters: self.casters.as_mut().map(|casters| casters.commit(pose, moved)).transpose()?,
             still_parts: &self.still_parts,
-            movable_parts: &self.movable_parts,
+            instance_parts: &self.instance_parts,
             width: self.width,
         }))
     }
@@ -241,7 +266,7 @@ struct EmbreeTracer<'a> {
     movable: Option<Committed<'a>>,
     casters: Option<OpenCasters<'a>>,
     still_parts: &'a [Part],
-    movable_parts: &'a [[Part; 2]],
+    instance_parts: &'a [[Part; 2]],
     width: PacketWidth,
 }
 
@@ -398,7 +423,7 @@ impl EmbreeTracer<'_> {
     fn part(&self, instance: u32, geometry: u32) -> Part {
         match instance {
             INVALID => self.still_parts[geometry as usize],
-            instance => self.movable_parts[instance as usize][geometry as usize],
+            instance => self.instance_parts[instance as usize][geometry as usize],
         }
     }
 

@@ -142,8 +142,11 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
+    use glam::DVec3;
+
     use super::*;
-    use crate::scene;
+    use crate::animation::{Track, TransformTrack};
+    use crate::scene::{self, Model};
 
     /// A scene of the repository, of which so many triangles are clear.
     fn with_clear(clear: usize) -> Scene {
@@ -170,13 +173,23 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_a_moving_mesh_are_held_twice_once() {
+    fn copies_that_share_a_mesh_are_held_twice_once() {
         let all: usize = with_clear(0).models.iter().map(|model| model.mesh.triangles.len()).sum();
         let mut scene = with_clear(all / 2);
         assert!(has_many_clear(&scene), "or nothing is held twice");
         let moving = scene.models.iter().find(|model| !model.track.is_constant()).expect("some move").clone();
-        let before = held_twice(&scene);
-        scene.models.extend(vec![moving; 10]);
+        let at = |x: f64| TransformTrack {
+            translate: Track::constant(DVec3::X * x),
+            ..TransformTrack::identity()
+        };
+        let resting = Model { track: at(1.0), ..moving.clone() };
+        let (before, built) = (held_twice(&scene), scene.built().count());
+        scene.models.extend(vec![moving.clone(); 5]);
+        scene.models.extend(vec![resting; 5]);
         assert!(before > 0 && held_twice(&scene) == before);
+        assert_eq!(scene.built().count(), built);
+        // where its file puts it, it has triangles of its own
+        scene.models.push(Model { track: at(0.0), ..moving });
+        assert_eq!(scene.built().count(), built + 1);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Made of the same halves as [`embree`](super::embree): one tree of the triangles of all models that never
 //! move, in world space; and for each other mesh a tree in object space, with a small tree of the instances
-//! above that is built anew in every frame. A mesh that deforms has a tree for each of its models, built anew when its shape is
+//! above that is built anew in every frame. Copies that stand still and share their mesh have such a tree above, too, which is built
+//! once. A mesh that deforms has a tree for each of its models, built anew when its shape is
 //! another. An instance takes the rays into its own space; directions keep
 //! their length there, so that t means the same in both.
 //!
@@ -42,7 +43,7 @@ use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
-use crate::animation::Shape;
+use crate::animation::{Shape, Transform};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use beam::{Beam, Open, Probe, Visitor, walk};
@@ -66,8 +67,10 @@ pub struct RustBackend {
 /// The trees of all triangles, or of some.
 struct Trees {
     still: Triangles,
-    /// Of the models that move; those of one mesh share them, if it does not deform.
+    /// Of all other models; those of one mesh share them, if it does not deform.
     meshes: Vec<Triangles>,
+    /// Copies that stand still.
+    at_rest: Instances,
     /// Of the models that deform.
     deforming: Vec<Deforming>,
     /// How many of a mesh's triangles, from the first on.
@@ -109,10 +112,10 @@ impl Trees {
     fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut known = HashMap::new();
+        let (mut known, mut at_rest) = (HashMap::new(), Vec::new());
         let has_triangles = |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0;
         for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
-            if model.track.is_constant() {
+            if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));
             } else if model.mesh.shapes.is_some() {
                 let (mesh, shape) = (Arc::clone(&model.mesh), Shape::FIRST);
@@ -125,10 +128,13 @@ impl Trees {
                     meshes.push(Triangles::new(&[(OF_INSTANCE, mesh)], count));
                     meshes.len() - 1
                 });
-                movable.push((number as u32, at));
+                let list = if model.is_placed_at_rest() { &mut at_rest } else { &mut movable };
+                list.push((number as u32, at));
             }
         }
-        Self { still: Triangles::new(&still, count), meshes, deforming, count, movable, quadrics }
+        let place = |number: u32| scene.models[number as usize].track.at(0.0);
+        let at_rest = Instances::new(at_rest.into_iter(), &meshes, place, |_| false);
+        Self { still: Triangles::new(&still, count), meshes, at_rest, deforming, count, movable, quadrics }
     }
 
     /// Builds anew what has another shape. Nothing of the tree before is kept: frames do not depend on which others were rendered.
@@ -147,22 +153,12 @@ impl Trees {
     fn open(&mut self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
         self.deform(pose);
         let this = &*self;
-        let is_there = |model: u32| pose.models[model as usize].is_visible;
-        let instances: Vec<Instance> = (this.movable.iter())
-            .filter(|(model, _)| is_there(*model))
-            .map(|(model, mesh)| Instance {
-                triangles: &this.meshes[*mesh],
-                model: *model,
-                moved: moved[*model as usize],
-                to_object: pose.models[*model as usize].to_object,
-            })
-            .collect();
-        let boxes: Vec<Box3> = (instances.iter())
-            .map(|instance| instance.triangles.tree.bounds.placed(&pose.models[instance.model as usize]))
-            .collect();
-        let above = Tree::new(&boxes, 1, |ids| ids[0]);
+        let place = |model: u32| pose.models[model as usize];
+        let there = this.movable.iter().copied().filter(|(model, _)| place(*model).is_visible);
+        let movable = Instances::new(there, &this.meshes, place, |model| moved[model as usize]);
         let (still_quadrics, quadrics) = (this.quadrics.still(), this.quadrics.open(pose, moved));
-        OpenTrees { still: &this.still, instances, above, still_quadrics, quadrics }
+        let (still, meshes, at_rest) = (&this.still, &this.meshes, &this.at_rest);
+        OpenTrees { still, meshes, at_rest, movable, still_quadrics, quadrics }
     }
 }
 
@@ -180,13 +176,44 @@ impl Backend for RustBackend {
     }
 }
 
-/// A model that moves, in one frame.
-struct Instance<'a> {
-    triangles: &'a Triangles,
+/// A model that is placed: for the whole shot, or in one frame.
+struct Instance {
+    /// Which of the meshes.
+    mesh: usize,
     model: u32,
     /// Since the frame before.
     moved: bool,
     to_object: Affine3A,
+}
+
+/// Models that are placed.
+struct Instances {
+    all: Vec<Instance>,
+    /// Above them; its leaves are their numbers.
+    above: Tree,
+}
+
+impl Instances {
+    /// Places models, each with the number of its mesh among `meshes`. `place`: where a model is; `moved`: whether it was elsewhere in the
+    /// frame before.
+    fn new(
+        models: impl Iterator<Item = (u32, usize)>,
+        meshes: &[Triangles],
+        place: impl Fn(u32) -> Transform,
+        moved: impl Fn(u32) -> bool,
+    ) -> Self {
+        let (mut all, mut boxes): (Vec<Instance>, Vec<Box3>) = (Vec::new(), Vec::new());
+        for (model, mesh) in models {
+            let transform = place(model);
+            boxes.push(meshes[mesh].tree.bounds.placed(&transform));
+            all.push(Instance { mesh, model, moved: moved(model), to_object: transform.to_object });
+        }
+        Self { all, above: Tree::new(&boxes, 1, |ids| ids[0]) }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
 }
 
 /// All trees, as they stand in one frame.
@@ -198,9 +225,10 @@ struct RustTracer<'a> {
 /// Trees, as they stand in one frame.
 struct OpenTrees<'a> {
     still: &'a Triangles,
-    instances: Vec<Instance<'a>>,
-    /// Above the instances; its leaves are their numbers.
-    above: Tree,
+    /// The instances place these.
+    meshes: &'a [Triangles],
+    at_rest: &'a Instances,
+    movable: Instances,
     still_quadrics: &'a Standing,
     /// Those that move.
     quadrics: Standing,
@@ -224,7 +252,7 @@ impl Tracer for RustTracer<'_> {
             (Some(casters), Purpose::Shadow) => casters,
             _ => &self.all,
         };
-        if by == Occluders::Still || !trees.instances.is_empty() || !trees.quadrics.is_empty() {
+        if by == Occluders::Still || !trees.movable.is_empty() || !trees.quadrics.is_empty() {
             dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
         }
     }
@@ -263,9 +291,16 @@ impl Work for FindClosest<'_> {
             best.model = [NO_HIT; LANES];
             best.triangle = [NO_HIT; LANES];
             let rays = rays_of(packet);
-            closest_of(lanes, self.trees.still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
-            if self.among == SceneSubset::All && !self.trees.instances.is_empty() {
-                self.trees.closest_instance(lanes, &rays, used, self.coherence, best, &mut stack);
+            let still = self.trees.still;
+            if !still.is_empty() {
+                closest_of(lanes, still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
+            }
+            let movable = (self.among == SceneSubset::All).then_some(&self.trees.movable);
+            for instances in [Some(self.trees.at_rest), movable].into_iter().flatten() {
+                if !instances.is_empty() {
+                    let among = Placed { meshes: self.trees.meshes, instances };
+                    among.closest(lanes, &rays, used, self.coherence, best, &mut stack);
+                }
             }
             if !self.trees.still_quadrics.is_empty() {
                 self.trees.still_quadrics.closest(lanes, &rays, used, best, &mut stack);
@@ -326,28 +361,21 @@ impl Work for FindBlocked<'_> {
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
             let moved_alone = self.by == Occluders::Moved;
-            let quadrics = match self.by {
+            let (instances, quadrics) = match self.by {
                 Occluders::Still => {
                     let still = self.trees.still;
-                    block(lanes, still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
-                    self.trees.still_quadrics
-                }
-                Occluders::Movable | Occluders::Moved => {
-                    if !self.trees.instances.is_empty() {
-                        self.trees.block_by_instances(
-                            lanes,
-                            moved_alone,
-                            &rays,
-                            open,
-                            coherence,
-                            exempt,
-                            &mut far,
-                            stack,
-                        );
+                    if !still.is_empty() {
+                        block(lanes, still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
                     }
-                    &self.trees.quadrics
+                    (self.trees.at_rest, self.trees.still_quadrics)
                 }
+                Occluders::Movable | Occluders::Moved => (&self.trees.movable, &self.trees.quadrics),
             };
+            if !instances.is_empty() {
+                let open = open & open_lanes(&far);
+                let among = Placed { meshes: self.trees.meshes, instances };
+                among.block(lanes, moved_alone, &rays, open, coherence, exempt, &mut far, stack);
+            }
             if !quadrics.is_empty() {
                 quadrics.block(lanes, moved_alone, &rays, open, exempt, &mut far, stack);
             }
@@ -387,10 +415,17 @@ fn block<L: F32x8>(
     }
 }
 
-impl OpenTrees<'_> {
-    /// Shortens the rays `used` to what they meet first among the instances.
+/// Instances with what they place.
+#[derive(Clone, Copy)]
+struct Placed<'a> {
+    meshes: &'a [Triangles],
+    instances: &'a Instances,
+}
+
+impl Placed<'_> {
+    /// Shortens the rays `used` to what they meet first.
     #[inline(always)]
-    fn closest_instance<L: F32x8>(
+    fn closest<L: F32x8>(
         &self,
         lanes: L,
         rays: &Rays,
@@ -403,28 +438,28 @@ impl OpenTrees<'_> {
         while rest != 0 {
             let used = next_beam(rays, rest, coherence);
             rest &= !used;
-            let bounds = &self.above.bounds;
+            let (among, above) = (*self, &self.instances.above);
             if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], bounds);
+                let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], &above.bounds);
                 let pace = Pace::OF_T;
-                let mut visitor = ClosestInstance { lanes, trees: self, rays, used, pace, coherence, best };
-                walk::<true, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                let mut visitor = ClosestInstance { lanes, among, rays, used, pace, coherence, best };
+                walk::<true, L, _>(&mut ray, above, stack, &mut visitor);
                 continue;
             }
             let (common, pace) = rays.common(lanes, used, &best.t);
-            let mut beam = Beam::new(lanes, &common, bounds);
-            let mut visitor = ClosestInstance { lanes, trees: self, rays, used, pace, coherence, best };
-            walk::<true, L, _>(&mut beam, &self.above, stack, &mut visitor);
+            let mut beam = Beam::new(lanes, &common, &above.bounds);
+            let mut visitor = ClosestInstance { lanes, among, rays, used, pace, coherence, best };
+            walk::<true, L, _>(&mut beam, above, stack, &mut visitor);
         }
     }
 
-    /// Ends those of the rays `used` that an instance blocks.
+    /// Ends those of the rays `used` that are blocked.
     #[inline(always)]
     #[expect(
         clippy::too_many_arguments,
         reason = "each is a thing by itself, and what they make is only called"
     )]
-    fn block_by_instances<L: F32x8>(
+    fn block<L: F32x8>(
         &self,
         lanes: L,
         moved_alone: bool,
@@ -439,27 +474,27 @@ impl OpenTrees<'_> {
         while rest != 0 {
             let used = next_beam(rays, rest, coherence);
             rest &= !used;
-            let (trees, bounds, end) = (self, &self.above.bounds, far[first_of(used)]);
+            let (among, above, end) = (*self, &self.instances.above, far[first_of(used)]);
             if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(lanes, first_of(used), end, bounds);
+                let (mut ray, ..) = rays.one(lanes, first_of(used), end, &above.bounds);
                 let pace = Pace::OF_T;
                 let mut visitor =
-                    BlockByInstances { lanes, trees, moved_alone, rays, used, pace, coherence, exempt, far };
-                walk::<false, L, _>(&mut ray, &self.above, stack, &mut visitor);
+                    BlockByInstances { lanes, among, moved_alone, rays, used, pace, coherence, exempt, far };
+                walk::<false, L, _>(&mut ray, above, stack, &mut visitor);
                 continue;
             }
             let (common, pace) = rays.common(lanes, used, far);
-            let mut beam = Beam::new(lanes, &common, bounds);
+            let mut beam = Beam::new(lanes, &common, &above.bounds);
             let mut visitor =
-                BlockByInstances { lanes, trees, moved_alone, rays, used, pace, coherence, exempt, far };
-            walk::<false, L, _>(&mut beam, &self.above, stack, &mut visitor);
+                BlockByInstances { lanes, among, moved_alone, rays, used, pace, coherence, exempt, far };
+            walk::<false, L, _>(&mut beam, above, stack, &mut visitor);
         }
     }
 }
 
 struct ClosestInstance<'a, L: F32x8> {
     lanes: L,
-    trees: &'a OpenTrees<'a>,
+    among: Placed<'a>,
     rays: &'a Rays,
     used: u16,
     pace: Pace,
@@ -471,16 +506,16 @@ impl<L: F32x8, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, .. } = *self;
-        let Instance { triangles, model, to_object, .. } = &self.trees.instances[leaf as usize];
+        let Instance { mesh, model, to_object, .. } = &self.among.instances.all[leaf as usize];
         let inside = self.rays.transformed(to_object, used);
-        closest_of(lanes, triangles, *model, &inside, used, coherence, self.best, stack);
+        closest_of(lanes, &self.among.meshes[*mesh], *model, &inside, used, coherence, self.best, stack);
         probe.end_at(self.pace.greatest(&self.best.t, used));
     }
 }
 
 struct BlockByInstances<'a, L: F32x8> {
     lanes: L,
-    trees: &'a OpenTrees<'a>,
+    among: Placed<'a>,
     moved_alone: bool,
     rays: &'a Rays,
     used: u16,
@@ -494,13 +529,13 @@ impl<L: F32x8, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { lanes, used, coherence, exempt, .. } = *self;
-        let Instance { triangles, model, to_object, moved } = &self.trees.instances[leaf as usize];
+        let Instance { mesh, model, to_object, moved } = &self.among.instances.all[leaf as usize];
         if self.moved_alone && !moved {
             return;
         }
         let inside = self.rays.transformed(to_object, used);
         let open = used & open_lanes(self.far);
-        block(lanes, triangles, *model, &inside, open, coherence, exempt, self.far, stack);
+        block(lanes, &self.among.meshes[*mesh], *model, &inside, open, coherence, exempt, self.far, stack);
         probe.end_at(self.pace.greatest(self.far, used));
     }
 }

@@ -25,6 +25,14 @@ pub fn load_in(folder: &Path, text: &str, strict: bool) -> Result<Shot, scene::S
     scene::load(&path, strict)
 }
 
+/// The same where copies that stand still may add so many triangles before they share them.
+pub fn load_sharing(text: &str, most_added: u64) -> Shot {
+    let folder = folder();
+    let path = folder.path().join("s.toml");
+    std::fs::write(&path, text).unwrap();
+    scene::load_sharing(&path, true, most_added).unwrap()
+}
+
 pub fn load(text: &str) -> Shot {
     load_in(folder().path(), text, true).unwrap()
 }

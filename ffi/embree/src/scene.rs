@@ -32,8 +32,8 @@ impl BuildQuality {
     }
 }
 
-/// The number of a geometry in its scene: 0, 1, 2 … in the order of attaching. It is `geom_id` of a hit in a
-/// mesh of the scene itself, and `inst_id` of a hit in an instance.
+/// The number of a geometry in its scene: 0, 1, 2 … in the order of attaching, but for numbers that are
+/// [left out](Scene::skip_ids_to). It is `geom_id` of a hit in a mesh of the scene itself, and `inst_id` of a hit in an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryId(pub u32);
 
@@ -42,7 +42,8 @@ pub struct GeometryId(pub u32);
 pub struct Scene {
     // Field order is drop order: the scene before what it holds, the geometries before their device.
     raw: SceneHandle,
-    attached: Vec<Attached>,
+    /// By id; none where ids were left out.
+    attached: Vec<Option<Attached>>,
     device: Device,
     quality: BuildQuality,
     changed: bool,
@@ -93,8 +94,15 @@ impl Scene {
         self.check_device(geometry.device())?;
         let mesh = geometry.instantiate(self.quality)?;
         let id = self.attach_handle(&mesh.handle)?;
-        self.attached.push(Attached::Mesh { mesh, mask: geometry.mask() });
+        self.attached.push(Some(Attached::Mesh { mesh, mask: geometry.mask() }));
         Ok(id)
+    }
+
+    /// Leaves out ids, so that the next geometry has the id `next` or a later one: what is named by ids of two scenes can be told
+    /// apart so.
+    pub fn skip_ids_to(&mut self, next: GeometryId) {
+        let count = self.attached.len().max(next.0 as usize);
+        self.attached.resize_with(count, || None);
     }
 
     /// Places a frozen scene. `transform` takes points from the space of `of` into the space of this scene:
@@ -122,7 +130,7 @@ impl Scene {
         handle.commit();
         self.device.take_error()?;
         let id = self.attach_handle(&handle)?;
-        self.attached.push(Attached::Instance { handle, transform, mask, of: Arc::clone(of) });
+        self.attached.push(Some(Attached::Instance { handle, transform, mask, of: Arc::clone(of) }));
         Ok(id)
     }
 
@@ -212,12 +220,12 @@ impl Scene {
     }
 
     fn attach_handle(&mut self, handle: &Handle) -> Result<GeometryId, Error> {
+        // Nothing is ever detached, so that ids are the places in `attached`, and this one is free.
+        let id = self.attached.len() as u32;
         // SAFETY: both are live and of one device. The scene takes a reference of its own.
-        let id = unsafe { sys::rtcAttachGeometry(self.raw.0, handle.raw()) };
+        unsafe { sys::rtcAttachGeometryByID(self.raw.0, handle.raw(), id) };
         self.device.take_error()?;
         self.changed = true;
-        // Nothing is ever detached, so that ids are the places in `attached`.
-        debug_assert_eq!(id as usize, self.attached.len());
         Ok(GeometryId(id))
     }
 
@@ -225,13 +233,14 @@ impl Scene {
         let count = self.attached.len();
         self.attached
             .get_mut(id.0 as usize)
+            .and_then(Option::as_mut)
             .ok_or_else(|| Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0)))
     }
 
     /// Whether instances in this scene may place `of`.
     fn check_instanced(&self, of: &FrozenScene) -> Result<(), Error> {
         self.check_device(&of.scene.device)?;
-        if of.scene.attached.iter().any(|a| matches!(a, Attached::Instance { .. })) {
+        if of.scene.attached.iter().flatten().any(|a| matches!(a, Attached::Instance { .. })) {
             return Err(Error::new(
                 ErrorCode::InvalidOperation,
                 "a scene that holds instances cannot be instanced: there is one level of instances",

@@ -3,7 +3,7 @@
 
 mod scenes;
 
-use embree::{Bounds, Coherence, Device, INVALID, PrimId, Ray, RayHit, Scene, Valid};
+use embree::{Bounds, Coherence, Device, GeometryId, INVALID, PrimId, Ray, RayHit, Scene, Valid};
 use scenes::{IDENTITY, UNIT_TRIANGLE, down, medium, mesh, moved};
 
 /// Runs a test with packets of each width, native or not, within each instruction set.
@@ -137,6 +137,26 @@ fn an_instance_shows_the_scene_that_it_places_now() {
         assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 0b101).0, f32::INFINITY);
     }
     assert_eq!(std::sync::Arc::strong_count(&first), 1, "let go");
+}
+
+#[test]
+fn ids_that_are_left_out_name_nothing() {
+    let device = scenes::device();
+    let mut child = medium(&device);
+    child.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap();
+    let child = child.freeze().unwrap();
+    let mut scene = medium(&device);
+    assert_eq!(scene.attach(&mesh(&device, &[UNIT_TRIANGLE], 1)).unwrap(), GeometryId(0));
+    scene.skip_ids_to(GeometryId(7));
+    let placed = scene.attach_instance(&child, moved(5.0, 0.0, 0.0), 1).unwrap();
+    scene.skip_ids_to(GeometryId(3));
+    let next = scene.attach(&mesh(&device, &[UNIT_TRIANGLE.map(|[x, y, z]| [x + 9.0, y, z])], 1)).unwrap();
+    assert_eq!((placed, next), (GeometryId(7), GeometryId(8)));
+    let mut met = |x: f32| drop_ray(&mut scene, x, 0.25, 1).1;
+    assert_eq!([met(0.25), met(5.25), met(9.25)], [[0, 0, INVALID], [0, 0, 7], [0, 8, INVALID]]);
+    for id in [1, 6, 9] {
+        assert!(scene.set_mask(GeometryId(id), 0).is_err(), "{id}");
+    }
 }
 
 #[test]

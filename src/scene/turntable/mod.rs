@@ -11,6 +11,7 @@ use std::path::Path;
 
 use super::SceneError;
 use super::assemble::ReadModel;
+use super::copies::MOST_ADDED;
 use super::shot::{self, Shot};
 use super::toml_text::TomlText;
 use corners::Corners;
@@ -92,7 +93,8 @@ pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot,
     // a column is one of our text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model)).map_err(told)?;
+    let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model), MOST_ADDED)
+        .map_err(told)?;
     // it stands there twice: for the model, and for the text
     let mut files = shot.files;
     if let Some(last) = files.iter().rposition(|file| file == path) {

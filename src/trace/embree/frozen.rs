@@ -1,4 +1,4 @@
-//! The scenes of movable models: built once, or anew for each shape of a model that deforms.
+//! The scenes that instances place: built once, or anew for each shape of a model that deforms.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::trace::TraceError;
 /// that share an edge and show what is behind them, and the audit rightly complains.
 pub const ROBUST: bool = true;
 
-/// A movable model's own scene.
+/// A mesh's own scene.
 pub struct Frozen {
     pub scene: Arc<FrozenScene>,
     /// First triangle by geometry id.

@@ -2,7 +2,7 @@
 
 /// An instance that is not there: no ray meets it.
 pub const HIDDEN: u32 = 0;
-/// An instance that is where it was in the frame before.
+/// An instance that is where it was in the frame before, or always.
 pub const RESTS: u32 = 1;
 /// An instance that moved since the frame before.
 pub const MOVED: u32 = 2;

@@ -72,6 +72,11 @@ impl Triangles {
         });
         Self { tree, blocks }
     }
+
+    /// Tells whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
 }
 
 impl Block {

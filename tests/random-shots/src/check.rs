@@ -151,7 +151,8 @@ fn check_unguarded(trial: &Trial, folder: &Path, pools: &Pools) -> Outcome {
     if let Err(error) = trial.write(folder) {
         return Outcome::Failed(Failure::new(Kind::Render, error));
     }
-    let shot = match pools.one.install(|| scene::load(&folder.join("shot.toml"), false)) {
+    // all copies that rest share their mesh: those of a shot as small would be put into world space otherwise
+    let shot = match pools.one.install(|| scene::load_sharing(&folder.join("shot.toml"), false, 0)) {
         Ok(shot) => shot,
         Err(error) => return Outcome::Refused(error.to_string()),
     };

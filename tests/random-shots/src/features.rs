@@ -61,7 +61,16 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
             add("camera cut".into());
         }
     }
-    for model in list(shot, "model") {
+    let models: Vec<&Table> = list(shot, "model").collect();
+    let rests = |model: &Table| ["key", "shapes", "visible"].iter().all(|key| !model.contains_key(*key));
+    let is_copied = |model: &&Table| {
+        let is_same = |other: &&Table| rests(other) && other.get("obj") == model.get("obj");
+        model.contains_key("obj") && rests(model) && models.iter().copied().filter(is_same).count() > 1
+    };
+    if models.iter().any(is_copied) {
+        add("copies at rest".into());
+    }
+    for model in models {
         of_model(model, shot, &mut add);
     }
     for light in list(shot, "light") {

@@ -19,6 +19,9 @@ use crate::dice::Dice;
 /// One shot in so many has values at their limits, or beyond.
 const HOSTILE: usize = 16;
 
+/// Copies have dice of their own: without them a shot is what it was before there were any.
+const COPIES: u64 = 0x00C0_71E5;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -34,6 +37,7 @@ pub fn generate(seed: u64) -> Table {
     if dice.one_in(HOSTILE) {
         hostile::spoil(dice, &mut shot);
     }
+    models::add_copies(&mut Dice::new(seed ^ COPIES), &mut shot);
     shot
 }
 

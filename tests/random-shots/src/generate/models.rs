@@ -38,6 +38,49 @@ pub fn add(dice: &mut Dice, span: &Span, shot: &mut Table) {
     }
 }
 
+/// Perhaps some copies of a mesh of the shot that rest: turned, stretched, mirrored, sheared, in its place.
+pub fn add_copies(dice: &mut Dice, shot: &mut Table) {
+    if !dice.one_in(3) {
+        return;
+    }
+    let Some(models) = shot.get_mut("model").and_then(Value::as_array_mut) else { return };
+    let of_mesh = |model: &&Value| model.get("obj").is_some_and(Value::is_str);
+    let meshes: Vec<Table> =
+        models.iter().filter(of_mesh).filter_map(|model| model.as_table().cloned()).collect();
+    if meshes.is_empty() {
+        return;
+    }
+    let model = dice.pick(&meshes).clone();
+    for _ in 0..2 + dice.below(2) {
+        models.push(Value::Table(copy_at_rest(dice, &model)));
+    }
+}
+
+fn copy_at_rest(dice: &mut Dice, model: &Table) -> Table {
+    let mut copy = model.clone();
+    for key in ["key", "shapes", "visible", "interpolation"] {
+        copy.remove(key);
+    }
+    // now and then where the mesh is, or has been, already
+    if dice.one_in(6) {
+        return copy;
+    }
+    copy.insert("translate".into(), numbers(place(dice, 1.2)));
+    if dice.one_in(2) {
+        copy.insert("rotate".into(), numbers(place(dice, 180.0)));
+    }
+    if dice.one_in(3) {
+        let mut factor = || dice.between(0.2, 1.2);
+        let [x, y, z] = [factor(), factor(), factor()];
+        let sign = if dice.one_in(2) { -1.0 } else { 1.0 };
+        copy.insert("scale".into(), numbers([sign * x, y, z]));
+    }
+    if dice.one_in(6) {
+        copy.insert("matrix".into(), matrix(dice));
+    }
+    copy
+}
+
 fn mesh_name(dice: &mut Dice, shape: &str) -> String {
     format!("{shape}-{}.obj", dice.pick(&MATERIALS))
 }
