@@ -34,6 +34,8 @@ pub fn generate(seed: u64) -> Table {
     if dice.one_in(HOSTILE) {
         hostile::spoil(dice, &mut shot);
     }
+    // at the end, so that all else stays what a seed has always given
+    settings::add_caustics(dice, &mut shot);
     shot
 }
 
