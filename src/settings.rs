@@ -106,6 +106,17 @@ impl Filter {
     }
 }
 
+/// How light comes by way of clear glass and of mirrors: the light that they throw, which is called caustics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Caustics {
+    /// Clear glass casts no shadow: lights shine through it as if it were not there.
+    #[default]
+    None,
+    /// Glass casts a shadow as everything does. What comes through it is found by the paths that gather light, alone.
+    Paths,
+}
+
 /// What frames spend on more paths for samples that have fewer than they may.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -348,6 +359,8 @@ pub struct Settings {
     pub budget: Budget,
     /// Surfaces that such a path may meet.
     pub bounces: u32,
+    /// How light comes by way of clear glass.
+    pub caustics: Caustics,
     /// Rays by which each sample finds out how open it is, where a layer or the ambient light asks for it.
     pub occlusion_rays: u32,
     /// How far these reach, in the units of the shot's files.
@@ -398,6 +411,7 @@ impl Default for Settings {
             paths_per_frame: DEFAULT_PATHS,
             budget: Budget::None,
             bounces: 2,
+            caustics: Caustics::default(),
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             tree_memory: DEFAULT_TREE_MEMORY,

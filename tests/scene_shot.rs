@@ -12,7 +12,7 @@ use afterimage::scene::camera::{Lens, Projection};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
 use afterimage::settings::{
-    Backdrop, BasePlace, Compression, DenoiseQuality, FileFormat, Filter, Look, Mode, View,
+    Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look, Mode, View,
 };
 use glam::{DVec3, Vec3};
 use small_shot::*;
@@ -48,7 +48,7 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\noverscan = 5\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nreflections = 7\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\ncaustics = \"paths\"\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
          mode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\nexposure = -1.5\nview = \"filmic\"\n\
@@ -63,7 +63,7 @@ fn every_key_is_read() {
     assert_eq!((shot.settings.base_place, &shot.scene.camera.cuts[..]), (BasePlace::Middle, &[3][..]));
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
-    assert_eq!(shot.settings.tree_memory, 0);
+    assert_eq!((shot.settings.tree_memory, shot.settings.caustics), (0, Caustics::Paths));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
     assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::BACKGROUND));

@@ -26,7 +26,7 @@ use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
 use crate::report::file::write_json;
-use crate::scene::limits;
+use crate::scene::{caustics, limits};
 use crate::settings::{Build, DenoiseQuality, Mode, Settings};
 use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
 use crate::stereo::Eye;
@@ -215,8 +215,9 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     for note in &job.shot.notes {
         terminal.note(note);
     }
-    for limit in limits::of_camera(&job.shot.scene, &job.settings) {
-        terminal.warn(&limit);
+    let (scene, settings) = (&job.shot.scene, &job.settings);
+    for warning in limits::of_camera(scene, settings).into_iter().chain(caustics::warning(scene, settings)) {
+        terminal.warn(&warning);
     }
 }
 

@@ -14,8 +14,8 @@ use super::target::Target;
 use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
-    BackdropArg, Backend, BasePlaceArg, BuildArg, CompressionArg, FilterArg, ReuseArg, ViewArg, crop,
-    exposure, filter_radius, radius, size, threads,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, CompressionArg, FilterArg, ReuseArg, ViewArg,
+    crop, exposure, filter_radius, radius, size, threads,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -23,8 +23,9 @@ use crate::scene::frames::Frames;
 use crate::scene::turntable;
 use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
-    Backdrop, BasePlace, Budget, Compression, DenoiseQuality, FileFormat, Filter, Look, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse, Settings, View,
+    Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
+    Settings, View,
 };
 use crate::trace::BackendKind;
 
@@ -78,6 +79,10 @@ pub struct ShotArgs {
     /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not [default: the shot's]
     #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_REFLECTIONS)))]
     pub reflections: Option<u32>,
+
+    /// Light by way of clear glass [default: the shot's]
+    #[arg(long, value_enum)]
+    pub caustics: Option<CausticsArg>,
 
     /// Memory for what mirrors and glass show while the camera rests, so that only what changes is traced again; 0: none [default:
     /// the shot's]
@@ -273,6 +278,7 @@ impl ShotArgs {
             paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
             budget: self.budget.unwrap_or(settings.budget),
             bounces: self.bounces.unwrap_or(settings.bounces),
+            caustics: self.caustics.map_or(settings.caustics, Caustics::from),
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             tree_memory: self.tree_memory.unwrap_or(settings.tree_memory),
@@ -389,6 +395,7 @@ mod tests {
             paths_per_frame: 2,
             budget: Budget::Rays(5),
             bounces: 1,
+            caustics: Caustics::None,
             occlusion_rays: 8,
             occlusion_radius: 3.0,
             tree_memory: 5,
@@ -414,7 +421,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -431,6 +438,7 @@ mod tests {
             paths_per_frame: 4,
             budget: Budget::Full,
             bounces: 1,
+            caustics: Caustics::Paths,
             occlusion_rays: 32,
             occlusion_radius: 0.25,
             tree_memory: 0,

@@ -6,7 +6,8 @@ use clap::ValueEnum;
 
 use crate::scene::Shot;
 use crate::settings::{
-    Backdrop, BasePlace, Build, Compression, Filter, LONGEST_SIDE, Look, PixelRect, Reuse, Settings, View,
+    Backdrop, BasePlace, Build, Caustics, Compression, Filter, LONGEST_SIDE, Look, PixelRect, Reuse,
+    Settings, View,
 };
 use crate::trace::BackendKind;
 
@@ -36,6 +37,24 @@ impl From<FilterArg> for Filter {
             FilterArg::Mitchell => Self::Mitchell,
             FilterArg::BlackmanHarris => Self::BlackmanHarris,
             FilterArg::Lanczos => Self::Lanczos,
+        }
+    }
+}
+
+/// Ways of light by way of clear glass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CausticsArg {
+    /// Lights shine through it as if it were not there
+    None,
+    /// It casts shadows; paths find what comes through
+    Paths,
+}
+
+impl From<CausticsArg> for Caustics {
+    fn from(caustics: CausticsArg) -> Self {
+        match caustics {
+            CausticsArg::None => Self::None,
+            CausticsArg::Paths => Self::Paths,
         }
     }
 }

@@ -457,7 +457,7 @@ fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mu
     let optics = frame.scene.materials[usize::from(surface.material)].optics;
     let branches = branch(optics, surface, bounce.direction);
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
-    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) });
+    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(frame, kind) });
     let normals = [surface.normal, surface.geometric_normal];
     let seen = frame.palette.coats.seen(
         surface.material,
@@ -469,7 +469,7 @@ fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mu
     if let Some(seen) = seen {
         let rays = rays_onwards(frame, bounce, &seen);
         let seed = seed_of(surface.point, surface.material.into());
-        let onwards = Bounce { guides, ..bounce.onwards(Kind::Reflection) };
+        let onwards = Bounce { guides, ..bounce.onwards(frame, Kind::Reflection) };
         reflect(frame, &onwards, surface, &seen, (rays, seed), (next, rough_sky));
     }
 }

@@ -35,7 +35,8 @@ pub struct Bounce {
     /// How many rays left the sample in its stead.
     pub shared: u32,
     /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
-    /// surface shows by a highlight, too. It stays as it is behind glass, which such a light shines through.
+    /// surface shows by a highlight, too. It stays as it is behind glass, if such a light shines through
+    /// glass.
     pub density: Option<f32>,
     /// Whether the sky was asked from that surface, too.
     pub asked_sky: bool,
@@ -61,8 +62,9 @@ impl Bounce {
     }
 
     /// A ray that goes on from where this one ends, where to is not yet said.
-    pub fn onwards(&self, kind: Kind) -> Self {
-        let density = self.density.filter(|_| kind == Kind::Refraction);
+    pub fn onwards(&self, frame: &FrameView, kind: Kind) -> Self {
+        let shines_through = kind == Kind::Refraction && !frame.finds_caustics;
+        let density = self.density.filter(|_| shines_through);
         Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
     }
 

@@ -234,7 +234,7 @@ mod tests {
             .map(|cell| Binned::new(1.0, middle(cell), 0).word())
             .collect();
         let mut candidates = Candidates::default();
-        candidates.add(0, &words);
+        candidates.add(0, &words, None);
         let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
         tile.model[0] = 0;
         let mut edges = Edges::default();

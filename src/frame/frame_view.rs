@@ -97,6 +97,8 @@ pub struct FrameView<'a> {
     pub samples: u64,
     /// Surfaces that a path may meet.
     pub bounces: u32,
+    /// Whether clear glass casts shadows, and paths alone find the light that comes through it.
+    pub finds_caustics: bool,
     /// How samples find out how open they are, if they do.
     pub occlusion: Option<Occlusion>,
     /// All motion of the shot, in the direction in which frames are inferred.

@@ -183,7 +183,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         next.clear();
         for vertex in &*vertices {
             brought[vertex.ray.path as usize].radiance += vertex.ray.weight * vertex.light;
-            if paths_go_on(frame, bounce) {
+            if paths_go_on(frame, bounce) || frame.finds_caustics {
                 let random = starts[vertex.ray.path as usize].random();
                 next.extend(go_on(frame, bounce, vertex, random.four(2 * bounce + 2)));
             }
@@ -524,7 +524,9 @@ fn go_on(
     [along, above, choice, _]: [f32; 4],
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
-    let chosen = lobes.choose(choice)?;
+    // off the last surface it only finds light, for which other ways have asked
+    let leads = |way: &usize| lobes.ways[*way].1.is_some() || paths_go_on(frame, bounce);
+    let chosen = lobes.choose(choice).filter(leads)?;
     let (weight, direction) = lobes.ways[chosen];
     let (weight, direction, normal, chances) = match direction {
         Some(direction) => (weight, direction, surface.normal, Chances::PATH_ALONE),

@@ -163,7 +163,7 @@ impl<'s> Renderer<'s> {
     /// Builds the acceleration structures of `kind` for `scene`.
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
-        let backend = kind.build(scene, settings.build)?;
+        let backend = kind.build_for(scene, settings.build, settings.caustics)?;
         let exposures = blur::exposures(scene, settings);
         let clock = exposures.as_ref().map_or(Clock::FRAMES, |exposures| exposures.clock.clone());
         let prepared = Prepared::new(scene, settings, clock);

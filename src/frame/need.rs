@@ -97,7 +97,7 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
                 * bytes_of_films(&shot.scene, settings.layers, exposures.is_some(), of_eye),
             "a smaller --size, fewer --layers",
         ),
-        tracing(shot, kind),
+        tracing(shot, settings, kind),
         Part::new(
             format!("{workers} threads"),
             eyes(settings) * THREAD_BYTES * workers + PROGRAM_BYTES,
@@ -151,16 +151,16 @@ pub fn need_of_aside(shot: &Shot, settings: &Settings, kind: BackendKind, thread
     // a camera that is led around may go on for as long as anybody wants
     let mut need = need_of_chain(shot, settings, kind, f64::from(u32::MAX), threads);
     // the renderer has it
-    let tracing = tracing(shot, kind);
+    let tracing = tracing(shot, settings, kind);
     need.parts.retain(|part| *part != tracing);
     Need { reserved: [0; 2], ..need }
 }
 
 /// What rays are traced through.
-fn tracing(shot: &Shot, kind: BackendKind) -> Part {
+fn tracing(shot: &Shot, settings: &Settings, kind: BackendKind) -> Part {
     Part::new(
         format!("tracing {} triangles", shot.triangles()),
-        (shot.triangles() + held_twice(&shot.scene)) * bytes_of_triangle(kind),
+        (shot.triangles() + held_twice(&shot.scene, settings.caustics)) * bytes_of_triangle(kind),
         "a smaller model",
     )
 }

@@ -2,6 +2,9 @@
 //!
 //! Paths meet both by themselves, too. What either way finds is weighed by the balance heuristic (Veach and Guibas,
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995): by its density in the sum of both.
+//!
+//! Behind mirrors and glass nothing is asked: a path that goes on from there brings all that it meets. Unless clear glass casts shadows
+//! ([`Caustics`](crate::settings::Caustics)), rays that ask from before it pass it, too: what is there counts by either way.
 
 use std::f32::consts::FRAC_1_PI;
 

@@ -27,7 +27,7 @@ use crate::film::Film;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
-use crate::settings::{Backdrop, Mode, Settings};
+use crate::settings::{Backdrop, Caustics, Mode, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
@@ -233,6 +233,7 @@ impl<'a> Setup<'a> {
             budget: settings.budget,
             samples: settings.samples_a_frame(),
             bounces: settings.bounces,
+            finds_caustics: settings.caustics == Caustics::Paths,
             occlusion: prepared.occlusion,
             motion: self.motions.0,
             other_motion: self.motions.1,

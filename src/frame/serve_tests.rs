@@ -135,7 +135,7 @@ fn one_after_the_other_candidates_come_from_near_to_far() {
     for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
         let thrown = strew(throw, extent, &mut dice);
         let mut candidates = Candidates::default();
-        for_each_run(&thrown, |source, run| candidates.add(source, run));
+        for_each_run(&thrown, |source, run| candidates.add(source, run, None));
         candidates.sort();
         for (number, one) in thrown.iter().enumerate() {
             assert_eq!(candidates.source(number), one.source);

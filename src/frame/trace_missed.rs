@@ -13,8 +13,8 @@ use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, Scen
 /// enough that what a later ray through the point meets is what this one met.
 const OFF_RAY: f32 = 2.5e-6;
 
-/// Rays that are traced at once: with their answers they fit into a first-level cache.
-const AT_ONCE: usize = 16 * trace::LANES;
+/// Rays that are traced at once: with their answers they stay in a first-level cache while they are traced.
+const AT_ONCE: usize = 4 * trace::LANES;
 
 /// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
 /// is `among`.
@@ -41,7 +41,7 @@ pub fn trace_missed(
     }
     let TraceScratch { owners, rays, hits, tally, .. } = &mut *scratch;
     tally.counts.primary += owners.len() as u64;
-    let mut found = Answers8::NONE;
+    let mut found = Found8::NONE;
     for owners in owners.chunks(AT_ONCE) {
         rays.clear();
         push_rays(frame, number, owners, rays);
@@ -100,111 +100,110 @@ fn are_neighbours(cells: &[u32]) -> bool {
 
 /// Up to eight rays, and what they met.
 #[derive(Debug, Clone, Copy)]
-struct Answers8 {
-    /// How many, from the first lane on.
+struct Answers8<'a> {
+    /// The cells that they are for, from the first lane on.
+    owners: &'a [u32],
+    origin: Vec3x8,
+    direction: Vec3x8,
+    met: Hits8<'a>,
+    /// Where along the rays.
+    t: &'a [f32],
+}
+
+/// The same, lane by lane from several packets.
+#[derive(Debug, Clone)]
+struct Found8 {
     count: usize,
-    /// The cells that they are for.
     owners: [u32; LANES],
     origin: Vec3x8,
     direction: Vec3x8,
-    /// Where along the rays.
-    t: F32x8,
-    /// As [`Hits8`] has them.
+    t: [f32; LANES],
     models: [u32; LANES],
     triangles: [u32; LANES],
     weights: [F32x8; 2],
 }
 
-impl Answers8 {
+impl Found8 {
     const NONE: Self = Self {
         count: 0,
         owners: [0; LANES],
         origin: Vec3x8::ZERO,
         direction: Vec3x8::ZERO,
-        t: F32x8::ZERO,
+        t: [0.0; LANES],
         models: [NO_HIT; LANES],
         triangles: [NO_HIT; LANES],
         weights: [F32x8::ZERO; 2],
     };
 
-    /// Those of a packet from lane `from` on, for the cells `owners`.
-    #[inline(always)]
-    fn of(rays: &RayPacket, hits: &HitPacket, from: usize, owners: &[u32]) -> Self {
-        let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
-        let mut answers = Self {
-            count: owners.len(),
-            owners: [0; LANES],
-            origin: of_rays(&rays.origin),
-            direction: of_rays(&rays.direction),
-            t: F32x8::load(&hits.t, from),
-            models: [NO_HIT; LANES],
-            triangles: [NO_HIT; LANES],
-            weights: [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)],
-        };
-        answers.owners[..owners.len()].copy_from_slice(owners);
-        answers.models.copy_from_slice(&hits.model[from..from + LANES]);
-        answers.triangles.copy_from_slice(&hits.triangle[from..from + LANES]);
-        answers
-    }
-
     /// Takes those of `answers` that must be kept: all but those that confirm the samples which serve their cells. Whenever
-    /// there are eight they are kept: what a surface takes to be found is done for whole eights.
-    #[inline(always)]
-    fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Self, tile: &mut Tile) {
-        for lane in 0..answers.count {
-            let cell = answers.owners[lane] as usize;
-            if !is_traced(tile.status[cell]) && answers.confirms(frame, tile, cell, lane) {
-                continue;
-            }
-            self.take(answers, lane);
-            if self.count == LANES {
-                self.keep(frame, tile);
-                *self = Self::NONE;
+    /// there are eight they are kept: finding surfaces takes the same time for one and for eight.
+    fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Answers8, tile: &mut Tile) {
+        for (lane, cell) in answers.owners.iter().enumerate() {
+            if is_traced(tile.status[*cell as usize]) || !answers.confirms(frame, tile, *cell as usize, lane)
+            {
+                self.take(answers, lane);
+                if self.count == LANES {
+                    self.keep(frame, tile);
+                }
             }
         }
     }
 
-    fn take(&mut self, from: &Self, lane: usize) {
+    fn take(&mut self, from: &Answers8, lane: usize) {
         let to = self.count;
         self.owners[to] = from.owners[lane];
         self.origin.set_lane(to, from.origin.lane(lane));
         self.direction.set_lane(to, from.direction.lane(lane));
-        self.t.set_lane(to, from.t.lane(lane));
-        self.models[to] = from.models[lane];
-        self.triangles[to] = from.triangles[lane];
-        self.weights.iter_mut().zip(&from.weights).for_each(|(to_all, all)| to_all.set_lane(to, all.lane(lane)));
+        self.t[to] = from.t[lane];
+        (self.models[to], self.triangles[to]) = (from.met.models[lane], from.met.triangles[lane]);
+        let weights = self.weights.iter_mut().zip(&from.met.weights);
+        weights.for_each(|(weights, of)| weights.set_lane(to, of.lane(lane)));
         self.count += 1;
+    }
+
+    /// Keeps all, and goes on with none.
+    fn keep(&mut self, frame: &FrameView, tile: &mut Tile) {
+        if self.count == 0 {
+            return;
+        }
+        let Self { count, owners, origin, direction, t, models, triangles, weights } = &*self;
+        let met = Hits8 { models, triangles, weights: *weights };
+        let answers = Answers8 { owners: &owners[..*count], origin: *origin, direction: *direction, met, t };
+        answers.keep(frame, tile);
+        (self.count, self.models) = (0, [NO_HIT; LANES]);
+    }
+}
+
+impl<'a> Answers8<'a> {
+    /// Those of a packet from lane `from` on, for the cells `owners`.
+    #[inline(always)]
+    fn of(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
+        let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
+        let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
+        Self { owners, origin, direction, met: Hits8::of(hits, from), t: &hits.t[from..from + LANES] }
     }
 
     /// Whether what the ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
     fn confirms(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
-        let model = self.models[lane];
+        let model = self.met.models[lane];
         if model == NO_HIT || tile.model[cell] != model {
             return model == NO_HIT && tile.model[cell] == BACKGROUND;
         }
         let server = &tile.record[cell];
-        if server.triangle == self.triangles[lane] {
+        if server.triangle == self.met.triangles[lane] {
             return true;
         }
         let offset = frame.offset(tile.point(cell), model, server.triangle);
-        let (far, depth) = (offset.dot(frame.view.camera.forward), self.t.lane(lane));
-        server.material == self.hits().material(frame, lane)
+        let (far, depth) = (offset.dot(frame.view.camera.forward), self.t[lane]);
+        server.material == self.met.material(frame, lane)
             && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
-    }
-
-    fn hits(&self) -> Hits8<'_> {
-        Hits8 { models: &self.models, triangles: &self.triangles, weights: self.weights }
     }
 
     /// Keeps what was met in the cells: object space, on the side of the eye.
     #[inline(always)]
     fn keep(&self, frame: &FrameView, tile: &mut Tile) {
-        let Self { origin, direction, ref models, ref triangles, .. } = *self;
-        let owners = &self.owners[..self.count];
-        if owners.is_empty() {
-            return;
-        }
-        let met = self.hits();
+        let Self { owners, origin, direction, met, .. } = *self;
+        let Hits8 { models, triangles, .. } = met;
         let corners = met.corners(frame);
         let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
         met.put_quadric_points(frame, quadrics, &mut point);

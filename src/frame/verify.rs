@@ -155,12 +155,7 @@ fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: 
 
 /// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
 /// packets that they are, and what is left one after the other.
-fn push_segments(
-    frame: &FrameView,
-    tile: &Tile,
-    asked: &[u16; CELLS / BLOCK],
-    scratch: &mut TraceScratch,
-) {
+fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], scratch: &mut TraceScratch) {
     // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {

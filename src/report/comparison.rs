@@ -103,6 +103,7 @@ pub(crate) mod tests {
             mode: Mode::Auto,
             reuse: Default::default(),
             base_every: 0,
+            caustics: Default::default(),
             base_place: Default::default(),
             layers: crate::layers::Layers::ALL,
             background: crate::settings::Backdrop::default(),

@@ -23,9 +23,6 @@ pub(super) fn warning(path: &Path, scene: &Scene) -> Option<Warning> {
 
 /// Whether no surface of the scene can be anything but black. Of ambient light that shows nowhere something else is said.
 fn is_dark(scene: &Scene) -> bool {
-    let shines = |light: &Light| {
-        light.power.values().any(|power| power > 0.0) && light.color.values().any(|color| color != Vec3::ZERO)
-    };
     let shows_background = scene.materials.iter().any(|material| material.has_secondary_rays());
     !scene.lights.iter().any(shines)
         && scene.environment.as_ref().is_none_or(|environment| environment.is_black())
@@ -34,7 +31,12 @@ fn is_dark(scene: &Scene) -> bool {
         && (is_black(&scene.background) || !shows_background)
 }
 
-fn is_black(background: &Background) -> bool {
+/// Whether a light sends any in some frame.
+pub(super) fn shines(light: &Light) -> bool {
+    light.power.values().any(|power| power > 0.0) && light.color.values().any(|color| color != Vec3::ZERO)
+}
+
+pub(super) fn is_black(background: &Background) -> bool {
     [background.zenith, background.horizon, background.ground].iter().all(|color| *color == Vec3::ZERO)
 }
 

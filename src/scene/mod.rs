@@ -7,6 +7,7 @@ mod assemble;
 mod bake;
 pub mod camera;
 mod camera_table;
+pub mod caustics;
 mod copies;
 mod darkness;
 pub mod environment;

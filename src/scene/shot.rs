@@ -275,6 +275,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
             default.reflections,
             0..i64::from(MOST_REFLECTIONS) + 1,
         )?,
+        caustics: table.caustics,
         tree_memory: whole(
             "tree_memory",
             &table.tree_memory,

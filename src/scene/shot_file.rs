@@ -21,8 +21,8 @@ use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
 use crate::settings::{
-    Backdrop, BasePlace, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look, MOST_OCCLUSION_RAYS,
-    MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
+    Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
@@ -138,6 +138,9 @@ pub(crate) struct RenderTable {
     /// Maximum number of rays by which each sample of a rough metal-rough surface reflects the scene (4)
     #[schemars(range(min = 0, max = MOST_REFLECTIONS))]
     pub reflections: Option<At<i64>>,
+    /// Light by way of clear glass: "none" lets lights shine through as if it were not there, "paths" has paths find it
+    #[serde(default)]
+    pub caustics: Caustics,
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub tree_memory: Option<At<i64>>,

@@ -9,6 +9,8 @@
 //!   scattered, wherever that came from. So the light that samples keep does not depend on the eye, and the factor is applied
 //!   when it is shown.
 
+#[cfg(test)]
+mod furnace;
 mod lanes;
 
 use std::f32::consts::PI;
@@ -403,11 +405,11 @@ mod tests {
         Material { diffuse: base * (1.0 - metallic), metal_rough: Some(metal_rough), ..Material::fallback() }
     }
 
-    fn at(cos: f32) -> Vec3 {
+    pub(super) fn at(cos: f32) -> Vec3 {
         Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
     }
 
-    fn seen(material: &Material, cos: f32) -> SeenCoat {
+    pub(super) fn seen(material: &Material, cos: f32) -> SeenCoat {
         let coats = Coats::of(std::slice::from_ref(material));
         coats.seen(0, material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye).expect("it has a layer")
     }

@@ -42,7 +42,7 @@ use super::{
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
-use crate::settings::Build;
+use crate::settings::{Build, Caustics};
 use frozen::{CASTS_SHADOW, Deforming, Frozen, ROBUST, freeze, geometries_of};
 use places::set_places;
 
@@ -82,6 +82,8 @@ pub struct EmbreeBackend {
     device: Device,
     /// Of the packets that Embree gets.
     width: PacketWidth,
+    /// Of the triangles that block shadow rays.
+    shadow_mask: u32,
 }
 
 /// The environment variable with further settings of Embree's device, in Embree's own words. `isa=avx2` makes any
@@ -101,11 +103,20 @@ impl EmbreeBackend {
     /// Builds all scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
     /// many as rayon has.
     pub fn new(scene: &Scene, build: Build) -> Result<Self, TraceError> {
-        Self::with_config(scene, build, &device_config())
+        Self::of(scene, build, Caustics::None)
     }
 
-    /// The same with a device of this configuration.
+    /// The same, where clear glass blocks shadow rays or lets them pass.
+    pub fn of(scene: &Scene, build: Build, caustics: Caustics) -> Result<Self, TraceError> {
+        Self::made(scene, build, caustics, &device_config())
+    }
+
+    /// All scenes, with a device of this configuration.
     pub fn with_config(scene: &Scene, build: Build, config: &str) -> Result<Self, TraceError> {
+        Self::made(scene, build, Caustics::None, config)
+    }
+
+    fn made(scene: &Scene, build: Build, caustics: Caustics, config: &str) -> Result<Self, TraceError> {
         let device =
             Device::new(config).map_err(|error| TraceError(format!("{error} (configuration: {config})")))?;
         let quality = match build {
@@ -114,7 +125,7 @@ impl EmbreeBackend {
         };
         let still = || EmbreeScene::new(&device, quality, ROBUST);
         let movable = || EmbreeScene::new(&device, BuildQuality::Low, ROBUST);
-        let casters = if has_many_clear(scene) {
+        let casters = if has_many_clear(scene, caustics) {
             Some(Casters { still: still()?, movable: movable()?, instances: Vec::new() })
         } else {
             None
@@ -129,6 +140,10 @@ impl EmbreeBackend {
             deforming: Vec::new(),
             width: device.native_width(),
             device: device.clone(),
+            shadow_mask: match caustics {
+                Caustics::None => mask::CASTS_SHADOW,
+                Caustics::Paths => mask::CASTS_SHADOW | mask::CLEAR,
+            },
         };
         backend.add_models(scene, quality)?;
         // still scenes are built here, and found unchanged in every frame
@@ -237,6 +252,7 @@ impl Backend for EmbreeBackend {
             still_parts: &self.still_parts,
             instance_parts: &self.instance_parts,
             width: self.width,
+            shadow_mask: self.shadow_mask,
         }))
     }
 }
@@ -268,6 +284,7 @@ struct EmbreeTracer<'a> {
     still_parts: &'a [Part],
     instance_parts: &'a [[Part; 2]],
     width: PacketWidth,
+    shadow_mask: u32,
 }
 
 impl Tracer for EmbreeTracer<'_> {
@@ -303,11 +320,11 @@ impl Tracer for EmbreeTracer<'_> {
         };
         let Some(scene) = (if by == Occluders::Still { Some(still) } else { movable }) else { return };
         if coherence == Coherence::Incoherent && purpose == Purpose::Shadow {
-            return one_by_one::blocked(scene, rays, (ray_mask(by, purpose), LEAST_T), blocked);
+            return one_by_one::blocked(scene, rays, (self.ray_mask(by, purpose), LEAST_T), blocked);
         }
         let question = Question {
             scene,
-            mask: ray_mask(by, purpose),
+            mask: self.ray_mask(by, purpose),
             purpose,
             coherence: to_embree_coherence(coherence, by),
         };
@@ -427,6 +444,18 @@ impl EmbreeTracer<'_> {
         }
     }
 
+    fn ray_mask(&self, by: Occluders, purpose: Purpose) -> u32 {
+        let models = match by {
+            Occluders::Still | Occluders::Movable => mask::RESTS | mask::MOVED,
+            Occluders::Moved => mask::MOVED,
+        };
+        let triangles = match purpose {
+            Purpose::Sight => mask::CASTS_SHADOW | mask::CLEAR,
+            Purpose::Shadow => self.shadow_mask,
+        };
+        models | triangles
+    }
+
     /// Whether a ray of `packet` has met the triangle that its own sample is on.
     fn is_own(&self, packet: &RayPacket, lane: usize, met: PrimId) -> bool {
         let part = self.part(met.inst_id, met.geom_id);
@@ -438,18 +467,6 @@ impl EmbreeTracer<'_> {
 #[inline(always)]
 fn part_of<const N: usize>(lanes: u16, part: usize) -> u16 {
     lanes >> (part * N) & (u16::MAX >> (LANES - N))
-}
-
-fn ray_mask(by: Occluders, purpose: Purpose) -> u32 {
-    let models = match by {
-        Occluders::Still | Occluders::Movable => mask::RESTS | mask::MOVED,
-        Occluders::Moved => mask::MOVED,
-    };
-    let triangles = match purpose {
-        Purpose::Sight => mask::CASTS_SHADOW | mask::CLEAR,
-        Purpose::Shadow => mask::CASTS_SHADOW,
-    };
-    models | triangles
 }
 
 /// Copies the rays of `packet` from `first` on, and leaves their masks.

@@ -17,7 +17,7 @@ pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, Ra
 
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
-use crate::settings::Build;
+use crate::settings::{Build, Caustics};
 
 /// What may be in a ray's way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub enum Purpose {
     /// quadric's piece.
     Sight,
     /// From a sample to a light. What casts a shadow blocks (see
-    /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)).
+    /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] everything.
     Shadow,
 }
 
@@ -84,17 +84,17 @@ const MOST_CASTERS_FOR_A_CLEAR_ONE: usize = 8;
 /// The other questions keep trees of all triangles. Asked of two, one after the other, nearest hits took up to a
 /// fifth longer where there is little glass, and Embree answered with another one of two triangles that share
 /// an edge.
-fn has_many_clear(scene: &Scene) -> bool {
+fn has_many_clear(scene: &Scene, caustics: Caustics) -> bool {
     let count = |of: fn(&Mesh) -> usize| scene.models.iter().map(|model| of(&model.mesh)).sum::<usize>();
     let casters = count(|mesh| mesh.shadow_casting);
     let clear = count(|mesh| mesh.triangles.len()) - casters;
-    clear > 0 && clear * MOST_CASTERS_FOR_A_CLEAR_ONE >= casters
+    caustics == Caustics::None && clear > 0 && clear * MOST_CASTERS_FOR_A_CLEAR_ONE >= casters
 }
 
 /// How many triangles of `scene` tracers hold twice, at most.
-pub fn held_twice(scene: &Scene) -> u64 {
+pub fn held_twice(scene: &Scene, caustics: Caustics) -> u64 {
     let casters = || scene.built().map(|mesh| mesh.shadow_casting as u64).sum();
-    if has_many_clear(scene) { casters() } else { 0 }
+    if has_many_clear(scene, caustics) { casters() } else { 0 }
 }
 
 /// The tracers that there are.
@@ -118,9 +118,19 @@ impl BackendKind {
 
     /// Builds the acceleration structures for `scene`; only Embree has a choice.
     pub fn build(self, scene: &Scene, build: Build) -> Result<Box<dyn Backend>, TraceError> {
+        self.build_for(scene, build, Caustics::None)
+    }
+
+    /// The same, where clear glass blocks shadow rays or lets them pass.
+    pub fn build_for(
+        self,
+        scene: &Scene,
+        build: Build,
+        caustics: Caustics,
+    ) -> Result<Box<dyn Backend>, TraceError> {
         Ok(match self {
-            Self::Embree => Box::new(embree::EmbreeBackend::new(scene, build)?),
-            Self::Rust => Box::new(rust::RustBackend::new(scene)),
+            Self::Embree => Box::new(embree::EmbreeBackend::of(scene, build, caustics)?),
+            Self::Rust => Box::new(rust::RustBackend::of(scene, caustics)),
         })
     }
 }
@@ -165,31 +175,33 @@ mod tests {
         let all: usize = with_clear(0).models.iter().map(|model| model.mesh.triangles.len()).sum();
         let enough = all.div_ceil(MOST_CASTERS_FOR_A_CLEAR_ONE + 1);
         for (clear, many) in [(0, false), (1, false), (enough - 1, false), (enough, true)] {
-            assert_eq!(has_many_clear(&with_clear(clear)), many, "{clear} of {all}");
+            assert_eq!(has_many_clear(&with_clear(clear), Caustics::None), many, "{clear} of {all}");
         }
         let glass = with_clear(enough);
         assert!(embree::EmbreeBackend::new(&glass, Build::Best).expect("it builds").keeps_casters_apart());
         assert!(rust::RustBackend::new(&glass).keeps_casters_apart());
+        assert!(!has_many_clear(&glass, Caustics::Paths), "nothing is clear to them then");
     }
 
     #[test]
     fn copies_that_share_a_mesh_are_held_twice_once() {
         let all: usize = with_clear(0).models.iter().map(|model| model.mesh.triangles.len()).sum();
         let mut scene = with_clear(all / 2);
-        assert!(has_many_clear(&scene), "or nothing is held twice");
+        assert!(has_many_clear(&scene, Caustics::None), "or nothing is held twice");
         let moving = scene.models.iter().find(|model| !model.track.is_constant()).expect("some move").clone();
         let at = |x: f64| TransformTrack {
             translate: Track::constant(DVec3::X * x),
             ..TransformTrack::identity()
         };
         let resting = Model { track: at(1.0), ..moving.clone() };
-        let (before, built) = (held_twice(&scene), scene.built().count());
+        let (before, built) = (held_twice(&scene, Caustics::None), scene.built().count());
         scene.models.extend(vec![moving.clone(); 5]);
         scene.models.extend(vec![resting; 5]);
-        assert!(before > 0 && held_twice(&scene) == before);
+        assert!(before > 0 && held_twice(&scene, Caustics::None) == before);
         assert_eq!(scene.built().count(), built);
         // where its file puts it, it has triangles of its own
         scene.models.push(Model { track: at(0.0), ..moving });
         assert_eq!(scene.built().count(), built + 1);
+        assert_eq!(held_twice(&scene, Caustics::Paths), 0);
     }
 }

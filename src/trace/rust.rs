@@ -46,6 +46,7 @@ use super::{
 use crate::animation::{Shape, Transform};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
+use crate::settings::Caustics;
 use beam::{Beam, Open, Probe, Visitor, walk};
 use lanes::{F32x8, Work, dispatch};
 use quadrics::{Quadrics, Standing};
@@ -62,6 +63,8 @@ pub struct RustBackend {
     all: Trees,
     /// What casts shadows alone, where [much is clear](has_many_clear).
     casters: Option<Trees>,
+    /// Whether what casts no shadow lets shadow rays pass.
+    clear_passes: bool,
 }
 
 /// The trees of all triangles, or of some.
@@ -93,10 +96,16 @@ struct Deforming {
 impl RustBackend {
     /// Builds all trees, on rayon's threads.
     pub fn new(scene: &Scene) -> Self {
+        Self::of(scene, Caustics::None)
+    }
+
+    /// The same, where clear glass blocks shadow rays or lets them pass.
+    pub fn of(scene: &Scene, caustics: Caustics) -> Self {
         let casters = || Trees::new(scene, |mesh| mesh.shadow_casting, Quadrics::new(scene, true));
         Self {
             all: Trees::new(scene, |mesh| mesh.triangles.len(), Quadrics::new(scene, false)),
-            casters: has_many_clear(scene).then(casters),
+            casters: has_many_clear(scene, caustics).then(casters),
+            clear_passes: caustics == Caustics::None,
         }
     }
 
@@ -172,7 +181,8 @@ fn deformed(mesh: &Mesh, shape: &Shape, count: fn(&Mesh) -> usize) -> Triangles 
 impl Backend for RustBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
         let casters = self.casters.as_mut().map(|trees| trees.open(pose, moved));
-        Ok(Box::new(RustTracer { all: self.all.open(pose, moved), casters }))
+        let clear_passes = self.clear_passes;
+        Ok(Box::new(RustTracer { all: self.all.open(pose, moved), casters, clear_passes }))
     }
 }
 
@@ -220,6 +230,7 @@ impl Instances {
 struct RustTracer<'a> {
     all: OpenTrees<'a>,
     casters: Option<OpenTrees<'a>>,
+    clear_passes: bool,
 }
 
 /// Trees, as they stand in one frame.
@@ -253,7 +264,8 @@ impl Tracer for RustTracer<'_> {
             _ => &self.all,
         };
         if by == Occluders::Still || !trees.movable.is_empty() || !trees.quadrics.is_empty() {
-            dispatch(FindBlocked { trees, rays, by, purpose, coherence, blocked });
+            let clear_passes = self.clear_passes && purpose == Purpose::Shadow;
+            dispatch(FindBlocked { trees, rays, by, purpose, clear_passes, coherence, blocked });
         }
     }
 }
@@ -346,6 +358,7 @@ struct FindBlocked<'a> {
     rays: &'a RayBatch,
     by: Occluders,
     purpose: Purpose,
+    clear_passes: bool,
     coherence: Coherence,
     blocked: &'a mut [u16],
 }
@@ -357,7 +370,7 @@ impl Work for FindBlocked<'_> {
         for ((packet, used), blocked) in self.rays.packets().zip(self.blocked) {
             let open = used & !*blocked;
             let own = (self.purpose == Purpose::Sight).then_some((&packet.own_model, &packet.own_triangle));
-            let exempt = Exempt { clear: self.purpose == Purpose::Shadow, own };
+            let exempt = Exempt { clear: self.clear_passes, own };
             let (rays, mut far) = (rays_of(packet), packet.far);
             let (coherence, stack) = (self.coherence, &mut stack);
             let moved_alone = self.by == Occluders::Moved;

@@ -15,9 +15,10 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     add(format!("second run: {:?}", trial.variation));
     add(format!("backend {}", trial.backend.name()));
     let shot = &trial.shot;
-    for (table, keys) in
-        [("render", &["mode", "filter", "reuse", "base_place"][..]), ("camera", &["projection"][..])]
-    {
+    for (table, keys) in [
+        ("render", &["mode", "filter", "reuse", "base_place", "caustics"][..]),
+        ("camera", &["projection"][..]),
+    ] {
         for key in keys {
             if let Some(text) = get(shot, &[table, key]).and_then(Value::as_str) {
                 add(format!("{key} {text}"));

@@ -38,6 +38,8 @@ pub fn generate(seed: u64) -> Table {
         hostile::spoil(dice, &mut shot);
     }
     models::add_copies(&mut Dice::new(seed ^ COPIES), &mut shot);
+    // at the end, so that all else stays what a seed has always given
+    settings::add_caustics(dice, &mut shot);
     shot
 }
 

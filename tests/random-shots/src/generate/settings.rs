@@ -93,6 +93,13 @@ pub fn add(dice: &mut Dice, span: &Span, camera: Choice, shot: &mut Table) {
     add_surroundings(dice, shot);
 }
 
+/// How light comes through glass.
+pub fn add_caustics(dice: &mut Dice, shot: &mut Table) {
+    if let Some(Value::Table(render)) = shot.get_mut("render").filter(|_| dice.one_in(4)) {
+        render.insert("caustics".into(), "paths".into());
+    }
+}
+
 fn layers(dice: &mut Dice) -> Value {
     match dice.below(4) {
         0 => Value::from(vec!["all"]),
