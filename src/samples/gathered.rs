@@ -69,6 +69,14 @@ impl GatheredLight {
         of_light + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
+    /// Gives back memory that is not needed.
+    pub fn trim(&mut self) {
+        self.of_paths.shrink_to_fit();
+        self.means.shrink_to_fit();
+        self.openness.shrink_to_fit();
+        self.seeds.shrink_to_fit();
+    }
+
     /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
         (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()

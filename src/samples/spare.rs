@@ -61,6 +61,18 @@ impl Spares {
         self.gathered.clear();
     }
 
+    /// Gives back what memory they do not need, if it is much: a list grows by doubling, tiles go from place to place, and each
+    /// would keep room for the most that it has ever held.
+    pub fn trim(&mut self) {
+        let most = self.len() + self.len() / 4 + 4;
+        if self.samples.capacity() > most {
+            self.samples.shrink_to_fit();
+            self.single.iter_mut().for_each(Vec::shrink_to_fit);
+            self.area.iter_mut().for_each(Vec::shrink_to_fit);
+            self.gathered.trim();
+        }
+    }
+
     /// Adds the sample in `slot` of `from`.
     pub fn push(&mut self, from: &Tile, slot: usize) {
         self.samples.push(from.slot(slot));
