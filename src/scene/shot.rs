@@ -15,10 +15,10 @@ use super::mtl::{MapKd, MtlMaterial};
 use super::render_space::{Extent, RenderSpace};
 use super::samples_table::{AdaptiveTable, SamplesValue};
 use super::shot_file::{
-    BackgroundTable, BudgetValue, FloorTable, IndirectTable, MaterialTable, ModelTable, OcclusionTable,
-    OutputTable, Rate, RenderTable, ShotFile,
+    BackgroundTable, BudgetValue, FloorTable, IndirectTable, LARGEST_MAP, LEAST_MAP, MaterialTable,
+    ModelTable, OcclusionTable, OutputTable, Rate, RenderTable, ShotFile,
 };
-use super::shot_values::{LARGEST_MAP, LEAST_MAP, file_of, look, optional_color};
+use super::shot_values::{file_of, look, optional_color};
 use super::toml_text::{At, List, Three, TomlText};
 use super::{
     Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning, darkness, floor, shot_environment,

@@ -15,7 +15,6 @@ use super::camera_table::{CameraTable, ShutterTable, StereoTable};
 use super::quadric_table::QuadricTable;
 use super::samples_table::SamplesValue;
 use super::shapes_table::ShapesTable;
-use super::shot_values::{LARGEST_MAP, LEAST_MAP};
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
@@ -24,6 +23,10 @@ use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
+
+/// Texels along an edge of a reflection map.
+pub(crate) const LEAST_MAP: u32 = 8;
+pub(crate) const LARGEST_MAP: u32 = 1024;
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
 pub fn schema() -> Value {

@@ -10,10 +10,6 @@ use super::shot_file::OutputTable;
 use super::toml_text::{At, Three, TomlText};
 use crate::settings::Look;
 
-/// Texels along an edge of a reflection map.
-pub(crate) const LEAST_MAP: u32 = 8;
-pub(crate) const LARGEST_MAP: u32 = 1024;
-
 /// The file that the key `key` names.
 pub(super) fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
     let folder = text.path.parent().unwrap_or(Path::new(""));

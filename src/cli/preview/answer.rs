@@ -1,12 +1,11 @@
 //! What requests get.
 
-use std::io::{self, Write};
-use std::sync::Arc;
 use std::time::Duration;
 
 use super::board::{Board, Detail, Shown, View};
 use super::camera::{FreeCamera, ShotCamera};
 use super::request::{Door, Request};
+use super::response::Answer;
 use crate::scene::CameraTrack;
 
 /// The page, what it looks like, what it does, and its icon.
@@ -21,73 +20,6 @@ const PAGE: [(&str, &str, &str); 5] = [
 /// How long a request waits for a picture. The page asks again.
 const PATIENCE: Duration = Duration::from_secs(25);
 
-/// Headers of all answers. Nothing is kept, embedded, or handed on; and the page runs nothing but its own.
-const HEADERS: &str = "Cache-Control: no-store\r\n\
-    X-Content-Type-Options: nosniff\r\n\
-    Cross-Origin-Resource-Policy: same-origin\r\n\
-    Cross-Origin-Opener-Policy: same-origin\r\n\
-    Referrer-Policy: no-referrer\r\n\
-    X-Frame-Options: DENY\r\n\
-    Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
-    connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\
-    Connection: close\r\n";
-
-/// What is answered.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Answer {
-    /// Code and reason.
-    pub status: &'static str,
-    kind: &'static str,
-    /// One more header line, if any.
-    header: String,
-    body: Body,
-}
-
-/// Of an answer.
-#[derive(Debug, PartialEq, Eq)]
-enum Body {
-    Text(String),
-    Picture(Arc<Vec<u8>>),
-}
-
-impl Answer {
-    /// A sentence for people.
-    pub fn text(status: &'static str, text: impl Into<String>) -> Self {
-        Self::of_kind("text/plain; charset=utf-8", status, text)
-    }
-
-    fn of_kind(kind: &'static str, status: &'static str, text: impl Into<String>) -> Self {
-        Self { status, kind, header: String::new(), body: Body::Text(text.into()) }
-    }
-
-    /// What is asked for is elsewhere.
-    pub fn moved(target: String) -> Self {
-        let header = format!("Location: {target}\r\n");
-        Self { header, ..Self::text("308 Permanent Redirect", "") }
-    }
-
-    fn picture(shown: Shown) -> Self {
-        let header = format!("X-Seconds: {:.3}\r\n", shown.seconds);
-        Self { status: "200 OK", kind: "image/png", header, body: Body::Picture(shown.png) }
-    }
-
-    /// All of it, as it is sent.
-    pub fn write(&self, mut out: impl Write) -> io::Result<()> {
-        let Self { status, kind, header, body } = self;
-        let body = match body {
-            Body::Text(text) => text.as_bytes(),
-            Body::Picture(png) => png,
-        };
-        let length = body.len();
-        let head = format!(
-            "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{HEADERS}{header}\r\n"
-        );
-        out.write_all(head.as_bytes())?;
-        out.write_all(body)?;
-        out.flush()
-    }
-}
-
 /// What the request with this `head` gets.
 pub fn answer(head: &[u8], door: &Door, board: &Board) -> Answer {
     let Some(request) = Request::parse(head) else {
@@ -96,7 +28,7 @@ pub fn answer(head: &[u8], door: &Door, board: &Board) -> Answer {
     match door.admit(&request) {
         Ok(_) if request.method != "GET" => {
             let header = String::from("Allow: GET\r\n");
-            Answer { header, ..Answer::text("405 Method Not Allowed", "nothing but GET is answered\n") }
+            Answer::text("405 Method Not Allowed", "nothing but GET is answered\n").with_header(header)
         }
         Ok(path) => answer_path(path, board),
         Err(refusal) => refusal,

@@ -11,9 +11,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::answer::{Answer, answer};
+use super::answer::answer;
 use super::board::Board;
 use super::request::Door;
+use super::response::Answer;
 
 /// Bytes of a request's head, at most.
 const MOST_BYTES: usize = 16 << 10;

@@ -9,6 +9,7 @@ mod board;
 mod camera;
 mod http;
 mod request;
+mod response;
 mod token;
 mod views;
 mod watch;

@@ -1,6 +1,6 @@
 //! A request of HTTP/1.1 (RFC 9112), and whether it may be answered.
 
-use super::answer::Answer;
+use super::response::Answer;
 use super::token::Token;
 
 /// The head of a request; a body is nobody's here.

@@ -1,7 +1,6 @@
 //! What cameras see that the page leads around: soon and coarse, and in full when there is time.
 
 use super::board::{Detail, View};
-use super::worker::is_cut;
 use crate::film::Film;
 use crate::frame::{self, Aside, Renderer};
 use crate::memory;
@@ -112,9 +111,20 @@ fn coarse(settings: &Settings, divisor: u32) -> Settings {
     }
 }
 
+/// Whether the shot cuts between two frames.
+pub fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
+    cuts.iter().any(|cut| a.min(b) < *cut && *cut <= a.max(b))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_is_reused_across_a_cut_in_either_direction() {
+        let is_cut = |a, b| is_cut(&[8], a, b);
+        assert_eq!([is_cut(7, 8), is_cut(8, 7), is_cut(8, 9), is_cut(1, 7)], [true, true, false, false]);
+    }
 
     #[test]
     fn coarse_pictures_are_as_coarse_as_they_must_be() {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::args::PreviewArgs;
 use super::board::{Board, Job, Loaded, Shown};
 use super::camera::ShotCamera;
-use super::views::Views;
+use super::views::{Views, is_cut};
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};
 use crate::cli::failure::{Failure, one_line};
@@ -160,11 +160,6 @@ fn wait_for_change(watch: &Watch, longest: Duration) {
     }
 }
 
-/// Whether the shot cuts between two frames.
-pub fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
-    cuts.iter().any(|cut| a.min(b) < *cut && *cut <= a.max(b))
-}
-
 /// The shot's size, made smaller if it is large.
 fn small(settings: &Settings) -> [u32; 2] {
     let [width, height] = [settings.width, settings.height];
@@ -185,11 +180,5 @@ mod tests {
     fn large_pictures_become_small_in_their_proportions() {
         let size = |width, height| small(&Settings { width, height, ..Settings::default() });
         assert_eq!([size(1920, 1080), size(300, 200), size(1, 65535)], [[640, 360], [300, 200], [1, 640]]);
-    }
-
-    #[test]
-    fn nothing_is_reused_across_a_cut_in_either_direction() {
-        let is_cut = |a, b| is_cut(&[8], a, b);
-        assert_eq!([is_cut(7, 8), is_cut(8, 7), is_cut(8, 9), is_cut(1, 7)], [true, true, false, false]);
     }
 }

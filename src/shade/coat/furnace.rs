@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::layer::{Albedos, albedo, reflected_once};
 use super::tests::{at, material, seen};
-use super::{Albedos, albedo, reflected_once};
 use crate::shade::ggx;
 
 /// Steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than 1e-3.

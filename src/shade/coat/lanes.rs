@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
-use super::{Albedos, Coat, Coats, LEAST_ALBEDO, LEAST_COSINE};
+use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
@@ -92,18 +92,18 @@ impl<'a> CoatLanes<'a> {
         has: Mask::NONE,
     };
 
-    /// The layers of eight `materials`.
+    /// The layers of eight `materials`, by what `coat` has of each.
     #[inline]
-    pub(super) fn of(coats: &'a Coats, materials: &[u16; LANES]) -> Self {
+    pub(super) fn of(coat: impl Fn(u16) -> Option<&'a Coat>, materials: &[u16; LANES]) -> Self {
         let mut lanes = Self::NONE;
         if are_same(materials) {
-            if let Some(coat) = coats.get(materials[0]) {
+            if let Some(coat) = coat(materials[0]) {
                 lanes.fill(coat);
             }
             return lanes;
         }
         for (lane, material) in materials.iter().enumerate() {
-            if let Some(coat) = coats.get(*material) {
+            if let Some(coat) = coat(*material) {
                 lanes.set(lane, coat);
             }
         }
@@ -189,20 +189,20 @@ impl<'a> CoatLanes<'a> {
     }
 }
 
-/// [`reflected_once`](super::reflected_once) for eight surfaces.
+/// [`reflected_once`](super::layer::reflected_once) for eight surfaces.
 #[inline(always)]
 fn reflected_once_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
     head_on * all + (Vec3x8::splat(Vec3::ONE) - head_on) * white
 }
 
-/// [`albedo`](fn@super::albedo) for eight surfaces.
+/// [`albedo`](fn@super::layer::albedo) for eight surfaces.
 #[inline(always)]
 fn albedo_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
     let several_times = head_on * ((F32x8::ONE - all).max(F32x8::ZERO) / all);
     reflected_once_lanes(head_on, [all, white]) * (Vec3x8::splat(Vec3::ONE) + several_times)
 }
 
-/// [`facing`](super::facing) for eight surfaces.
+/// [`facing`](super::layer::facing) for eight surfaces.
 #[inline(always)]
 fn facing_lanes(normal: Vec3x8, geometric_normal: Vec3x8, to_eye: Vec3x8) -> Vec3x8 {
     let cos = normal.dot(to_eye);
@@ -213,8 +213,8 @@ fn facing_lanes(normal: Vec3x8, geometric_normal: Vec3x8, to_eye: Vec3x8) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use super::super::SeenBy;
     use super::super::tests::material;
+    use super::super::{Coats, SeenBy};
     use super::*;
     use crate::scene::Material;
     use crate::shade::sampling::PathRandom;
