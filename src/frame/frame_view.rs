@@ -194,12 +194,19 @@ impl<'a> FrameView<'a> {
     }
 
     /// The seed of a sample of `model` that is traced anew in a cell of tile number `tile`.
+    #[inline]
     pub fn new_seed(&self, tile: usize, cell: usize, model: u32) -> SampleSeed {
         let grid = &self.view.grid;
         let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples as i32);
-        let (x, y) = (left + x as i32, top + y as i32);
-        let pixel = grid.number_of_pixel([x, y].map(|at| at.div_euclid(samples)));
-        let number = y.rem_euclid(samples) * samples + x.rem_euclid(samples);
+        let at = [left + x as i32, top + y as i32];
+        let (pixel, number) = match samples {
+            // without divisions, which take longer than all else here
+            1 => (grid.number_of_pixel(at), 0),
+            _ => {
+                let [x, y] = at.map(|at| at.rem_euclid(samples));
+                (grid.number_of_pixel(at.map(|at| at.div_euclid(samples))), y * samples + x)
+            }
+        };
         let pose = match self.displaced.get(model as usize) {
             Some(true) => {
                 hash_of(&self.transform(model).to_world.to_cols_array()) ^ self.hash_of_shape(model)

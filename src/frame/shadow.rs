@@ -258,7 +258,9 @@ impl Checks {
 #[inline(always)]
 pub fn facing(normal: Vec3, geometric_normal: Vec3, light_samples: &[LightSample; 2]) -> u16 {
     let [normal, geometric_normal] = [normal, geometric_normal].map(Vec3x8::splat);
-    u16::from_le_bytes([0, 1].map(|half| phong::faces(normal, geometric_normal, &light_samples[half]).bits()))
+    let [low, high] = light_samples;
+    let faces = |half: &LightSample| phong::faces(normal, geometric_normal, half).bits();
+    u16::from_le_bytes([faces(low), faces(high)])
 }
 
 #[cfg(test)]

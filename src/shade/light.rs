@@ -173,15 +173,24 @@ pub fn light_samples(
     sample: usize,
     point: Vec3,
 ) -> [LightSample; 2] {
-    [0, LANES].map(|first| {
-        let mut light_sample = from_places(light, pattern.asides(sample, first), Vec3x8::splat(point));
-        if light.points < first + LANES {
-            let is_there = Mask::of(|lane| first + lane < light.points);
-            light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
-            light_sample.reaches = light_sample.reaches & is_there;
-        }
-        light_sample
-    })
+    [samples_from(light, pattern, (sample, 0), point), samples_from(light, pattern, (sample, LANES), point)]
+}
+
+/// Eight of them, from number `first` on. Inlined, of what the caller does not ask nothing is computed.
+#[inline(always)]
+fn samples_from(
+    light: &LightPose,
+    pattern: &StratifiedPattern,
+    (sample, first): (usize, usize),
+    point: Vec3,
+) -> LightSample {
+    let mut light_sample = from_places(light, pattern.asides(sample, first), Vec3x8::splat(point));
+    if light.points < first + LANES {
+        let is_there = Mask::of(|lane| first + lane < light.points);
+        light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
+        light_sample.reaches = light_sample.reaches & is_there;
+    }
+    light_sample
 }
 
 /// All of the light that one place of `light` would send to eight points if all of it came from there; in an area that is
