@@ -3,6 +3,7 @@
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, EulerRot, Mat3A, Vec3, Vec3A};
 
 use super::{Shape, ShapeTrack, Track, Visibility};
+use crate::lanes::{F32x8, Vec3x8};
 
 /// Keyed places of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,6 +173,33 @@ impl Transform {
         (self.normal * Vec3A::from(normal)).into()
     }
 
+    /// [`point`](Self::point) of eight, to the bit.
+    #[inline(always)]
+    pub fn points(&self, points: Vec3x8) -> Vec3x8 {
+        if self.is_identity {
+            return points;
+        }
+        mapped(self.to_world.matrix3, points) + Vec3x8::splat(self.to_world.translation.into())
+    }
+
+    /// [`normal`](Self::normal) of eight, to the bit.
+    #[inline(always)]
+    pub fn normals(&self, normals: Vec3x8) -> Vec3x8 {
+        if self.is_identity {
+            return normals;
+        }
+        let normals = mapped(self.normal, normals);
+        let scale = F32x8::ONE / normals.dot(normals).sqrt();
+        let is_usable = scale.gt(F32x8::ZERO) & scale.lt(F32x8::splat(f32::INFINITY));
+        is_usable.select3(normals * scale, Vec3x8::ZERO)
+    }
+
+    /// [`geometric_normal`](Self::geometric_normal) of eight, to the bit.
+    #[inline(always)]
+    pub fn geometric_normals(&self, normals: Vec3x8) -> Vec3x8 {
+        if self.is_identity { normals } else { mapped(self.normal, normals) }
+    }
+
     /// A line from a point along a direction, world to object.
     pub fn line_to_object(&self, (origin, along): (Vec3, Vec3)) -> [DVec3; 2] {
         let line = match self.is_identity {
@@ -185,6 +213,13 @@ impl Transform {
     pub fn columns(&self) -> [f32; 12] {
         self.to_world.to_cols_array()
     }
+}
+
+/// Eight vectors under a linear map: in the order in which `glam` adds.
+#[inline(always)]
+fn mapped(map: Mat3A, Vec3x8 { x, y, z }: Vec3x8) -> Vec3x8 {
+    let [across, up, along] = [map.x_axis, map.y_axis, map.z_axis].map(|axis| Vec3x8::splat(axis.into()));
+    across * x + up * y + along * z
 }
 
 fn affine(map: DAffine3) -> Affine3A {
@@ -205,6 +240,36 @@ mod tests {
 
     fn still(rotate: DVec3) -> TransformTrack {
         TransformTrack { rotate: Track::constant(rotate), ..TransformTrack::identity() }
+    }
+
+    /// Samples are placed eight at a time and one by one: what is kept of them must not depend on which.
+    #[test]
+    fn eight_are_placed_as_one_is_to_the_bit() {
+        use crate::lanes::LANES;
+        use crate::shade::sampling::PathRandom;
+        for round in 0..500 {
+            let three = |index: u32| {
+                let [x, y, z, _] = PathRandom { seed: round, index }.four(0);
+                (Vec3::new(x, y, z) * 2.0 - 1.0) * 10.0_f32.powi((round % 9) as i32 - 4)
+            };
+            let columns = [1, 2, 3].map(|index| three(index).as_dvec3());
+            let map = DAffine3::from_cols(columns[0], columns[1], columns[2], three(4).as_dvec3());
+            let transform = Transform::new(map);
+            let [mut points, mut normals] = [Vec3x8::ZERO; 2];
+            for lane in 0..LANES {
+                points.set_lane(lane, three(10 + lane as u32));
+                normals.set_lane(lane, three(20 + lane as u32).normalize_or_zero());
+            }
+            normals.set_lane(3, Vec3::ZERO);
+            let (placed, turned) = (transform.points(points), transform.normals(normals));
+            let sides = transform.geometric_normals(normals);
+            for lane in 0..LANES {
+                let (point, normal) = (points.lane(lane), normals.lane(lane));
+                assert_eq!(placed.lane(lane), transform.point(point), "round {round}");
+                assert_eq!(turned.lane(lane), transform.normal(normal), "round {round}");
+                assert_eq!(sides.lane(lane), transform.geometric_normal(normal), "round {round}");
+            }
+        }
     }
 
     #[test]

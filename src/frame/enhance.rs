@@ -200,13 +200,13 @@ fn highlights(
         let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
         let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
         let shade = |light_sample: &LightSample| {
-            let highlight = phong::specular(gloss, placed.normal, -incoming, light_sample);
+            let highlight = || phong::specular(gloss, placed.normal, -incoming, light_sample);
             match coats {
+                None => highlight(),
+                Some(coats) if !shines => coats.highlight(light_sample, radiance),
                 Some(coats) => {
-                    let of_coats = coats.highlight(light_sample, radiance);
-                    shows.select3(highlight, Vec3x8::ZERO) + of_coats
+                    shows.select3(highlight(), Vec3x8::ZERO) + coats.highlight(light_sample, radiance)
                 }
-                None => highlight,
             }
         };
         sum = add_light(sum, light, places, reached, shade);

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::bits::{bits_of_models, set_bits};
+use super::bits::bits_of_models;
 use super::cells::CellSet;
 use super::channels::Channel;
 use super::grid::place;
@@ -256,12 +256,24 @@ impl<'a> FrameView<'a> {
     pub fn offsets(&self, tile: &Tile, first: usize) -> Vec3x8 {
         let models = &tile.model[first..first + LANES];
         let mut points = tile.points(first);
-        for lane in set_bits(self.displaced_bits(models)) {
-            let triangle = || tile.record[first + lane].triangle;
-            points.set_lane(lane, self.place(models[lane]).point(triangle, points.lane(lane)));
-        }
+        self.each_displaced(models, |place, of_model| {
+            place.points(of_model, |lane| tile.record[first + lane].triangle, &mut points);
+        });
         let background = Mask::equal(models, BACKGROUND);
         background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
+    }
+
+    /// Calls `each` with the places of those of eight samples' models that are not where their files put them, and the samples of
+    /// each: neighbours are of one model, mostly.
+    #[inline(always)]
+    pub fn each_displaced(&self, models: &[u32], mut each: impl FnMut(Place<'a>, Mask)) {
+        let mut left = self.displaced_bits(models);
+        while left != 0 {
+            let model = models[left.trailing_zeros() as usize];
+            let of_model = Mask::equal(models, model);
+            each(self.place(model), of_model);
+            left &= !of_model.bits();
+        }
     }
 
     /// Of eight samples' models, those whose object space is not world space, or that deform, a bit each.

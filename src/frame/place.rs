@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
+use super::bits::set_bits;
 use crate::animation::Transform;
+use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Scene};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
 use crate::shade::surface::{corners_of, meet_exactly};
@@ -56,6 +58,50 @@ impl<'a> Place<'a> {
                 let side = side(mesh, triangle, geometric_normal);
                 self.transform.geometric_normal(deformed.geometric_normal(mesh, triangle) * side)
             }
+        }
+    }
+
+    /// [`point`](Self::point) of those of eight that are `of_model`; `triangle`: that of a lane.
+    #[inline(always)]
+    pub fn points(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, points: &mut Vec3x8) {
+        if self.deformed.is_none() {
+            *points = of_model.select3(self.transform.points(*points), *points);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            points.set_lane(lane, self.point(|| triangle(lane), points.lane(lane)));
+        }
+    }
+
+    /// The same for [`surface`](Self::surface).
+    #[inline(always)]
+    pub fn surfaces(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, surfaces: [&mut Vec3x8; 3]) {
+        let [point, normal, geometric_normal] = surfaces;
+        if self.deformed.is_none() {
+            let transform = self.transform;
+            *point = of_model.select3(transform.points(*point), *point);
+            *normal = of_model.select3(transform.normals(*normal), *normal);
+            *geometric_normal = of_model.select3(transform.normals(*geometric_normal), *geometric_normal);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            let object = [&*point, &*normal, &*geometric_normal].map(|all| all.lane(lane));
+            let world = self.surface(triangle(lane), object);
+            point.set_lane(lane, world[0]);
+            normal.set_lane(lane, world[1]);
+            geometric_normal.set_lane(lane, world[2]);
+        }
+    }
+
+    /// The same for [`geometric_normal`](Self::geometric_normal).
+    #[inline(always)]
+    pub fn geometric_normals(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, normals: &mut Vec3x8) {
+        if self.deformed.is_none() {
+            *normals = of_model.select3(self.transform.geometric_normals(*normals), *normals);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            normals.set_lane(lane, self.geometric_normal(triangle(lane), normals.lane(lane)));
         }
     }
 

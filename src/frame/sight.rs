@@ -1,6 +1,6 @@
 //! The way from the eye to samples (of an orthographic camera, from the plane of the eye): the segments that verification traces, and from which side surfaces are seen.
 
-use super::bits::{set_bits, surface_bits};
+use super::bits::surface_bits;
 use super::frame_view::FrameView;
 use super::plan::CameraChange;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -50,11 +50,9 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
     }
     // which side needs no length
     let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
-    for lane in set_bits(frame.displaced_bits(models)) {
-        let triangle = tile.record[first + lane].triangle;
-        let placed = frame.place(models[lane]).geometric_normal(triangle, geometric_normals.lane(lane));
-        geometric_normals.set_lane(lane, placed);
-    }
+    frame.each_displaced(models, |place, of_model| {
+        place.geometric_normals(of_model, |lane| tile.record[first + lane].triangle, &mut geometric_normals);
+    });
     let before = geometric_normals.dot(frame.view.sights(frame.offsets(tile, first))).lt(F32x8::ZERO);
     may_have_turned & !before.bits()
 }

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::bits::set_bits;
 use super::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
@@ -193,11 +192,7 @@ pub fn place(
     triangle: impl Fn(usize) -> u32,
     [point, normal, geometric_normal]: [&mut Vec3x8; 3],
 ) {
-    for lane in set_bits(frame.displaced_bits(models)) {
-        let object = [&*point, &*normal, &*geometric_normal].map(|all| all.lane(lane));
-        let world = frame.place(models[lane]).surface(triangle(lane), object);
-        point.set_lane(lane, world[0]);
-        normal.set_lane(lane, world[1]);
-        geometric_normal.set_lane(lane, world[2]);
-    }
+    frame.each_displaced(models, |place, of_model| {
+        place.surfaces(of_model, &triangle, [&mut *point, &mut *normal, &mut *geometric_normal]);
+    });
 }

@@ -263,9 +263,9 @@ impl<'a> Answers8<'a> {
 fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
     let models = met.models;
     let mut world = *point;
-    for lane in set_bits(frame.displaced_bits(models)) {
-        world.set_lane(lane, frame.place(models[lane]).point(|| met.triangles[lane], point.lane(lane)));
-    }
+    frame.each_displaced(models, |place, of_model| {
+        place.points(of_model, |lane| met.triangles[lane], &mut world);
+    });
     let offset = world - origin;
     let aside = offset.cross(direction);
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
@@ -285,9 +285,8 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
 #[inline(always)]
 fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, met: &Hits8) -> Mask {
     let mut world = geometric_normal;
-    for lane in set_bits(frame.displaced_bits(met.models)) {
-        let (place, triangle) = (frame.place(met.models[lane]), met.triangles[lane]);
-        world.set_lane(lane, place.geometric_normal(triangle, geometric_normal.lane(lane)));
-    }
+    frame.each_displaced(met.models, |place, of_model| {
+        place.geometric_normals(of_model, |lane| met.triangles[lane], &mut world);
+    });
     world.dot(direction).gt(F32x8::ZERO)
 }
