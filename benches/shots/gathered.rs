@@ -18,6 +18,7 @@ use super::chains::load_still;
 use super::flows::Flow;
 use super::kinds::Lights;
 use super::places::{Place, SceneName};
+use super::rough;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
@@ -85,7 +86,8 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
         if !arguments.scenes.is_empty() && !arguments.scenes.contains(&name) {
             continue;
         }
-        let place = match name.place(arguments.triangles(), &folder()) {
+        let place = name.place(arguments.triangles(), &folder());
+        let place = match place.and_then(|place| made_rough(place, arguments.rough)) {
             Ok(place) => place,
             Err(error) => {
                 println!("skipped: {error}");
@@ -106,6 +108,13 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     write_json(&path, &circumstances, &rows)?;
     println!("\nalso in {}", path.display());
     Ok(())
+}
+
+/// The same place, where all materials but glass have this roughness, if any is asked for.
+fn made_rough(place: Place, roughness: Option<f32>) -> Failable<Place> {
+    let Some(roughness) = roughness else { return Ok(place) };
+    let folder = folder().join(format!("{}-rough-{roughness}", place.name));
+    Ok(Place { obj: rough::copy(&place.obj, &folder, roughness)?, ..place })
 }
 
 /// The scene of a place under a sky, with a soft light in the kitchen.

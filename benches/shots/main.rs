@@ -17,6 +17,7 @@ mod incoherent;
 mod kinds;
 mod modes;
 mod places;
+mod rough;
 mod sphere;
 mod suite;
 mod table;
@@ -55,6 +56,10 @@ pub struct Arguments {
     /// Of gathered light, rows whose name contains this [default: all]
     #[arg(long)]
     moves: Option<String>,
+
+    /// Of gathered light: this roughness (`Pr`) on all materials but glass
+    #[arg(long, value_name = "PR")]
+    rough: Option<f32>,
 
     /// Chains up to frame 300
     #[arg(long)]
