@@ -113,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 /// The same place, where all materials but glass have this roughness, if any is asked for.
 fn made_rough(place: Place, roughness: Option<f32>) -> Failable<Place> {
     let Some(roughness) = roughness else { return Ok(place) };
-    let folder = folder().join(format!("{}-rough-{roughness}", place.name));
+    let folder = std::path::absolute(folder())?.join(format!("{}-rough-{roughness}", place.name));
     Ok(Place { obj: rough::copy(&place.obj, &folder, roughness)?, ..place })
 }
 

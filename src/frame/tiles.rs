@@ -226,7 +226,7 @@ const TILES_IN_PLACE: u32 = 1024;
 
 /// Tiles in a band: enough for all threads, `least` at least.
 pub fn tiles_in_band(least: u32) -> u32 {
-    const TILES_A_THREAD: u32 = 16;
+    const TILES_A_THREAD: u32 = 32;
     least.max(TILES_A_THREAD * rayon::current_num_threads() as u32)
 }
 
@@ -250,7 +250,7 @@ struct Parts<'a> {
 /// already, a frame younger, the age, and of clean tiles that it shows with another status, what is counted.
 fn runs<'a>(work: &Work, rows: Range<u32>, parts: Parts<'a>, film: &'a mut Film) -> Vec<Run<'a>> {
     /// Tiles of a run: few enough that there is work for many, and enough that cutting costs little.
-    const IN_RUN: usize = 2;
+    const IN_RUN: usize = 4;
     let Parts { tiles, states, colors, films } = parts;
     let grid = &*work.frame.view.grid;
     let across = grid.tiles_x as usize;
