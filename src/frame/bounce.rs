@@ -9,9 +9,7 @@ use super::bits::set_bits;
 use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
 use super::frame_view::FrameView;
 use super::light_paths::{PathScratch, trace_paths};
-use super::lighting::{
-    Places, add_light, emitted_and_ambient, lights_passed, radiance_of_area, shows_highlight,
-};
+use super::lighting::{Places, add_light, emitted_and_ambient, radiance_of_area, shows_highlight};
 use super::occlusion::{self, Look, OcclusionScratch};
 use super::parts;
 use super::path_ends::PathStart;
@@ -201,8 +199,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
             bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
-            let of_lights = lights_passed(&frame.pose.lights, bounce.origin, bounce.direction, far);
-            let of_lights: Vec3 = of_lights.map(|glow| glow.radiance * bounce.weight_of_light(&glow)).sum();
+            let of_lights = bounce.light_of_lights(frame, far);
             let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
             if !is_hit || of_lights != Vec3::ZERO {
                 add(radiance, bounce, of_lights + of_sky);
@@ -457,7 +454,7 @@ fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mu
     let optics = frame.scene.materials[usize::from(surface.material)].optics;
     let branches = branch(optics, surface, bounce.direction);
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
-    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(frame, kind) });
+    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(frame, kind, surface.material) });
     let normals = [surface.normal, surface.geometric_normal];
     let seen = frame.palette.coats.seen(
         surface.material,
@@ -469,7 +466,7 @@ fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mu
     if let Some(seen) = seen {
         let rays = rays_onwards(frame, bounce, &seen);
         let seed = seed_of(surface.point, surface.material.into());
-        let onwards = Bounce { guides, ..bounce.onwards(frame, Kind::Reflection) };
+        let onwards = Bounce { guides, ..bounce.onwards(frame, Kind::Reflection, surface.material) };
         reflect(frame, &onwards, surface, &seen, (rays, seed), (next, rough_sky));
     }
 }
@@ -510,11 +507,13 @@ fn reflect(
         let reflected = seen.reflect([along, above]);
         let leaves = |direction| surface.geometric_normal.dot(direction) > 0.0;
         if let Some(reflected) = reflected.filter(|reflected| leaves(reflected.direction)) {
+            let origin = surface.leave(reflected.direction);
             next.push(Bounce {
                 weight: bounce.weight * reflected.weight,
                 density: reflected.density,
+                asked_from: origin,
                 asked_sky: frame.sky.is_uneven(),
-                origin: surface.leave(reflected.direction),
+                origin,
                 direction: reflected.direction,
                 ..*bounce
             });

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::frame_view::FrameView;
+use super::lighting::lights_passed;
 use super::radiance::Layer;
 use crate::shade::area::Glow;
 
@@ -35,9 +36,11 @@ pub struct Bounce {
     /// How many rays left the sample in its stead.
     pub shared: u32,
     /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
-    /// surface shows by a highlight, too. It stays as it is behind glass, if such a light shines through
-    /// glass.
+    /// surface shows by a highlight, too. It stays as it is behind clear glass, if such a light shines through
+    /// that.
     pub density: Option<f32>,
+    /// The place from where that surface asks; world space.
+    pub asked_from: Vec3,
     /// Whether the sky was asked from that surface, too.
     pub asked_sky: bool,
     /// World space.
@@ -56,15 +59,28 @@ impl Bounce {
             Kind::Refraction => Layer::Refraction,
         };
         let (path, weight) = (kind as u64, Vec3::ONE);
-        let [origin, direction] = [Vec3::ZERO; 2];
+        let [asked_from, origin, direction] = [Vec3::ZERO; 3];
         let (shared, density, asked_sky, guides) = (1, None, false, false);
-        Self { cell, kind, layer, path, weight, shared, density, asked_sky, origin, direction, guides }
+        Self {
+            cell,
+            kind,
+            layer,
+            path,
+            weight,
+            shared,
+            density,
+            asked_from,
+            asked_sky,
+            origin,
+            direction,
+            guides,
+        }
     }
 
-    /// A ray that goes on from where this one ends, where to is not yet said.
-    pub fn onwards(&self, frame: &FrameView, kind: Kind) -> Self {
-        let shines_through = kind == Kind::Refraction && !frame.finds_caustics;
-        let density = self.density.filter(|_| shines_through);
+    /// A ray that goes on from where this one meets a `material`, where to is not yet said.
+    pub fn onwards(&self, frame: &FrameView, kind: Kind, material: u16) -> Self {
+        let passes = kind == Kind::Refraction && frame.shines_through(material);
+        let density = self.density.filter(|_| passes);
         Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
     }
 
@@ -79,8 +95,15 @@ impl Bounce {
         }
     }
 
+    /// What it brings of the lights that it passes through before it is so `far`.
+    pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
+        let asked_from = self.density.map_or(self.origin, |_| self.asked_from);
+        let passed = lights_passed(&frame.pose.lights, asked_from, (self.origin, self.direction), far);
+        passed.map(|(glow, _)| glow.radiance * self.weight_of_light(&glow)).sum()
+    }
+
     /// The weight of a light that it passes through.
-    pub fn weight_of_light(&self, glow: &Glow) -> f32 {
+    fn weight_of_light(&self, glow: &Glow) -> f32 {
         let Some(density) = self.density else { return 1.0 };
         let by_rays = density * self.shared as f32;
         by_rays / (by_rays + glow.density * glow.points as f32)

@@ -236,6 +236,11 @@ impl<'a> FrameView<'a> {
         Place::of(self.scene, &self.pose.models, self.deformations, model)
     }
 
+    /// Whether lights shine through a `material` as if it were not there.
+    pub fn shines_through(&self, material: u16) -> bool {
+        !self.finds_caustics && !self.scene.materials[usize::from(material)].casts_shadow()
+    }
+
     /// Whether any layer shows one sample of several for each pixel, the nearest to its centre.
     pub fn picks_samples(&self) -> bool {
         self.view.grid.samples > 1 && self.layers.has(Layers::OF_ONE_SAMPLE)

@@ -17,6 +17,7 @@ use super::frame_view::FrameView;
 use super::lobes::Lobes;
 use super::next_event::{Asking, AskingCoat, Chances, LightRays};
 use super::path_ends::{Brought, PathStart};
+use super::path_ray::PathRay;
 use super::plan::ShadowCheck;
 use super::ray_tally::RayTally;
 use super::shadow::ShadowQueue;
@@ -32,21 +33,6 @@ use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::{off_surface, off_surfaces};
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
-
-/// A ray of a path.
-#[derive(Debug, Clone, Copy)]
-struct PathRay {
-    /// Number of its path in the batch.
-    path: u32,
-    /// Of what it brings, in what its path brings.
-    weight: Vec3,
-    origin: Vec3,
-    direction: Vec3,
-    /// For shading, where it started; its own direction where a rough layer reflected it.
-    normal: Vec3,
-    /// Of the ways from there to the sky.
-    chances: Chances,
-}
 
 /// A surface that a path has met.
 #[derive(Debug, Clone, Copy)]
@@ -144,7 +130,8 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         if start.geometric_normal.dot(direction) > 0.0 {
             let origin = off_surface(start.point, start.geometric_normal);
             let PathStart { normal, .. } = *start;
-            now.push(PathRay { path, weight: Vec3::ONE, origin, direction, normal, chances });
+            let (weight, asked_from) = (Vec3::ONE, origin);
+            now.push(PathRay { path, weight, origin, direction, asked_from, normal, chances });
         } else {
             // below the surface: dark until the surface moves
             until = frame.first_touch(start.point, start.normal, 0.0);
@@ -183,7 +170,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         next.clear();
         for vertex in &*vertices {
             brought[vertex.ray.path as usize].radiance += vertex.ray.weight * vertex.light;
-            if paths_go_on(frame, bounce) || frame.finds_caustics {
+            if paths_go_on(frame, bounce) || vertex.passes_on(frame) {
                 let random = starts[vertex.ray.path as usize].random();
                 next.extend(go_on(frame, bounce, vertex, random.four(2 * bounce + 2)));
             }
@@ -217,11 +204,10 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             brought.until = frame.first_touch_before(ray.origin, ray.direction, far, brought.until);
             if !ray.chances.lights_are_summed() {
                 brought.until = brought.until.min(frame.area_light_change);
-                let of_lights = ray.chances.of_lights(frame, ray.normal, (ray.origin, ray.direction), far);
-                brought.radiance += ray.weight * of_lights;
+                brought.radiance += ray.light_of_lights(frame, far);
             }
             if !is_hit {
-                brought.radiance += ray.weight * ray.chances.of_sky(frame, ray.normal, ray.direction);
+                brought.radiance += ray.light_of_sky(frame);
             }
         }
     }
@@ -442,19 +428,6 @@ fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
     bounce + 1 < frame.bounces || !frame.emitters.is_empty()
 }
 
-impl PathRay {
-    /// The weight of what `surface` of `model` emits, which the ray has met at this distance.
-    fn emission_weight(
-        &self,
-        frame: &FrameView,
-        primitive: (u32, u32),
-        surface: &Surface,
-        distance: f32,
-    ) -> f32 {
-        self.chances.of_path_to_emitter(frame, (self.normal, self.direction), (primitive, surface), distance)
-    }
-}
-
 impl Vertex {
     /// Of the ways from it to light.
     fn chances(&self, frame: &FrameView, bounce: u32) -> Chances {
@@ -465,6 +438,18 @@ impl Vertex {
             asks_light: chance(!frame.pose.lights.is_empty()),
             goes_on: self.goes_on(frame, bounce, 0),
         }
+    }
+
+    /// Whether light comes by one of its ways even if the path ends here: off mirrors and through glass, where paths alone find
+    /// that; else through clear glass, where rays have asked for a part of it.
+    fn passes_light_on(&self, frame: &FrameView, way: usize) -> bool {
+        let passes = || way == Lobes::THROUGH && frame.shines_through(self.surface.material);
+        self.lobes.ways[way].1.is_some() && (frame.finds_caustics || passes())
+    }
+
+    /// Whether that is so of any of its ways.
+    fn passes_on(&self, frame: &FrameView) -> bool {
+        (0..self.lobes.ways.len()).any(|way| self.passes_light_on(frame, way))
     }
 
     /// Its layer, if it has one. It is looked at again whenever it is asked for: few vertices have one, and all are copied.
@@ -525,10 +510,16 @@ fn go_on(
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
     // off the last surface it only finds light, for which other ways have asked
-    let leads = |way: &usize| lobes.ways[*way].1.is_some() || paths_go_on(frame, bounce);
+    let leads = |way: &usize| paths_go_on(frame, bounce) || vertex.passes_light_on(frame, *way);
     let chosen = lobes.choose(choice).filter(leads)?;
     let (weight, direction) = lobes.ways[chosen];
+    let mut asked_from = None;
     let (weight, direction, normal, chances) = match direction {
+        Some(direction) if chosen == Lobes::THROUGH && frame.shines_through(surface.material) => {
+            // rays that ask have passed here, too
+            asked_from = Some(ray.asked_from);
+            (weight, direction, ray.normal, ray.chances)
+        }
         Some(direction) => (weight, direction, surface.normal, Chances::PATH_ALONE),
         None if chosen == Lobes::COAT => {
             let reflected = vertex.seen_coat(frame)?.reflect([along, above])?;
@@ -550,14 +541,9 @@ fn go_on(
             (weight, direction, surface.normal, vertex.chances(frame, bounce))
         }
     };
-    Some(PathRay {
-        path: ray.path,
-        weight: ray.weight * weight / lobes.chance(chosen),
-        origin: surface.leave(direction),
-        direction,
-        normal,
-        chances,
-    })
+    let (weight, origin) = (ray.weight * weight / lobes.chance(chosen), surface.leave(direction));
+    let asked_from = asked_from.unwrap_or(origin);
+    Some(PathRay { path: ray.path, weight, origin, direction, asked_from, normal, chances })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.

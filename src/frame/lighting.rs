@@ -11,17 +11,26 @@ use crate::shade::area::{Glow, glow, radiance};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 use crate::shade::phong::Gloss;
 
-/// The area lights that a ray (unit length) passes through before it is `far` away. They are of light alone: no ray ends at
-/// them.
+/// The area lights that a ray (unit length) passes through before it is `far` away, and where they are as seen from
+/// `asked_from`, whence light was asked for: their density is the one there. They are of light alone: no ray ends at them.
 pub fn lights_passed(
     lights: &[LightPose],
-    origin: Vec3,
-    direction: Vec3,
+    asked_from: Vec3,
+    (origin, direction): (Vec3, Vec3),
     far: f32,
-) -> impl Iterator<Item = Glow> + '_ {
+) -> impl Iterator<Item = (Glow, Vec3)> + '_ {
     let areas = lights.iter().filter(|light| light.shape.is_area());
-    // with nothing in the way, a light infinitely far away is seen, too
-    areas.filter_map(move |light| glow(light, origin, direction)).filter(move |glow| glow.distance <= far)
+    areas.filter_map(move |light| {
+        // with nothing in the way, a light infinitely far away is seen, too
+        let passed = glow(light, origin, direction).filter(|glow| glow.distance <= far)?;
+        if asked_from == origin || passed.distance == f32::INFINITY {
+            return Some((passed, direction));
+        }
+        let straight = (origin + direction * passed.distance - asked_from).normalize_or(direction);
+        // there its dark side may be seen, for which nobody asks
+        let density = glow(light, asked_from, straight).map_or(0.0, |asked| asked.density);
+        Some((Glow { density, ..passed }, straight))
+    })
 }
 
 /// What rays see of a light that has a size.

@@ -15,6 +15,9 @@ pub struct Lobes {
 }
 
 impl Lobes {
+    /// The way that leads through glass.
+    pub const THROUGH: usize = 2;
+
     /// The way that leads off the layer.
     pub const COAT: usize = 3;
 

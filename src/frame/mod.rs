@@ -48,6 +48,7 @@ mod next_event;
 mod occlusion;
 mod parts;
 mod path_ends;
+mod path_ray;
 mod picture;
 pub mod pixels;
 mod place;

@@ -3,8 +3,12 @@
 //! Paths meet both by themselves, too. What either way finds is weighed by the balance heuristic (Veach and Guibas,
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995): by its density in the sum of both.
 //!
-//! Behind mirrors and glass nothing is asked: a path that goes on from there brings all that it meets. Unless clear glass casts shadows
-//! ([`Caustics`](crate::settings::Caustics)), rays that ask from before it pass it, too: what is there counts by either way.
+//! Behind mirrors and glass nothing is asked: a path that goes on from there brings all that it meets. But unless clear glass casts
+//! shadows ([`Caustics`](crate::settings::Caustics)), rays that ask from before it pass it, and bring what is behind it undimmed. So
+//! what a path meets behind clear glass is weighed as if that were not there: by the densities with which the surface before it
+//! would have chosen, and asked for, a straight way there. Both weights of a place that shines add up to one, wherever glass bends
+//! the path: its light is a mean of what comes straight and what comes bent, and never counts twice. (The density of a rough
+//! layer is that of the direction in which the path left.)
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -58,7 +62,7 @@ impl Chances {
         }
         let light = frame.sky.light(direction);
         let by_path = self.goes_on * cosine_density(normal, direction);
-        light.radiance * (by_path / (by_path + self.asks_sky * light.pdf))
+        light.radiance * weight_of_path(by_path, self.asks_sky * light.pdf)
     }
 
     /// Whether all light of the shot's lights is summed where the path left.
@@ -66,22 +70,20 @@ impl Chances {
         self.asks_light == f32::INFINITY
     }
 
-    /// What a path brings of the area lights that it passes through, before it is `far` from `origin` where it left a
-    /// surface with this `normal`.
+    /// What a path brings of the area lights that it passes through, before it is `far` from `origin`. They are asked for from
+    /// a surface with this `normal`, whence it has come straight or through clear glass.
     pub fn of_lights(
         self,
         frame: &FrameView,
-        normal: Vec3,
+        (asked_from, normal): (Vec3, Vec3),
         (origin, direction): (Vec3, Vec3),
         far: f32,
     ) -> Vec3 {
-        let by_path = self.goes_on * cosine_density(normal, direction);
-        let weighed = |glow: Glow| {
-            let by_asking = self.asks_light * glow.density;
-            let weight = if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) };
-            glow.radiance * weight
+        let weighed = |(glow, direction): (Glow, Vec3)| {
+            let by_path = self.goes_on * cosine_density(normal, direction);
+            glow.radiance * weight_of_path(by_path, self.asks_light * glow.density)
         };
-        lights_passed(&frame.pose.lights, origin, direction, far).map(weighed).sum()
+        lights_passed(&frame.pose.lights, asked_from, (origin, direction), far).map(weighed).sum()
     }
 
     /// The weight of what arrives in `direction` of a light that was asked, where that direction is chosen with this
@@ -91,8 +93,8 @@ impl Chances {
         by_asking / (by_asking + self.goes_on * cosine_density(normal, direction))
     }
 
-    /// The weight of what `met`, a surface of a `primitive`, emits where a path finds it that left a surface with this `normal`
-    /// in this `direction` (unit length).
+    /// The weight of what `met`, a surface of a `primitive`, emits where a path finds it, which lies in this `direction` (unit
+    /// length) and at this `distance` of a surface with this `normal` that the path left.
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
@@ -109,8 +111,13 @@ impl Chances {
         let cos = met.geometric_normal.dot(direction).abs();
         // both in solid angle times the cosine: on edge neither way is likely
         let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);
-        if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) }
+        weight_of_path(by_path, by_asking)
     }
+}
+
+/// The balance heuristic. What nobody asks for the path brings in full.
+fn weight_of_path(by_path: f32, by_asking: f32) -> f32 {
+    if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) }
 }
 
 /// The density of directions by the cosine law about `normal`, in solid angle.
