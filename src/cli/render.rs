@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 
-use super::bare_model::is_model;
+use super::bare_model::{is_model, turn_note};
 use super::denoising::Denoising;
 use super::extras::{Extras, ExtrasArgs};
 use super::failure::Failure;
@@ -212,7 +212,8 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
     }
-    for note in &job.shot.notes {
+    let turned = is_model(&job.path).then(|| turn_note(&job.frames.list())).flatten();
+    for note in job.shot.notes.iter().chain(&turned) {
         terminal.note(note);
     }
     let (scene, settings) = (&job.shot.scene, &job.settings);
