@@ -6,7 +6,7 @@ SHELL := /bin/bash
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
 
 # What `make demo` runs; any other shot and options will do as well: make demo DEMO="render my.obj"
-DEMO ?= compare scenes/city/sky.toml --backend embree --frames 1-24 --size 640x360 --samples 1 --audit --png -o out/city-sky/city.\#\#\#\#.exr --report out/city-sky/report.html
+DEMO ?= compare scenes/court/court.toml --backend embree --frames 1-24 --size 560x315 --paths 4 --audit --denoise --png -o out/court/court.\#\#\#\#.exr --report out/court/report.html
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
@@ -22,7 +22,7 @@ setup: ## install missing dependencies: build tools, Rust, OpenEXR, Embree, Open
 build: setup ## build the program: target/release/afterimage
 	$(CARGO) build --release --locked
 
-demo: setup ## render the city with reuse and in full, and compare: out/city-sky/
+demo: setup ## render a shot with reuse and in full, and compare: out/court/
 	$(CARGO) run --release --locked -- $(DEMO)
 ifneq ($(HARD),)
 	@echo; echo "The hard case, one hard light, mirrors and a camera that travels (scenes/city/city.toml):"

@@ -5,6 +5,7 @@
 mod program;
 
 use std::path::Path;
+use std::process::Command;
 
 use afterimage::denoise::{Denoiser, PLANES, with_guides};
 use afterimage::film::{Film, Plane};
@@ -13,7 +14,7 @@ use afterimage::layers::Layers;
 use afterimage::output::png::srgb_byte;
 use afterimage::scene::{self, Shot};
 use afterimage::settings::{DenoiseQuality, Filter, Mode, Settings};
-use program::{Place, Ran, assert_same, whole};
+use program::{Place, Ran, analytic, assert_same, whole};
 
 #[test]
 #[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
@@ -86,6 +87,55 @@ fn error<'p>(planes: impl IntoIterator<Item = &'p Plane>, truth: &Film) -> f64 {
         pairs.map(|(a, b)| f64::from((a.min(1.0) - b.min(1.0)).powi(2))).sum::<f64>()
     };
     planes.into_iter().zip(["R", "G", "B"]).map(of_plane).sum()
+}
+
+/// `compare` of the analytic shot, working in this folder.
+fn compare(place: &Place, options: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(place.0.path()).arg("compare").arg(analytic()).args(options.split_whitespace());
+    command
+}
+
+#[test]
+#[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
+fn a_comparison_shows_and_writes_denoised_pictures() {
+    let place = Place::new();
+    let options = "--backend embree --frames 1-2 --png --layers none";
+    let run = |more: &str| Ran::of(compare(&place, &format!("{options} {more}")).output().unwrap()).done();
+    let plain = run("-o plain/a.####.exr --report plain.html");
+    let ran = run("-o a.####.exr --report a.html --denoise");
+    assert!(
+        ran.stdout.contains("in no sum above: denoising ") && !plain.stdout.contains("denoising"),
+        "{}",
+        ran.stdout
+    );
+    let (frame, plain) = (whole(&place.path("a.0002.exr")), whole(&place.path("plain/a.0002.exr")));
+    for name in ["R", "G", "B"] {
+        assert_eq!(
+            frame.channel(name).unwrap().data,
+            plain.channel(name).unwrap().data,
+            "what is measured is the same"
+        );
+    }
+    let planes = PLANES.map(|name| &frame.channel(name).unwrap().data);
+    let preview = image::open(place.path("a.0002.png")).unwrap().to_rgb8();
+    for (pixel, bytes) in preview.pixels().enumerate() {
+        assert_eq!(bytes.0, planes.map(|plane| srgb_byte(plane[pixel])));
+    }
+    let page = |name: &str| std::fs::read_to_string(place.path(name)).unwrap();
+    assert!(
+        page("a.html").matches(", then denoised").count() == 2 && !page("plain.html").contains("denoised")
+    );
+}
+
+/// What is measured needs no denoiser.
+#[test]
+fn a_comparison_without_a_denoiser_warns_and_goes_on() {
+    let place = Place::new();
+    let mut command = compare(&place, "--backend embree --frames 1 --size 32x18 --denoise --report a.html");
+    let ran = Ran::of(command.env("OIDN_DIR", place.path("nothing")).output().unwrap()).done();
+    assert!(ran.stderr.contains("warning: pictures are shown as traced: OIDN_DIR is set"), "{}", ran.stderr);
+    assert!(std::fs::read_to_string(place.path("a.html")).unwrap().contains("traced in full"));
 }
 
 #[test]

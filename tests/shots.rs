@@ -130,6 +130,12 @@ fn a_still_life_of_quadrics() {
 }
 
 #[test]
+fn the_court() {
+    let share = audited(&own("court/court.toml"), (96, 54), &[1, 2, 3, 24, 25, 48]);
+    assert!(share > 0.7, "{share}");
+}
+
+#[test]
 fn a_flag_in_the_wind() {
     // the camera rests, then goes around
     let share = audited(&own("cloth/cloth.toml"), (96, 54), &[14, 15, 16, 17, 30, 31, 32]);

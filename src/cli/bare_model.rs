@@ -45,3 +45,44 @@ pub fn turntable_options(
     let size = size.map_or(default.size, |(width, height)| [width, height]);
     Ok(turntable::Options { up: up.map(Up::from), size })
 }
+
+/// How far the camera goes around a model in these frames, where it is not all the way. One frame alone needs no such words.
+pub fn turn_note(frames: &[i32]) -> Option<String> {
+    let last = |frame: i32| frame.clamp(1, turntable::FRAMES + 1);
+    let mut at: Vec<i32> = frames.iter().copied().map(last).collect();
+    at.sort_unstable();
+    at.dedup();
+    let step = at.windows(2).map(|pair| pair[1] - pair[0]).min()?;
+    // a turn of n frames ends where the next one begins
+    let turned = at[at.len() - 1] - at[0] + step;
+    let degrees = 360 * turned / turntable::FRAMES;
+    (turned < turntable::FRAMES).then(|| {
+        format!(
+            "these frames go {degrees} of 360 degrees around the model: all of the turn is --frames 1-{}",
+            turntable::FRAMES
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_the_turn_says_how_large_it_is() {
+        let degrees = |frames: Vec<i32>| {
+            let note = turn_note(&frames)?;
+            let text = note.strip_prefix("these frames go ")?.split(' ').next()?;
+            text.parse::<i32>().ok()
+        };
+        assert_eq!(degrees((1..=24).collect()), Some(72));
+        assert_eq!(degrees((31..=60).collect()), Some(90));
+        assert_eq!(degrees((1..=60).step_by(4).collect()), Some(180));
+        assert_eq!(degrees((1..=120).collect()), None);
+        assert_eq!(degrees((1..=120).step_by(2).collect()), None);
+        assert_eq!(degrees((1..=1000).collect()), None);
+        // the camera rests after the turn
+        assert_eq!(degrees((112..=200).collect()), Some(30));
+        assert_eq!(degrees(vec![7]), None);
+    }
+}

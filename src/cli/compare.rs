@@ -15,6 +15,7 @@ use clap::Args;
 use rayon::ThreadPool;
 
 use super::compare_table::{header, row, summary};
+use super::denoising::Denoising;
 use super::failure::Failure;
 use super::paths::{self, Report};
 use super::reference::{self, Judge};
@@ -76,6 +77,11 @@ pub struct CompareArgs {
     #[arg(short, long, value_name = "DIR/name.####.exr")]
     output: Option<String>,
 
+    /// Show denoised pictures in the report, and write them as `render --denoise` does. Without Open Image Denoise a warning
+    /// says that they are as traced
+    #[arg(long)]
+    denoise: bool,
+
     /// Also render each frame with N x N samples a pixel, and measure the error of both ways against it. N must be
     /// greater than --samples; an even multiple shares no sample with fully traced frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
@@ -126,6 +132,7 @@ impl CompareArgs {
         if job.settings.mode == Mode::Full {
             job.settings.mode = Mode::Auto;
         }
+        job.denoise = self.denoise.then_some(job.shot.denoise_quality);
         let output = self.output.as_deref();
         let target = output.map(|text| job.target(Some(text), self.shot.png)).transpose()?;
         let Self { shot, reference, json, report, .. } = self;
@@ -152,11 +159,11 @@ struct Pair<'s> {
 }
 
 impl<'s> Pair<'s> {
-    fn new(kind: BackendKind, job: &'s Job) -> Result<Self, Failure> {
-        let full_settings = in_full(job);
+    fn new(kind: BackendKind, job: &'s Job, settings: &Settings) -> Result<Self, Failure> {
+        let full_settings = in_full(settings);
         let held = || held_bytes().unwrap_or(0);
         let before = held();
-        let ours = Renderer::with(kind, &job.shot.scene, &job.settings).map_err(Failure::of)?;
+        let ours = Renderer::with(kind, &job.shot.scene, settings).map_err(Failure::of)?;
         let build_bytes = held().saturating_sub(before);
         let full = Renderer::with(kind, &job.shot.scene, &full_settings).map_err(Failure::of)?;
         Ok(Self { kind, ours, walk: Walk::default(), full, build_bytes })
@@ -179,28 +186,29 @@ impl<'s> Pair<'s> {
     }
 }
 
-fn in_full(job: &Job) -> Settings {
-    Settings { mode: Mode::Full, audit: false, ..job.settings.clone() }
+fn in_full(settings: &Settings) -> Settings {
+    Settings { mode: Mode::Full, audit: false, ..settings.clone() }
 }
 
 /// What all renderers together will need, and a frame that is being written.
-fn need(options: &Options, steps: &[Step]) -> Need {
+fn need(options: &Options, made_by: &Settings, denoising: &Denoising, steps: &[Step]) -> Need {
     let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
         frame::need(&job.shot, settings, kind, steps.len(), rayon::current_num_threads())
     };
     let keeps = steps.iter().any(|step| step.keep);
-    let ours = |kind| match need(&job.settings, kind) {
-        need if keeps => frame::with_kept(need, &job.shot, &job.settings),
+    let ours = |kind| match need(made_by, kind) {
+        need if keeps => frame::with_kept(need, &job.shot, made_by),
         need => need,
     };
-    let both = |kind| [ours(kind), need(&in_full(job), kind)];
+    let both = |kind| [ours(kind), need(&in_full(made_by), kind)];
     let judge = reference.map(|samples| need(&reference::settings(job, samples), kinds(job)[0]));
     let renderers = kinds(job).into_iter().flat_map(both).chain(judge).fold(Need::default(), Need::and);
-    match options.target {
+    let need = match options.target {
         Some(_) => frame::with_writing(renderers, &job.shot.scene, &job.settings),
         None => renderers,
-    }
+    };
+    denoising.need(need, made_by)
 }
 
 /// Which tracers are compared, the first one first.
@@ -217,14 +225,16 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     if let Some(note) = schedule::run_up_note(&steps, "--base-every makes it shorter") {
         terminal.note(&note);
     }
-    need(options, &steps).check(&memory::left()).map_err(Failure::of)?;
+    let mut denoising = denoising(job, terminal);
+    let settings = denoising.settings(job);
+    need(options, &settings, &denoising, &steps).check(&memory::left()).map_err(Failure::of)?;
     options.target.as_ref().map_or(Ok(()), Target::prepare)?;
     paths::prepare(&reports(&options.json, &options.report))?;
 
-    let pairs: Result<Vec<Pair>, Failure> = kinds(job).into_iter().map(|kind| Pair::new(kind, job)).collect();
-    let mut pairs = pairs?;
+    let pairs = kinds(job).into_iter().map(|kind| Pair::new(kind, job, &settings));
+    let mut pairs = pairs.collect::<Result<Vec<Pair>, Failure>>()?;
     let judge = options.reference.map(|samples| Judge::new(pairs[0].kind, job, samples)).transpose();
-    let mut contest = Contest { pairs: &mut pairs, judge: judge? };
+    let mut contest = Contest { pairs: &mut pairs, judge: judge?, denoising: &mut denoising };
     let mut made = Made::new(contest.pairs, options.report.as_ref().map(|_| Shown::new(&steps, job.look)));
     let watcher = terminal.watcher();
     contest.watch(watcher.as_ref());
@@ -250,6 +260,14 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     let reports = write_reports(options, &comparison, &pictures, terminal);
     let outcome = outcome.and_then(|()| target.map_or(Ok(()), Target::check_all_there));
     outcome.and(reports).and_then(|()| verdict(&comparison.backends, comparison.settings.picture.paths))
+}
+
+/// What denoises, if it is to be done and there is a library: what is measured here needs none.
+fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
+    Denoising::of(job).unwrap_or_else(|error| {
+        terminal.warn(&format!("pictures are shown as traced: {error}"));
+        Denoising::default()
+    })
 }
 
 /// Nothing may differ when it is traced again, by any tracer, and tracers must agree about samples of so many paths.
@@ -310,6 +328,8 @@ impl Made {
 struct Contest<'p, 's> {
     pairs: &'p mut [Pair<'s>],
     judge: Option<Judge<'s>>,
+    /// Has its turn when all have rendered a frame.
+    denoising: &'p mut Denoising,
 }
 
 impl Contest<'_, '_> {
@@ -369,8 +389,8 @@ fn compare_step(
     made.count += 1;
     let (mut seen, mut measured) = (Vec::new(), Vec::new());
     for eye in eyes {
-        let (ours, frame) = compare_eye(*eye, step, ours_first, contest, made)?;
-        seen.push(ours.into());
+        let (ours, frame) = compare_eye(*eye, step, ours_first, contest, made, out.writes)?;
+        seen.push(ours);
         measured.push(frame);
     }
     let _ = out.measured.send(measured);
@@ -382,9 +402,10 @@ fn compare_eye(
     eye: Eye,
     step: Step,
     ours_first: bool,
-    Contest { pairs, judge }: &mut Contest<'_, '_>,
+    Contest { pairs, judge, denoising }: &mut Contest<'_, '_>,
     made: &mut Made,
-) -> Result<(Finished, ComparedFrame), Failure> {
+    writes: bool,
+) -> Result<(Seen, ComparedFrame), Failure> {
     let (ours, full) = pairs[0].render(eye, step, ours_first)?;
     for (number, pair) in pairs.iter_mut().enumerate().skip(1) {
         let theirs = pair.render(eye, step, ours_first)?;
@@ -394,10 +415,18 @@ fn compare_eye(
     }
     let judged = judge.as_mut().map(|judge| judge.errors(eye, [&ours, &full])).transpose()?;
     let (error, reference) = judged.unzip();
+    let frame = ComparedFrame { error, ..compared(&ours, &full) };
+    let (mut ours, mut full) = (Seen::from(ours), Seen::from(full));
+    if writes {
+        denoising.clean_timed(&mut ours)?;
+    }
     if let Some(shown) = made.shown.as_mut().filter(|_| eye == Eye::Left) {
+        if shown.takes(&ours.finished) {
+            let noisy = [&mut ours, &mut full].into_iter().filter(|seen| seen.denoised.is_none());
+            noisy.map(|seen| denoising.clean(seen)).try_for_each(|cleaned| cleaned.map(|_| ()))?;
+        }
         shown.offer(&ours, &full, reference.as_deref());
     }
-    let frame = ComparedFrame { error, ..compared(&ours, &full) };
     Ok((ours, frame))
 }
 

@@ -82,8 +82,9 @@ pub fn summary(comparison: &Comparison) -> String {
     lines.extend(ours.audit.map(table::audit_line));
     lines.push(table::memory_line(&comparison.memory) + " (peak: all renderers)");
     lines.push(format!(
-        "{:<9}in no sum above: writing {}, building the scene{} {}",
+        "{:<9}in no sum above:{} writing {}, building the scene{} {}",
         "beside",
+        table::denoising(ours.seconds.denoise),
         duration(ours.seconds.write),
         table::quickly(comparison.settings.picture.build),
         duration(comparison.build_seconds)
@@ -93,16 +94,18 @@ pub fn summary(comparison: &Comparison) -> String {
     lines.join("\n")
 }
 
-/// What a run takes from its start to its last file. Writing takes both ways the same time; it was measured once.
+/// What a run takes from its start to its last file. Denoising and writing take both ways the same time; they were
+/// measured once.
 fn in_short(comparison: &Comparison) -> String {
     let (ours, full) = (&comparison.totals.reprojected.seconds, &comparison.totals.full.seconds);
-    let beside = ours.write + comparison.build_seconds;
+    let beside = ours.denoise + ours.write + comparison.build_seconds;
+    let denoising = if ours.denoise > 0.0 { "denoising, " } else { "" };
+    let writing = if ours.write > 0.0 { "writing files and " } else { "" };
     let [ours, full] = [ours, full].map(|seconds| seconds.rendering() + beside);
     // both eyes of a frame are one
     let frames = comparison.saved.frames / if comparison.eyes.is_some() { 2 } else { 1 };
-    let writing = if beside > comparison.build_seconds { "writing files and " } else { "" };
     format!(
-        "\nin short {frames} frames take {} with reuse and {} without, {writing}building the scene included: {:.1} times as fast",
+        "\nin short {frames} frames take {} with reuse and {} without, {denoising}{writing}building the scene included: {:.1} times as fast",
         duration(ours),
         duration(full),
         if ours > 0.0 { full / ours } else { 1.0 }
@@ -162,6 +165,15 @@ mod tests {
         let text = in_short(&comparison);
         assert!(text.contains("9 frames take 13.0 s with reuse and 73.0 s without"), "{text}");
         assert!(text.ends_with("writing files and building the scene included: 5.6 times as fast"), "{text}");
+        assert!(!text.contains("denoising"), "{text}");
+        // with the denoiser's second both take one more
+        let ours = &mut comparison.totals.reprojected.seconds;
+        (ours.total, ours.denoise) = (12.0, 1.0);
+        let text = in_short(&comparison);
+        assert!(
+            text.contains("14.0 s with reuse and 74.0 s without, denoising, writing files and"),
+            "{text}"
+        );
     }
 
     #[test]

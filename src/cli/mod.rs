@@ -8,6 +8,7 @@ mod bare_model;
 mod blur_args;
 pub mod compare;
 mod compare_table;
+mod denoising;
 pub mod diff;
 mod extras;
 pub mod failure;

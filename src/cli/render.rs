@@ -1,6 +1,5 @@
 //! `afterimage render`: frames of a shot into EXR files.
 
-use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -8,9 +7,10 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 
-use super::bare_model::is_model;
+use super::bare_model::{is_model, turn_note};
+use super::denoising::Denoising;
 use super::extras::{Extras, ExtrasArgs};
-use super::failure::{Failure, one_line};
+use super::failure::Failure;
 use super::paths::{self, Report};
 use super::resume::{Fingerprints, Review};
 use super::schedule::{self, Origin, Rule, Saved, Step};
@@ -21,7 +21,7 @@ use super::table;
 use super::target::Target;
 use super::terminal::Terminal;
 use super::writing::{self, Behind, Frame, Seen, Waiting};
-use crate::denoise::{self, Denoiser};
+use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
@@ -212,7 +212,8 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
     }
-    for note in &job.shot.notes {
+    let turned = is_model(&job.path).then(|| turn_note(&job.frames.list())).flatten();
+    for note in job.shot.notes.iter().chain(&turned) {
         terminal.note(note);
     }
     let (scene, settings) = (&job.shot.scene, &job.settings);
@@ -267,9 +268,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     }
 
     // before anything is rendered that it is to denoise
-    let threads = rayon::current_num_threads();
-    let denoiser = job.denoise.map(|quality| Denoiser::new(threads, quality));
-    let mut denoiser = denoiser.transpose().map_err(Failure::of)?;
+    let mut denoising = Denoising::of(job).map_err(Failure::of)?;
     let mut renderer =
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     let mut record = Record::default();
@@ -286,7 +285,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
             let eyes = renderer.eyes().iter();
             let seen =
                 eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
-            denoise_step(*step, seen, denoiser.as_mut(), behind)
+            denoise_step(*step, seen, &mut denoising, behind)
         })
     });
     terminal.end();
@@ -336,23 +335,12 @@ fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
 fn denoise_step(
     step: Step,
     all_finished: Vec<Finished>,
-    denoiser: Option<&mut Denoiser>,
+    denoising: &mut Denoising,
     behind: &mut Behind<'_>,
 ) -> Result<(), Failure> {
-    let failed =
-        |error: &dyn fmt::Display| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame)));
-    let mut denoiser = denoiser.filter(|_| step.write);
-    let mut seen = Vec::new();
-    for mut finished in all_finished {
-        let start = Instant::now();
-        let denoised = denoiser.as_mut().map(|denoiser| denoiser.denoise(&finished.film)).transpose();
-        let denoised = denoised.map_err(|error| failed(&error))?;
-        if denoised.is_some() {
-            let seconds = start.elapsed().as_secs_f64();
-            finished.stats.seconds.denoise += seconds;
-            finished.stats.seconds.total += seconds;
-        }
-        seen.push(Seen { finished, denoised });
+    let mut seen: Vec<Seen> = all_finished.into_iter().map(Seen::from).collect();
+    if step.write {
+        seen.iter_mut().try_for_each(|seen| denoising.clean_timed(seen))?;
     }
     behind.take(seen, step.write)
 }

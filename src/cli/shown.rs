@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use super::schedule::Step;
+use super::writing::Seen;
 use crate::film::Film;
 use crate::frame::Finished;
 use crate::report::html::Pictures;
@@ -34,21 +35,32 @@ impl Shown {
         Self { due: due(steps), look, ..Self::default() }
     }
 
+    /// Whether pictures are taken of the frame that is offered next, which was made like this.
+    pub fn takes(&self, ours: &Finished) -> bool {
+        if ours.stats.samples.reused() == 0 { self.offered == 0 } else { self.is_due() }
+    }
+
+    fn is_due(&self) -> bool {
+        self.due.front().is_some_and(|due| *due <= self.offered)
+    }
+
     /// One of those frames, in their order, made in both ways, and as a `reference`, if there is one.
-    pub fn offer(&mut self, ours: &Finished, full: &Finished, reference: Option<&Film>) {
-        let (place, look) = (self.offered, self.look);
-        self.offered += 1;
-        let pictures = || Pictures::of(ours.stats.frame, [&ours.film, &full.film], reference, look);
-        if ours.stats.samples.reused() == 0 {
-            if place == 0 {
-                self.base = pictures();
+    pub fn offer(&mut self, ours: &Seen, full: &Seen, reference: Option<&Film>) {
+        if self.takes(&ours.finished) {
+            let films = [&*ours.finished.film, &*full.finished.film];
+            let denoised = [ours.denoised.as_ref(), full.denoised.as_ref()];
+            let stats = &ours.finished.stats;
+            let pictures = Pictures::of(stats.frame, films, denoised, reference, self.look);
+            if stats.samples.reused() == 0 {
+                self.base = pictures;
+            } else {
+                while self.is_due() {
+                    self.due.pop_front();
+                }
+                self.pictures.extend(pictures);
             }
-        } else if self.due.front().is_some_and(|due| *due <= place) {
-            while self.due.front().is_some_and(|due| *due <= place) {
-                self.due.pop_front();
-            }
-            self.pictures.extend(pictures());
         }
+        self.offered += 1;
     }
 
     /// Those of the chosen frames; of the first one where none was inferred.
@@ -90,7 +102,7 @@ mod tests {
             let mut ours = Finished { film: Arc::clone(&full.film), ..finished(step.frame) };
             let good = u64::from(step.reuses() && !traced(step.frame));
             ours.stats.samples = SampleCounts { good, base: 1 - good, ..SampleCounts::default() };
-            shown.offer(&ours, &full, None);
+            shown.offer(&ours.into(), &full.into(), None);
         }
         shown.into_pictures().iter().map(|pictures| pictures.frame).collect()
     }

@@ -124,7 +124,7 @@ pub fn quickly(build: Build) -> &'static str {
 }
 
 /// With a comma, if there was any.
-fn denoising(seconds: f64) -> String {
+pub fn denoising(seconds: f64) -> String {
     if seconds > 0.0 { format!(" denoising {},", duration(seconds)) } else { String::new() }
 }
 

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::film::Film;
+use crate::film::{Film, Plane};
 use crate::output::false_color;
 use crate::output::look::on_screen;
 use crate::settings::Look;
@@ -58,9 +58,10 @@ pub fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The picture as a viewer shows it with this `look`. `None` where the film has no picture.
-pub fn beauty(film: &Film, look: Look) -> Option<String> {
-    let (planes, on_screen) = (colors(film)?, on_screen(look));
+/// The picture as a viewer shows it with this `look`: the `denoised` one, if there is one. `None` where the film has no picture.
+pub fn beauty(film: &Film, denoised: Option<&[Plane; 3]>, look: Look) -> Option<String> {
+    let denoised = denoised.map(|planes| planes.each_ref().map(|plane| plane.values.to_floats()));
+    let (planes, on_screen) = (denoised.or_else(|| colors(film))?, on_screen(look));
     Some(Blocks::of(film, WIDEST).png(|block| {
         let mut sum = [0.0; 3];
         for pixel in block {
@@ -239,13 +240,13 @@ mod tests {
     #[test]
     fn wide_pictures_shrink() {
         let film_of = |red| film(1200, 31, &[("R", red), ("G", f32::NAN), ("B", -1.0)]);
-        let uri = beauty(&film_of(2.0), Look::default()).expect("a picture");
+        let uri = beauty(&film_of(2.0), None, Look::default()).expect("a picture");
         let (pixels, width) = decoded(&uri);
         assert_eq!((width, pixels.len()), (400, 400 * 11), "the last row of blocks is one of pixels");
         assert!(pixels.iter().all(|pixel| pixel[0] == 255 && pixel[2] == 0));
-        let darker = beauty(&film_of(2.0), Look { exposure: -2.0, ..Look::default() });
-        assert_eq!(darker, beauty(&film_of(0.5), Look::default()));
-        assert!(darker != Some(uri) && beauty(&film(1, 1, &[]), Look::default()).is_none());
+        let darker = beauty(&film_of(2.0), None, Look { exposure: -2.0, ..Look::default() });
+        assert_eq!(darker, beauty(&film_of(0.5), None, Look::default()));
+        assert!(darker != Some(uri) && beauty(&film(1, 1, &[]), None, Look::default()).is_none());
     }
 
     const STATUS_PLANES: [&str; 5] =

@@ -188,6 +188,7 @@ mod tests {
             frame: 2,
             reprojected: "data:a".into(),
             full: "data:b".into(),
+            is_denoised: false,
             maps: Maps::Difference("data:c".into()),
             statuses: Some("data:d".into()),
         };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::film::Film;
+use crate::film::{Film, Plane};
 use crate::output::false_color;
 use crate::report::both_ways::ComparedFrame;
 use crate::report::comparison::Comparison;
@@ -24,6 +24,8 @@ pub struct Pictures {
     pub reprojected: String,
     /// Traced in full.
     pub full: String,
+    /// Whether both are without their noise. Maps tell of what was traced.
+    pub is_denoised: bool,
     /// How far they are from each other, or from the truth.
     pub maps: Maps,
     /// Where the samples of the first came from, in the colours of the statuses.
@@ -40,10 +42,12 @@ pub enum Maps {
 }
 
 impl Pictures {
-    /// Of a frame that was made in both ways, and as a `reference`, if there is one; `None` where there is nothing to see.
+    /// Of a frame that was made in both ways, `denoised` perhaps, and as a `reference`, if there is one; `None` where there is
+    /// nothing to see.
     pub fn of(
         frame: i32,
         [reprojected, full]: [&Film; 2],
+        denoised: [Option<&[Plane; 3]>; 2],
         reference: Option<&Film>,
         look: Look,
     ) -> Option<Self> {
@@ -56,8 +60,9 @@ impl Pictures {
         };
         Some(Self {
             frame,
-            reprojected: picture::beauty(reprojected, look)?,
-            full: picture::beauty(full, look)?,
+            reprojected: picture::beauty(reprojected, denoised[0], look)?,
+            full: picture::beauty(full, denoised[1], look)?,
+            is_denoised: denoised.iter().all(Option::is_some),
             maps,
             statuses: picture::status_map(reprojected),
         })
@@ -80,9 +85,15 @@ pub fn section(comparison: &Comparison, pictures: &[Pictures]) -> String {
         1 => String::new(),
         side => format!(" Maps show the worst pixel of each {side}×{side}, so that thin lines stay visible."),
     };
+    let denoised = match pictures.iter().any(|pictures| pictures.is_denoised) {
+        true => {
+            " Both are shown without their noise, as Open Image Denoise takes it off; all else is of what was traced."
+        }
+        false => "",
+    };
     let mut html = format!(
-        "<h2>What it looks like</h2><p class=\"note\">{which} {} The map of statuses tells where the samples came \
-         from.{blocks}</p>",
+        "<h2>What it looks like</h2><p class=\"note\">{which}{denoised} {} The map of statuses tells where the samples \
+         came from.{blocks}</p>",
         what_differs(comparison)
     );
     html.push_str(&legends());
@@ -144,8 +155,9 @@ fn figures(pictures: &Pictures, compared: Option<&ComparedFrame>) -> String {
     let measured = |text: fn(&ComparedFrame) -> String| compared.map_or_else(String::new, text);
     let ours = measured(|compared| format!(", {:.3} s", compared.reprojected.seconds.rendering()));
     let full = measured(|compared| format!(", {:.3} s", compared.full.seconds.rendering()));
-    figure("", &pictures.reprojected, format!("reprojected{ours}"));
-    figure("", &pictures.full, format!("traced in full{full}"));
+    let denoised = if pictures.is_denoised { ", then denoised" } else { "" };
+    figure("", &pictures.reprojected, format!("reprojected{ours}{denoised}"));
+    figure("", &pictures.full, format!("traced in full{full}{denoised}"));
     match &pictures.maps {
         Maps::Difference(uri) => {
             let mean = measured(|compared| format!(": {:.4} on average", compared.difference.mean));
@@ -197,6 +209,7 @@ fn legends() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::PlaneKind;
     use crate::report::both_ways::tests::{film, frame};
     use crate::report::comparison::tests::comparison;
     use crate::report::error::PictureError;
@@ -206,7 +219,8 @@ mod tests {
     #[test]
     fn a_frame_has_both_ways_and_how_far_they_are_apart() {
         let (ours, full) = (film([0.5; 4]), film([0.5, 0.5, 0.25, 0.5]));
-        let pictures = Pictures::of(2, [&ours, &full], None, Look::default()).expect("both have pictures");
+        let pictures =
+            Pictures::of(2, [&ours, &full], [None; 2], None, Look::default()).expect("both have pictures");
         assert_eq!(pictures.statuses, None, "of a film without statuses");
         assert_ne!(pictures.reprojected, pictures.full);
         let comparison = comparison(vec![frame(1, 0), frame(2, 90)]);
@@ -226,13 +240,34 @@ mod tests {
             assert!(html.contains(part), "{part} is not in {html}");
         }
         assert_eq!(html.matches("<img").count(), 3);
+        assert!(!html.contains("denoise"));
+    }
+
+    #[test]
+    fn denoised_pictures_say_so_and_maps_are_of_what_was_traced() {
+        let (ours, full) = (film([0.5; 4]), film([0.5, 0.5, 0.25, 0.5]));
+        let plane = |name| Plane::new(name, PlaneKind::Half, &[0.25; 4]);
+        let smooth = crate::denoise::PLANES.map(plane);
+        let of = |denoised| Pictures::of(2, [&ours, &full], [denoised; 2], None, Look::default());
+        let (noisy, clean) = (of(None).expect("a picture"), of(Some(&smooth)).expect("a picture"));
+        assert_eq!(clean.reprojected, clean.full);
+        assert_ne!(clean.reprojected, noisy.reprojected);
+        assert_eq!(clean.maps, noisy.maps);
+        let html = section(&comparison(vec![frame(2, 90)]), &[clean]);
+        for part in [
+            "reprojected, 0.200 s, then denoised",
+            "traced in full, 0.400 s, then denoised",
+            "without their noise",
+        ] {
+            assert!(html.contains(part), "{part} is not in {html}");
+        }
     }
 
     #[test]
     fn with_a_reference_each_way_has_its_own_error() {
         let [ours, full, reference] = [0.5, 0.25, 0.75].map(|value| film([value; 4]));
-        let pictures =
-            Pictures::of(2, [&ours, &full], Some(&reference), Look::default()).expect("all have pictures");
+        let pictures = Pictures::of(2, [&ours, &full], [None; 2], Some(&reference), Look::default())
+            .expect("all have pictures");
         let of = |display| PictureError { display, linear: display };
         let mut inferred = frame(2, 90);
         inferred.error = Some(BothErrors { reprojected: of(0.25), full: of(0.5) });
@@ -264,7 +299,7 @@ mod tests {
 
     #[test]
     fn it_says_where_no_frame_reused_anything_and_how_large_blocks_are() {
-        let pictures = Pictures::of(1, [&film([0.5; 4]); 2], None, Look::default());
+        let pictures = Pictures::of(1, [&film([0.5; 4]); 2], [None; 2], None, Look::default());
         let pictures = pictures.expect("both have pictures");
         let mut comparison = comparison(vec![frame(1, 0)]);
         let html = section(&comparison, std::slice::from_ref(&pictures));

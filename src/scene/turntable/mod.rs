@@ -20,7 +20,7 @@ pub use text::text;
 pub use up::Up;
 
 /// Frames of one turn.
-const FRAMES: i32 = 120;
+pub const FRAMES: i32 = 120;
 
 /// What whoever asks for a turntable may choose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,51 @@
+//! What takes the noise off the frames of a run, if they are to be denoised.
+
+use std::time::Instant;
+
+use super::failure::{Failure, one_line};
+use super::shot_args::Job;
+use super::writing::Seen;
+use crate::denoise::{self, DenoiseError, Denoiser};
+use crate::memory::Need;
+use crate::settings::Settings;
+
+/// A denoiser, or none.
+#[derive(Default)]
+pub struct Denoising(Option<Denoiser>);
+
+impl Denoising {
+    /// With the library loaded if `job` asks for it.
+    pub fn of(job: &Job) -> Result<Self, DenoiseError> {
+        let threads = rayon::current_num_threads();
+        job.denoise.map(|quality| Denoiser::new(threads, quality)).transpose().map(Self)
+    }
+
+    /// Those of `job`, with the layers that guide the denoiser.
+    pub fn settings(&self, job: &Job) -> Settings {
+        if self.0.is_some() { denoise::with_guides(&job.settings) } else { job.settings.clone() }
+    }
+
+    /// What it adds to the memory that a run `needs`.
+    pub fn need(&self, needs: Need, settings: &Settings) -> Need {
+        if self.0.is_some() { needs.and(Need::of(denoise::need(settings))) } else { needs }
+    }
+
+    /// Gives a frame its denoised picture. Returns the seconds that this took.
+    pub fn clean(&mut self, seen: &mut Seen) -> Result<f64, Failure> {
+        let Some(denoiser) = &mut self.0 else { return Ok(0.0) };
+        let start = Instant::now();
+        let denoised = denoiser.denoise(&seen.finished.film).map_err(|error| {
+            Failure::Failed(one_line(&format!("frame {}: {error}", seen.finished.stats.frame)))
+        })?;
+        seen.denoised = Some(denoised);
+        Ok(start.elapsed().as_secs_f64())
+    }
+
+    /// The same for a frame that is to be written: its statistics tell of the seconds.
+    pub fn clean_timed(&mut self, seen: &mut Seen) -> Result<(), Failure> {
+        let seconds = self.clean(seen)?;
+        seen.finished.stats.seconds.denoise += seconds;
+        seen.finished.stats.seconds.total += seconds;
+        Ok(())
+    }
+}
