@@ -115,6 +115,11 @@ impl StoreArgs {
         })
     }
 
+    /// Whether a store is gone on from.
+    pub fn loads(&self) -> bool {
+        self.load_store.is_some()
+    }
+
     /// Whether a store is to be written.
     pub fn saves(&self) -> bool {
         self.save_store.is_some()

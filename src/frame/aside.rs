@@ -40,19 +40,20 @@ impl<'s> Aside<'s> {
 }
 
 impl<'s> Renderer<'s> {
-    /// Renders frame number `frame` as `camera` sees it, which is in the space of the shot's files. With `reuse` the picture is made of
-    /// the samples of the one `beside` before. Both must be of one scene.
+    /// Renders frame number `frame` as `camera` sees it, which is in the space of the shot's files, or as the shot's own does. With
+    /// `reuse` the picture is made of the samples of the one `beside` before. Both must be of one scene.
     pub fn render_aside(
         &mut self,
         beside: &mut Aside<'s>,
-        camera: &CameraTrack,
+        camera: Option<&CameraTrack>,
         frame: i32,
         reuse: bool,
     ) -> Result<Finished, RenderError> {
         let start = Instant::now();
         let Aside { prepared, memory, maps, rendered } = beside;
         let (scene, mode) = (prepared.scene, prepared.settings.mode);
-        let camera = CameraPose::of(&scene.space.camera(camera.clone()), f64::from(frame));
+        let of_files = camera.map(|camera| scene.space.camera(camera.clone()));
+        let camera = CameraPose::of(of_files.as_ref().unwrap_or(&scene.camera), f64::from(frame));
         let pose = Pose { camera, ..Pose::of(scene, frame) };
         let source =
             Source::of([memory.last.as_ref(), None], Eye::Left, &pose, reuse && mode != Mode::Full, false);
@@ -127,18 +128,22 @@ mod tests {
         // models move between the two frames: each picture has them where they are in its own
         for (frame, [own, from_elsewhere]) in FRAMES.into_iter().zip(&expected) {
             let picture =
-                renderer.render_aside(&mut beside, &elsewhere, FRAMES[0], false).expect("a picture");
+                renderer.render_aside(&mut beside, Some(&elsewhere), FRAMES[0], false).expect("a picture");
             assert_eq!(colors(&picture.film), expected[0][1], "before frame {frame}");
             let frame_itself = renderer.render(frame, false).expect("a frame");
             assert_eq!(colors(&frame_itself.film), *own);
-            let picture = renderer.render_aside(&mut beside, &elsewhere, frame, false).expect("a picture");
+            let picture = renderer.render_aside(&mut beside, None, frame, false).expect("a picture");
+            assert_eq!(colors(&picture.film), *own);
+            let picture =
+                renderer.render_aside(&mut beside, Some(&elsewhere), frame, false).expect("a picture");
             assert_eq!(colors(&picture.film), *from_elsewhere);
         }
         // led around, each picture is made of the one before, and all of its samples are right
         for step in 1..6 {
             let by = DVec3::new(0.3, 0.1, 0.2) * f64::from(step / 2);
             let camera = CameraTrack { eye: elsewhere.eye.clone().map(|eye| eye + by), ..elsewhere.clone() };
-            let picture = renderer.render_aside(&mut beside, &camera, FRAMES[1], true).expect("a picture");
+            let picture =
+                renderer.render_aside(&mut beside, Some(&camera), FRAMES[1], true).expect("a picture");
             assert_eq!(picture.stats.mode, "reproject");
             assert_eq!(picture.stats.audit.map(|audit| audit.differing), Some(0), "step {step}");
         }

@@ -2,11 +2,12 @@
 
 use super::board::{Detail, View};
 use super::worker::is_cut;
+use crate::cli::coarse::smaller;
 use crate::film::Film;
 use crate::frame::{self, Aside, Renderer};
 use crate::memory;
 use crate::scene::Shot;
-use crate::settings::{Filter, Settings};
+use crate::settings::Settings;
 use crate::trace::BackendKind;
 
 /// By which sides of pictures are divided; 1: the full picture.
@@ -16,9 +17,6 @@ const FIRST_SAMPLES: u64 = 20_000;
 /// A coarse picture that takes longer, in seconds, is made coarser; one that takes less is made finer.
 const TOO_LONG: f64 = 0.4;
 const SHORT: f64 = 0.05;
-/// What makes pictures better and slow: of coarse ones, at most.
-const MOST_PATHS: u32 = 2;
-const MOST_RAYS: u32 = 1;
 
 /// Pictures of a shot from elsewhere.
 pub struct Views<'s> {
@@ -40,7 +38,7 @@ impl<'s> Views<'s> {
     /// Of `shot`, with the `settings` of its frames.
     pub fn new(shot: &'s Shot, settings: &Settings) -> Self {
         let settings = Settings { exposures: 1, shutter: None, ..settings.clone() };
-        let is_quick = |divisor: &u32| coarse(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
+        let is_quick = |divisor: &u32| smaller(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
         let first = DIVISORS[1..].iter().position(is_quick).map_or(DIVISORS.len() - 1, |place| place + 1);
         Self { shot, settings, sizes: [const { None }; DIVISORS.len()], coarse: first }
     }
@@ -64,7 +62,7 @@ impl<'s> Views<'s> {
         let Some(Size { beside, last }) = &mut self.sizes[place] else { return Err(String::from("no room")) };
         let cuts = &self.shot.scene.camera.cuts;
         let reuse = last.is_some_and(|last| !is_cut(cuts, last, view.frame));
-        let finished = renderer.render_aside(beside, &view.camera, view.frame, reuse);
+        let finished = renderer.render_aside(beside, Some(&view.camera), view.frame, reuse);
         let finished = finished.map_err(|error| format!("frame {}: {error}", view.frame))?;
         *last = Some(view.frame);
         if view.detail == Detail::Coarse {
@@ -74,7 +72,7 @@ impl<'s> Views<'s> {
     }
 
     fn beside(&self, divisor: u32) -> Result<Aside<'s>, String> {
-        let settings = if divisor == 1 { self.settings.clone() } else { coarse(&self.settings, divisor) };
+        let settings = if divisor == 1 { self.settings.clone() } else { smaller(&self.settings, divisor) };
         let threads = rayon::current_num_threads();
         let need = frame::need_of_aside(self.shot, &settings, BackendKind::default(), threads);
         need.check(&memory::left()).map_err(|error| error.to_string())?;
@@ -93,34 +91,12 @@ fn next_coarse(place: usize, seconds: f64) -> usize {
     }
 }
 
-/// Of a small picture of the same, with a sample a pixel.
-fn coarse(settings: &Settings, divisor: u32) -> Settings {
-    let part = |side: u32| side.div_ceil(divisor);
-    Settings {
-        width: part(settings.width),
-        height: part(settings.height),
-        overscan: settings.overscan / divisor,
-        samples: 1,
-        refinement: None,
-        filter: Filter::Box,
-        filter_radius: None,
-        paths: settings.paths.min(MOST_PATHS),
-        paths_per_frame: settings.paths_per_frame.min(MOST_PATHS),
-        reflections: settings.reflections.min(MOST_RAYS),
-        occlusion_rays: settings.occlusion_rays.min(MOST_RAYS),
-        ..settings.clone()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn coarse_pictures_are_as_coarse_as_they_must_be() {
-        let settings = Settings { width: 641, height: 3, samples: 4, paths: 0, ..Settings::default() };
-        let small = coarse(&settings, 8);
-        assert_eq!((small.width, small.height, small.samples, small.paths), (81, 1, 1, 0));
         let slow = (0..5).fold(1, |place, _| next_coarse(place, 1.0));
         let fast = (0..5).fold(slow, |place, _| next_coarse(place, 0.01));
         assert_eq!((slow, fast, next_coarse(2, 0.2)), (3, 1, 2));
