@@ -15,7 +15,7 @@ use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
     BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, CompressionArg, FilterArg, ReuseArg, ViewArg,
-    crop, exposure, filter_radius, radius, size, threads,
+    crop, exposure, filter_radius, radius, settled_look, size, threads,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -25,7 +25,7 @@ use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
-    Settings, View,
+    Settings,
 };
 use crate::trace::BackendKind;
 
@@ -238,10 +238,7 @@ impl ShotArgs {
                 multipart: self.multipart || shot.format.multipart,
                 compression: self.compression.map_or(shot.format.compression, Compression::from),
             },
-            look: Look {
-                exposure: self.exposure.unwrap_or(shot.look.exposure),
-                view: self.view.map_or(shot.look.view, View::from),
-            },
+            look: settled_look((self.exposure, self.view), shot.look),
             shot,
             settings,
             frames,

@@ -123,6 +123,11 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     stops.ok_or_else(|| format!("must be from -{most} to {most} stops"))
 }
 
+/// How pictures for screens show light: as typed, if it is, or else as the shot says.
+pub fn settled_look((exposure, view): (Option<f32>, Option<ViewArg>), of_shot: Look) -> Look {
+    Look { exposure: exposure.unwrap_or(of_shot.exposure), view: view.map_or(of_shot.view, View::from) }
+}
+
 /// Methods by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum CompressionArg {

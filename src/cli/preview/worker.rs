@@ -125,12 +125,13 @@ impl Worker {
         need.check(&memory::left()).map_err(|error| error.to_string())?;
         let mut renderer = Renderer::with(kind, &shot.scene, settings).map_err(|error| error.to_string())?;
         let mut views = Views::new(shot, settings);
+        let look = self.args.look(shot.look);
         let mut last = None;
         while !watch.has_changed() {
             let Some(job) = self.board.next_job(PAUSE) else { continue };
             let start = Instant::now();
             let shown = |film: &Film| {
-                let png = png::file_of(film, shot.look).map_err(|error| error.to_string())?;
+                let png = png::file_of(film, look).map_err(|error| error.to_string())?;
                 Ok::<_, String>(Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
             };
             match job {
