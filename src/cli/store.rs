@@ -236,6 +236,7 @@ fn settings(job: &Job) -> Digest {
         budget,
         bounces,
         caustics,
+        clamp,
         occlusion_rays,
         occlusion_radius,
         tree_memory: _, // no store has trees
@@ -257,7 +258,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
-         {bounces} {caustics:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
+         {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
     );
     Digest::of(text.as_bytes())
 }

@@ -59,6 +59,20 @@ impl From<CausticsArg> for Caustics {
     }
 }
 
+/// A limit to what single rays bring by indirect ways, or none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClampArg(pub Option<f32>);
+
+/// Reads a radiance above 0, or `none`.
+pub fn clamp(text: &str) -> Result<ClampArg, String> {
+    if text == "none" {
+        return Ok(ClampArg(None));
+    }
+    let limit = text.trim().parse().ok().filter(|limit: &f32| limit.is_finite() && *limit > 0.0);
+    let wanted = "a radiance above 0 is wanted, such as 10, or `none`";
+    limit.map(|limit| ClampArg(Some(limit))).ok_or_else(|| String::from(wanted))
+}
+
 /// Places of base frames by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BasePlaceArg {

@@ -99,6 +99,8 @@ pub struct FrameView<'a> {
     pub bounces: u32,
     /// Whether clear glass casts shadows, and paths alone find the light that comes through it.
     pub finds_caustics: bool,
+    /// What a ray or a path may bring by indirect ways, at most; none: whatever it finds. Radiance.
+    pub clamp: Option<f32>,
     /// How samples find out how open they are, if they do.
     pub occlusion: Option<Occlusion>,
     /// All motion of the shot, in the direction in which frames are inferred.

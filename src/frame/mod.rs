@@ -11,6 +11,7 @@
 //! to the bit for any number of threads.
 
 mod aside;
+mod asks;
 pub mod audit;
 mod axis;
 mod bins;
@@ -21,6 +22,7 @@ mod bounced_ray;
 mod candidates;
 mod cells;
 mod channels;
+mod clamp;
 pub mod contrast;
 mod develop;
 mod doubt;

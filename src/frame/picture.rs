@@ -234,6 +234,7 @@ impl<'a> Setup<'a> {
             samples: settings.samples_a_frame(),
             bounces: settings.bounces,
             finds_caustics: settings.caustics == Caustics::Paths,
+            clamp: settings.clamp,
             occlusion: prepared.occlusion,
             motion: self.motions.0,
             other_motion: self.motions.1,
