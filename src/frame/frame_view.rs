@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::reflection_maps::ReflectionMaps;
 use super::view::View;
 use super::wanted::Wanted;
-use super::watcher::Watcher;
+use super::watcher::{Stop, Watcher};
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
@@ -138,6 +138,8 @@ pub struct FrameView<'a> {
     pub rendered: u32,
     /// Who wants to know how far the frame is.
     pub watcher: Option<&'a Watcher>,
+    /// Who may want no more of it.
+    pub stop: Option<&'a Stop>,
 }
 
 impl<'a> FrameView<'a> {

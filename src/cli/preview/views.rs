@@ -1,10 +1,12 @@
 //! What cameras see that the page leads around: soon and coarse, and in full when there is time.
 
+use std::sync::Arc;
+
 use super::board::{Detail, View};
 use super::worker::is_cut;
 use crate::cli::coarse::smaller;
 use crate::film::Film;
-use crate::frame::{self, Aside, Renderer};
+use crate::frame::{self, Aside, RenderError, Renderer};
 use crate::memory;
 use crate::scene::Shot;
 use crate::settings::Settings;
@@ -43,15 +45,11 @@ impl<'s> Views<'s> {
         Self { shot, settings, sizes: [const { None }; DIVISORS.len()], coarse: first }
     }
 
-    /// What `view` shows.
+    /// What `view` shows; nothing if that was stopped.
     ///
     /// # Errors
     /// There is not enough memory for it, or the tracer failed.
-    pub fn render(
-        &mut self,
-        renderer: &mut Renderer<'s>,
-        view: &View,
-    ) -> Result<std::sync::Arc<Film>, String> {
+    pub fn render(&mut self, renderer: &mut Renderer<'s>, view: &View) -> Result<Option<Arc<Film>>, String> {
         let place = match view.detail {
             Detail::Full => 0,
             Detail::Coarse => self.coarse,
@@ -63,12 +61,15 @@ impl<'s> Views<'s> {
         let cuts = &self.shot.scene.camera.cuts;
         let reuse = last.is_some_and(|last| !is_cut(cuts, last, view.frame));
         let finished = renderer.render_aside(beside, Some(&view.camera), view.frame, reuse);
-        let finished = finished.map_err(|error| format!("frame {}: {error}", view.frame))?;
+        let finished = match finished {
+            Err(RenderError::Stopped) => return Ok(None),
+            finished => finished.map_err(|error| format!("frame {}: {error}", view.frame))?,
+        };
         *last = Some(view.frame);
         if view.detail == Detail::Coarse {
             self.coarse = next_coarse(place, finished.stats.seconds.total);
         }
-        Ok(finished.film)
+        Ok(Some(finished.film))
     }
 
     fn beside(&self, divisor: u32) -> Result<Aside<'s>, String> {
