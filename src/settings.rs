@@ -361,6 +361,9 @@ pub struct Settings {
     pub bounces: u32,
     /// How light comes by way of clear glass.
     pub caustics: Caustics,
+    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most; none: whatever it finds. Radiance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clamp: Option<f32>,
     /// Rays by which each sample finds out how open it is, where a layer or the ambient light asks for it.
     pub occlusion_rays: u32,
     /// How far these reach, in the units of the shot's files.
@@ -412,6 +415,7 @@ impl Default for Settings {
             budget: Budget::None,
             bounces: 2,
             caustics: Caustics::default(),
+            clamp: None,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             tree_memory: DEFAULT_TREE_MEMORY,

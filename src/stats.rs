@@ -479,6 +479,7 @@ mod tests {
             paths_per_frame: 16,
             budget: Budget::None,
             bounces: 2,
+            clamp: None,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             tree_memory: 256,

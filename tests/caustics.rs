@@ -414,3 +414,134 @@ fn what_is_kept_behind_glass_that_moves_is_what_would_be_made_anew() {
         }
     }
 }
+
+/// A ball of rough gold on a matt floor, under an even sky and two small lamps before which there is a ball of glass: a few rays off the
+/// gold and a few paths off the floor meet a lamp by way of the glass.
+fn glass_before_gold() -> Scene {
+    let mut camera = toy::camera(rests(DVec3::new(0.0, 1.4, 4.0)), rests(DVec3::new(0.0, 0.6, 0.0)));
+    camera.fov = afterimage::animation::Track::constant(30.0);
+    let ball = |name, material, center| {
+        let at = DAffine3::from_scale_rotation_translation(DVec3::splat(0.8), glam::DQuat::IDENTITY, center);
+        toy::still_quadric(name, &toy::sphere(), material, material != 1, at)
+    };
+    let models = vec![
+        toy::still("floor", toy::floor(HALF as f32, 0), Vec3::ZERO),
+        ball("glass", 1, DVec3::new(0.0, 2.3, 0.9)),
+        ball("gold", 2, DVec3::new(0.0, 0.8, -0.6)),
+    ];
+    let base = Vec3::new(1.0, 0.77, 0.34);
+    let metal_rough = MetalRough { base, roughness: 0.4, metallic: 1.0, head_on: 0.04, solid: 1.0 };
+    let gold = Material { diffuse: Vec3::ZERO, metal_rough: Some(metal_rough), ..toy::matt(0.0) };
+    let lamps = [-1.0, 1.0].map(|x| {
+        let kind = LightKind::Sphere { position: rests(DVec3::new(x, 3.5, 1.0)), radius: 0.1 };
+        toy::light("lamp", kind, 6.0)
+    });
+    let mut scene = toy::scene(camera, models, vec![toy::matt(0.5), glass(1.5), gold], lamps.to_vec());
+    scene.background = Background::uniform(Vec3::splat(0.4));
+    scene.environment = Some(Environment::from_background(&scene.background));
+    scene
+}
+
+fn colors(finished: &Finished) -> Vec<f32> {
+    ["R", "G", "B"].iter().flat_map(|plane| finished.film.values(plane).expect("it is there")).collect()
+}
+
+/// The figures in docs/quality.md: a limit takes sparks, and some of the light.
+#[test]
+fn a_limit_takes_sparks_and_a_little_light() {
+    let scene = glass_before_gold();
+    let rendered = |samples, (paths, reflections), clamp| {
+        let settings = Settings {
+            width: 48,
+            height: 36,
+            samples,
+            reflections,
+            clamp,
+            audit: samples < 8,
+            ..settings(Caustics::Paths, paths, 4)
+        };
+        let finished = first(&scene, &settings);
+        assert_eq!(finished.stats.audit.map_or(0, |audit| audit.differing), 0);
+        colors(&finished)
+    };
+    let mean = |light: &[f32]| light.iter().sum::<f32>() / light.len() as f32;
+    let truth = rendered(10, (32, 16), None);
+    let error = |light: &[f32]| {
+        let squares: f32 = light.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+        (squares / light.len() as f32).sqrt()
+    };
+    println!("reference: mean {:.4}", mean(&truth));
+    let of = |clamp| {
+        let light = rendered(4, (16, 4), clamp);
+        let brightest = light.iter().fold(0.0_f32, |most, light| most.max(*light));
+        println!(
+            "{clamp:?}: mean {:+.2} %, RMSE {:.4}, brightest {brightest:.1}",
+            100.0 * (mean(&light) / mean(&truth) - 1.0),
+            error(&light)
+        );
+        (mean(&light), error(&light), light)
+    };
+    let (free, noisy, off) = of(None);
+    let [_, some, _] = [10.0, 3.0, 1.0].map(|most| of(Some(most)));
+    assert!(some.1 < 0.6 * noisy, "{} {noisy}", some.1);
+    assert!(some.0 < free && some.0 > 0.9 * free, "{} {free}", some.0);
+    // what nothing reaches is as if it were not there
+    assert_eq!(rendered(4, (16, 4), Some(1e9)), off);
+}
+
+/// What shines on a surface directly is not limited, by whatever way it is found: nor is what is seen in mirrors.
+#[test]
+fn direct_light_is_not_limited() {
+    let rough = MetalRough { base: Vec3::ONE, roughness: 0.4, metallic: 1.0, head_on: 0.04, solid: 1.0 };
+    let metal = Material { diffuse: Vec3::ZERO, metal_rough: Some(rough), ..toy::matt(0.0) };
+    let mirror = Material { optics: Optics::Mirror { tint: Vec3::ONE, fresnel: false }, ..toy::matt(0.0) };
+    // a body that is convex meets nothing but light
+    for material in [toy::matt(0.7), metal, mirror, glass(1.0)] {
+        let glows = Material { emission: Vec3::splat(30.0), ..toy::matt(0.0) };
+        let models = vec![
+            toy::still("thing", toy::octahedron(0, true), Vec3::ZERO),
+            toy::still("glows", toy::octahedron(1, true), Vec3::new(0.0, 4.0, 1.0)),
+        ];
+        let camera = toy::camera(rests(DVec3::new(0.5, 1.0, 3.0)), rests(DVec3::ZERO));
+        let panel = LightKind::Sphere { position: rests(DVec3::new(3.0, 3.0, 3.0)), radius: 0.5 };
+        let mut scene =
+            toy::scene(camera, models, vec![material, glows], vec![toy::light("lamp", panel, 40.0)]);
+        scene.environment = Some(Environment::from_sky(&afterimage::scene::environment::Sky::default()));
+        let light = |clamp| {
+            let settings = Settings { width: 32, height: 24, clamp, ..settings(Caustics::None, 4, 1) };
+            let finished = first(&scene, &settings);
+            assert_eq!(differing(&finished), 0);
+            colors(&finished)
+        };
+        let (limited, free) = (light(Some(1e-3)), light(None));
+        let apart = limited.iter().zip(&free).map(|(a, b)| (a - b).abs() / b.max(0.1)).fold(0.0, f32::max);
+        assert!(apart < 0.01, "{:?}: {apart}", scene.materials[0].optics);
+    }
+}
+
+/// What is limited is kept, and is what would be made anew, on any number of threads.
+#[test]
+fn limited_light_is_kept_exactly() {
+    let mut scene = with_flyer(glass_before_gold());
+    scene.models.last_mut().expect("it is there").mesh = std::sync::Arc::new(toy::octahedron(1, false));
+    let by_camera = with_camera(
+        scene.clone(),
+        goes(DVec3::new(0.0, 1.2, 4.0), DVec3::new(0.4, 1.3, 3.8)),
+        rests(DVec3::new(0.0, 0.5, 0.0)),
+    );
+    for scene in [scene, by_camera] {
+        let rendered = |threads: usize, clamp| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+            let settings = Settings { width: 48, height: 36, clamp, ..settings(Caustics::Paths, 3, 3) };
+            let frames = pool.install(|| toy::render(&scene, &settings, FRAMES));
+            for (number, finished) in frames.iter().enumerate() {
+                assert_eq!(differing(finished), 0, "frame {}", number + 1);
+                assert!(number == 0 || finished.stats.samples.reused() > 0, "nothing is reused");
+            }
+            frames.iter().flat_map(colors).map(f32::to_bits).collect::<Vec<_>>()
+        };
+        let limited = rendered(1, Some(0.3));
+        assert_eq!(limited, rendered(3, Some(0.3)));
+        assert_ne!(limited, rendered(1, None), "there is something to limit");
+    }
+}

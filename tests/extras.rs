@@ -161,3 +161,60 @@ fn ffmpeg_packs_movies_that_it_can_read() {
         assert!(sum / count < 6.0, "{name}: {}", sum / count);
     }
 }
+
+/// A coarse picture shows what the first frame shows, and changes nothing of it.
+#[test]
+fn a_coarse_picture_comes_before_frames_that_stay_as_they_are() {
+    let place = Place::new();
+    let options = "--layers all --samples 2 --size 128x72 --frames 3-4 --png";
+    place.render(&format!("{options} -o plain/a.####.exr")).done();
+    assert!(!place.path("plain/analytic.coarse.png").exists(), "nobody looks at a bar");
+    let ran = place.render(&format!("{options} --coarse always -o f/a.####.exr")).done();
+    assert!(
+        ran.stderr.contains("note: a coarse picture of frame 3")
+            && ran.stderr.contains("f/analytic.coarse.png"),
+        "{ran:?}"
+    );
+    for name in ["a.0003.exr", "a.0004.exr"] {
+        program::assert_same(&place.path("f").join(name), &place.path("plain").join(name));
+    }
+    let preview = |folder: &str| image::open(place.path(folder).join("a.0003.png")).unwrap().into_rgb8();
+    assert!(preview("f") == preview("plain"));
+    let coarse = image::open(place.path("f/analytic.coarse.png")).unwrap().into_rgb8();
+    assert_eq!(coarse.dimensions(), (32, 18));
+    // the mean of the pixels that it stands for is near, but at edges
+    let small = image::imageops::resize(&preview("f"), 32, 18, image::imageops::FilterType::Triangle);
+    let near = coarse
+        .pixels()
+        .zip(small.pixels())
+        .filter(|(a, b)| a.0.iter().zip(b.0).all(|(a, b)| a.abs_diff(b) < 24));
+    let near = near.count();
+    assert!(near > 32 * 18 * 3 / 4, "{near} of {}", 32 * 18);
+
+    // a part of the picture, in the look that is asked for; `none` makes none
+    let cropped = format!("{options} --crop 64x36+32+16 --exposure -20 -o g/a.####.exr");
+    place.render(&format!("{cropped} --coarse none")).done();
+    assert!(!place.path("g/analytic.coarse.png").exists());
+    place.render(&format!("{cropped} --coarse always")).done();
+    let coarse = image::open(place.path("g/analytic.coarse.png")).unwrap().into_rgb8();
+    assert_eq!(coarse.dimensions(), (16, 9));
+    assert!(coarse.pixels().all(|pixel| pixel.0.iter().all(|byte| *byte < 8)), "it is dark");
+}
+
+/// What stands in the way of a coarse picture is told, and frames are rendered.
+#[test]
+fn a_coarse_picture_that_cannot_be_written_ends_nothing() {
+    let place = Place::new();
+    fs::create_dir_all(place.path("f/analytic.coarse.png")).unwrap();
+    let options = "--layers none --samples 1 --size 64x36 --frames 1 --coarse always -o f/a.####.exr";
+    let ran = place.render(options).done();
+    assert!(
+        ran.stderr.contains("warning: no coarse picture: ") && ran.stderr.contains("analytic.coarse.png"),
+        "{ran:?}"
+    );
+    assert!(place.path("f/a.0001.exr").exists());
+    // nothing is rendered, and nothing is shown
+    fs::remove_dir(place.path("f/analytic.coarse.png")).unwrap();
+    place.render(&format!("{options} --resume")).done();
+    assert_eq!(place.names("f"), ["a.0001.exr"]);
+}

@@ -33,8 +33,12 @@ impl Preview {
     }
 
     fn of_size(shot: &Path, size: &str) -> Self {
+        Self::with(shot, &["--size", size])
+    }
+
+    fn with(shot: &Path, options: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-        let command = command.arg("preview").arg(shot).args(["--size", size, "--paths", "1"]);
+        let command = command.arg("preview").arg(shot).args(["--paths", "1"]).args(options);
         let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
@@ -139,6 +143,29 @@ fn the_page_follows_the_shot() {
     std::fs::write(&model, small_shot::OBJ).unwrap();
     let back = preview.state(|state| state["error"].is_null());
     assert_eq!(preview.picture(&back, 1).dimensions(), (16, 9));
+}
+
+/// Frames and what led cameras see are shown with the look of the command line, or else with the shot's.
+#[test]
+fn a_look_beats_that_of_the_shot() {
+    let folder = small_shot::folder();
+    let shot = folder.path().join("s.toml");
+    let output = "[output]\nexposure = 3\nview = \"agx\"\n";
+    std::fs::write(&shot, format!("{output}[background]\ncolor = [0.5, 0.25, 0]\n{}", small_shot::REST))
+        .unwrap();
+    let corner = |options: &[&str]| {
+        let preview = Preview::with(&shot, &[&["--size", "16x9"], options].concat());
+        let state = preview.state(|state| state["version"] != 0);
+        let picture = preview.picture(&state, 1);
+        let led = preview.view(&state, 1, "full", "0,0,-500,0,0,-900,0,40");
+        assert_eq!(led.get_pixel(0, 0), picture.get_pixel(0, 0), "{options:?}");
+        picture.get_pixel(0, 0).0
+    };
+    assert_eq!(corner(&["--exposure", "1", "--view", "standard"]), [255, 188, 0]);
+    assert_eq!(corner(&["--exposure", "-1", "--view", "standard"]), [137, 99, 0]);
+    let of_shot = corner(&[]);
+    assert!(of_shot[2] > 0, "{of_shot:?}: AgX moves bright colours towards white");
+    assert_ne!(corner(&["--exposure", "1"]), of_shot);
 }
 
 /// Frame 1 has the camera before two triangles in the light, and in frame 3 it is elsewhere.

@@ -48,7 +48,7 @@ fn defaults_are_as_documented() {
 fn every_key_is_read() {
     let shot = load(&format!(
         "title = \"T\"\n[render]\nsize = [64, 48]\noverscan = 5\nsamples = 3\nframes = \"1-4x2\"\nrate = \"24000/1001\"\n\
-         filter = \"mitchell\"\ndepth = 0\nreflections = 7\ncaustics = \"paths\"\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
+         filter = \"mitchell\"\ndepth = 0\nreflections = 7\ncaustics = \"paths\"\nclamp = 2.5\ntree_memory = 0\nbase_every = 0\nbase_place = \"middle\"\ncuts = [3]\n\
          mode = \"full\"\n[indirect]\npaths = 9\nbounces = 1\n\
          [occlusion]\nradius = 0.5\nrays = 32\n[output]\npath = \"o.#.exr\"\n\
          denoise = true\ndenoise_quality = \"fast\"\nlayers = [\"background\", \"direct\"]\nbackground = \"transparent\"\nmultipart = true\ncompression = \"piz\"\nexposure = -1.5\nview = \"filmic\"\n\
@@ -64,6 +64,7 @@ fn every_key_is_read() {
     assert_eq!((shot.settings.depth, shot.settings.base_every, shot.settings.mode), (0, 0, Mode::Full));
     assert_eq!((shot.settings.paths, shot.settings.bounces, shot.settings.reflections), (9, 1, 7));
     assert_eq!((shot.settings.tree_memory, shot.settings.caustics), (0, Caustics::Paths));
+    assert_eq!(shot.settings.clamp, Some(2.5));
     assert_eq!(shot.output.as_deref(), Some("o.#.exr"));
     assert_eq!((shot.denoise, shot.denoise_quality), (true, DenoiseQuality::Fast));
     assert_eq!(shot.settings.layers, Layers::DIRECT.with(Layers::BACKGROUND));
@@ -299,6 +300,9 @@ fn mistakes_are_told_with_place_and_remedy() {
             "[render]\nreflections = 65\n".into(),
             "s.toml:2:15: `reflections` is 65: it must be a whole number from 0 to 64",
         ),
+        ("[render]\nclamp = 0\n".into(), "s.toml:2:9: `clamp` is 0: it must be a radiance above 0"),
+        ("[render]\nclamp = 1e-60\n".into(), "s.toml:2:9: `clamp` is 0."),
+        ("[render]\nclamp = inf\n".into(), "s.toml:2:9: `clamp` is inf: it must be a radiance above 0"),
         (
             "[render]\ntree_memory = -1\n".into(),
             "s.toml:2:15: `tree_memory` is -1: it must be a whole number from 0 to 1048576",

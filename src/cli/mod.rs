@@ -6,6 +6,7 @@
 mod backend_table;
 mod bare_model;
 mod blur_args;
+mod coarse;
 pub mod compare;
 mod compare_table;
 mod denoising;

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 
 use super::bare_model::{is_model, turn_note};
+use super::coarse::{self, CoarseArg};
 use super::denoising::Denoising;
 use super::extras::{Extras, ExtrasArgs};
 use super::failure::Failure;
@@ -86,6 +87,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
 
+    /// Write a coarse picture of the first frame before that is rendered: NAME.coarse.png beside the frames
+    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    coarse: CoarseArg,
+
     #[command(flatten)]
     extras: ExtrasArgs,
 
@@ -135,6 +140,7 @@ struct Options {
     job: Job,
     target: Target,
     stats: Option<PathBuf>,
+    coarse: CoarseArg,
     extras: Extras,
     store: StoreArgs,
     resume: bool,
@@ -167,7 +173,7 @@ impl RenderArgs {
         let extras = self.extras.settle(&target)?;
         let (stats, store, resume, threads) = (self.stats, self.store, self.resume, self.shot.threads);
         store.check(&job)?;
-        let options = Options { job, target, stats, extras, store, resume, threads };
+        let options = Options { job, target, stats, coarse: self.coarse, extras, store, resume, threads };
         let files: Vec<Report<'_>> = reports(&options).into_iter().chain(options.store.input()).collect();
         paths::check(&options.job, Some(&options.target), &files)?;
         Ok(options)
@@ -271,6 +277,9 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let mut denoising = Denoising::of(job).map_err(Failure::of)?;
     let mut renderer =
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
+    if let Some(settings) = coarse_settings(options, terminal) {
+        coarse::write(&mut renderer, job, &settings, target, terminal);
+    }
     let mut record = Record::default();
     renderer.watch(terminal.watcher());
     terminal.begin(steps.len(), renderer.tiles_a_frame());
@@ -307,6 +316,17 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         .and(extras)
         .and(stats)
         .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+}
+
+/// Of a coarse picture that comes before the first frame, if there is to be one.
+fn coarse_settings(options: &Options, terminal: &Terminal) -> Option<Settings> {
+    let Options { job, target, store, coarse, resume, .. } = options;
+    let run = coarse::Run {
+        is_watched: terminal.has_bar(),
+        writes_png: target.has_previews(),
+        goes_on: *resume || store.loads(),
+    };
+    coarse.plan(run, &job.shot, &job.settings, rayon::current_num_threads())
 }
 
 /// The last frame, if it must be rendered whatever is there, because its samples are to be saved and are not.

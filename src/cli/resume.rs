@@ -85,6 +85,7 @@ fn settings(job: &Job) -> Digest {
         budget,
         bounces,
         caustics,
+        clamp,
         occlusion_rays,
         occlusion_radius,
         tree_memory: _, // kept or traced again, trees bring the same
@@ -112,7 +113,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
-        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {caustics:?} \
+        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {caustics:?} {clamp:?} \
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?}",
         job.denoise, job.shot.rate
     );

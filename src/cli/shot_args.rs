@@ -14,8 +14,8 @@ use super::target::Target;
 use super::terminal::ProgressKind;
 use super::two_eyes::{self, StereoArgs};
 use super::values::{
-    BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, CompressionArg, FilterArg, ReuseArg, ViewArg,
-    crop, exposure, filter_radius, radius, size, threads,
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, ClampArg, CompressionArg, FilterArg, ReuseArg,
+    ViewArg, clamp, crop, exposure, filter_radius, radius, settled_look, size, threads,
 };
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
@@ -25,7 +25,7 @@ use crate::scene::{self, Shot, load_turntable};
 use crate::settings::{
     Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
-    Settings, View,
+    Settings,
 };
 use crate::trace::BackendKind;
 
@@ -83,6 +83,11 @@ pub struct ShotArgs {
     /// Light by way of clear glass [default: the shot's]
     #[arg(long, value_enum)]
     pub caustics: Option<CausticsArg>,
+
+    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most (radiance, above 0): fewer sparks, and less
+    /// light; `none`: whatever it finds [default: the shot's]
+    #[arg(long, value_name = "RADIANCE|none", value_parser = clamp)]
+    pub clamp: Option<ClampArg>,
 
     /// Memory for what mirrors and glass show while the camera rests, so that only what changes is traced again; 0: none [default:
     /// the shot's]
@@ -238,10 +243,7 @@ impl ShotArgs {
                 multipart: self.multipart || shot.format.multipart,
                 compression: self.compression.map_or(shot.format.compression, Compression::from),
             },
-            look: Look {
-                exposure: self.exposure.unwrap_or(shot.look.exposure),
-                view: self.view.map_or(shot.look.view, View::from),
-            },
+            look: settled_look((self.exposure, self.view), shot.look),
             shot,
             settings,
             frames,
@@ -279,6 +281,7 @@ impl ShotArgs {
             budget: self.budget.unwrap_or(settings.budget),
             bounces: self.bounces.unwrap_or(settings.bounces),
             caustics: self.caustics.map_or(settings.caustics, Caustics::from),
+            clamp: self.clamp.map_or(settings.clamp, |limit| limit.0),
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             tree_memory: self.tree_memory.unwrap_or(settings.tree_memory),
@@ -396,6 +399,7 @@ mod tests {
             budget: Budget::Rays(5),
             bounces: 1,
             caustics: Caustics::None,
+            clamp: Some(9.0),
             occlusion_rays: 8,
             occlusion_radius: 3.0,
             tree_memory: 5,
@@ -421,7 +425,7 @@ mod tests {
 
     #[test]
     fn the_command_line_beats_the_file() {
-        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
+        let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --clamp 2.5 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
         let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
         let expected = Settings {
             width: 8,
@@ -439,6 +443,7 @@ mod tests {
             budget: Budget::Full,
             bounces: 1,
             caustics: Caustics::Paths,
+            clamp: Some(2.5),
             occlusion_rays: 32,
             occlusion_radius: 0.25,
             tree_memory: 0,

@@ -115,6 +115,11 @@ impl StoreArgs {
         })
     }
 
+    /// Whether a store is gone on from.
+    pub fn loads(&self) -> bool {
+        self.load_store.is_some()
+    }
+
     /// Whether a store is to be written.
     pub fn saves(&self) -> bool {
         self.save_store.is_some()
@@ -231,6 +236,7 @@ fn settings(job: &Job) -> Digest {
         budget,
         bounces,
         caustics,
+        clamp,
         occlusion_rays,
         occlusion_radius,
         tree_memory: _, // no store has trees
@@ -252,7 +258,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
-         {bounces} {caustics:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
+         {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
     );
     Digest::of(text.as_bytes())
 }

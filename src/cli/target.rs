@@ -106,6 +106,16 @@ impl Target {
         self.folder().join(format!("{}.contact.png", self.shot))
     }
 
+    /// Where a coarse picture of the first frame goes.
+    pub fn coarse(&self) -> PathBuf {
+        self.folder().join(format!("{}.coarse.png", self.shot))
+    }
+
+    /// Whether previews are written.
+    pub fn has_previews(&self) -> bool {
+        !self.previews.is_empty()
+    }
+
     /// A frame that is finished, as its preview shows it, whether it has one or not: of two eyes the left one's.
     pub fn picture(&self, frame: i32, is_denoised: bool) -> Result<Picture, Failure> {
         let picture = match self.previews.first() {

@@ -120,6 +120,11 @@ impl Terminal {
         Some(Arc::new(move |tiles| bar.inc(tiles as u64)))
     }
 
+    /// Whether somebody may look at a bar while frames are rendered.
+    pub fn has_bar(&self) -> bool {
+        matches!(self.progress, Progress::Bar(_))
+    }
+
     /// So many renderings are to come, each of so many tiles.
     pub fn begin(&mut self, renderings: usize, tiles: usize) {
         (self.started, self.done, self.of) = (Instant::now(), 0, renderings);

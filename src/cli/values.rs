@@ -59,6 +59,20 @@ impl From<CausticsArg> for Caustics {
     }
 }
 
+/// A limit to what single rays bring by indirect ways, or none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClampArg(pub Option<f32>);
+
+/// Reads a radiance above 0, or `none`.
+pub fn clamp(text: &str) -> Result<ClampArg, String> {
+    if text == "none" {
+        return Ok(ClampArg(None));
+    }
+    let limit = text.trim().parse().ok().filter(|limit: &f32| limit.is_finite() && *limit > 0.0);
+    let wanted = "a radiance above 0 is wanted, such as 10, or `none`";
+    limit.map(|limit| ClampArg(Some(limit))).ok_or_else(|| String::from(wanted))
+}
+
 /// Places of base frames by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BasePlaceArg {
@@ -121,6 +135,11 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     let most = Look::MOST_EXPOSURE;
     let stops = text.trim().parse().ok().filter(|stops: &f32| stops.abs() <= most);
     stops.ok_or_else(|| format!("must be from -{most} to {most} stops"))
+}
+
+/// How pictures for screens show light: as typed, if it is, or else as the shot says.
+pub fn settled_look((exposure, view): (Option<f32>, Option<ViewArg>), of_shot: Look) -> Look {
+    Look { exposure: exposure.unwrap_or(of_shot.exposure), view: view.map_or(of_shot.view, View::from) }
 }
 
 /// Methods by name.

@@ -40,19 +40,21 @@ impl<'s> Aside<'s> {
 }
 
 impl<'s> Renderer<'s> {
-    /// Renders frame number `frame` as `camera` sees it, which is in the space of the shot's files. With `reuse` the picture is made of
-    /// the samples of the one `beside` before. Both must be of one scene.
+    /// Renders frame number `frame` as `camera` sees it, which is in the space of the shot's files, or as the shot's own does. With
+    /// `reuse` the picture is made of the samples of the one `beside` before. Both must be of one scene.
     pub fn render_aside(
         &mut self,
         beside: &mut Aside<'s>,
-        camera: &CameraTrack,
+        camera: Option<&CameraTrack>,
         frame: i32,
         reuse: bool,
     ) -> Result<Finished, RenderError> {
         let start = Instant::now();
         let Aside { prepared, memory, maps, rendered } = beside;
+        prepared.stop.clone_from(&self.prepared.stop);
         let (scene, mode) = (prepared.scene, prepared.settings.mode);
-        let camera = CameraPose::of(&scene.space.camera(camera.clone()), f64::from(frame));
+        let of_files = camera.map(|camera| scene.space.camera(camera.clone()));
+        let camera = CameraPose::of(of_files.as_ref().unwrap_or(&scene.camera), f64::from(frame));
         let pose = Pose { camera, ..Pose::of(scene, frame) };
         let source =
             Source::of([memory.last.as_ref(), None], Eye::Left, &pose, reuse && mode != Mode::Full, false);
@@ -79,7 +81,12 @@ impl<'s> Renderer<'s> {
             start,
         };
         let backend: &mut dyn Backend = &mut *self.backend;
-        let made = picture::make(prepared, backend, memory, maps, &order)?;
+        let made = picture::make(prepared, backend, memory, maps, &order);
+        if matches!(made, Err(RenderError::Stopped)) {
+            memory.forget();
+            *rendered -= 1;
+        }
+        let made = made?;
         Ok(self.finished(made.film.clone(), stats(prepared, frame, &made), &camera))
     }
 }
@@ -127,20 +134,80 @@ mod tests {
         // models move between the two frames: each picture has them where they are in its own
         for (frame, [own, from_elsewhere]) in FRAMES.into_iter().zip(&expected) {
             let picture =
-                renderer.render_aside(&mut beside, &elsewhere, FRAMES[0], false).expect("a picture");
+                renderer.render_aside(&mut beside, Some(&elsewhere), FRAMES[0], false).expect("a picture");
             assert_eq!(colors(&picture.film), expected[0][1], "before frame {frame}");
             let frame_itself = renderer.render(frame, false).expect("a frame");
             assert_eq!(colors(&frame_itself.film), *own);
-            let picture = renderer.render_aside(&mut beside, &elsewhere, frame, false).expect("a picture");
+            let picture = renderer.render_aside(&mut beside, None, frame, false).expect("a picture");
+            assert_eq!(colors(&picture.film), *own);
+            let picture =
+                renderer.render_aside(&mut beside, Some(&elsewhere), frame, false).expect("a picture");
             assert_eq!(colors(&picture.film), *from_elsewhere);
         }
         // led around, each picture is made of the one before, and all of its samples are right
         for step in 1..6 {
             let by = DVec3::new(0.3, 0.1, 0.2) * f64::from(step / 2);
             let camera = CameraTrack { eye: elsewhere.eye.clone().map(|eye| eye + by), ..elsewhere.clone() };
-            let picture = renderer.render_aside(&mut beside, &camera, FRAMES[1], true).expect("a picture");
+            let picture =
+                renderer.render_aside(&mut beside, Some(&camera), FRAMES[1], true).expect("a picture");
             assert_eq!(picture.stats.mode, "reproject");
             assert_eq!(picture.stats.audit.map(|audit| audit.differing), Some(0), "step {step}");
         }
+    }
+
+    /// Whatever is at work when nobody wants it any more, the next picture is what it would have been without.
+    #[test]
+    fn what_is_stopped_leaves_nothing_behind() {
+        let shot = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped");
+        let mode = Mode::Reproject;
+        // several bands of tiles, of whatever number of threads
+        let settings =
+            Settings { width: 320, height: 180, samples: 1, mode, audit: true, ..shot.settings.clone() };
+        let refinement = Some(crate::settings::Refinement { most: 2, threshold: 0.1 });
+        let blurred = Settings {
+            shutter: Some(crate::exposure::Shutter { open: 0.0, close: 0.5 }),
+            exposures: 2,
+            ..settings.clone()
+        };
+        let camera = shot.scene.camera.clone();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
+        for settings in [settings.clone(), Settings { refinement, ..settings }, blurred] {
+            pool.install(|| {
+                let mut untouched = Renderer::new(&shot.scene, &settings).expect("Embree is there");
+                let expected =
+                    [3, 4].map(|frame| colors(&untouched.render(frame, frame > 3).expect("a frame").film));
+                let mut aside = Aside::new(&shot.scene, &settings);
+                let seen = untouched.render_aside(&mut aside, Some(&camera), 4, false).expect("a picture");
+                let expected_aside = colors(&seen.film);
+                for bands in 1..3 {
+                    let mut renderer = Renderer::new(&shot.scene, &settings).expect("Embree is there");
+                    let mut beside = Aside::new(&shot.scene, &settings);
+                    // what is stopped has something to reuse
+                    renderer.render(2, false).expect("a frame");
+                    renderer.render_aside(&mut beside, Some(&camera), 2, false).expect("a picture");
+                    renderer.stop_when(Some(after(bands)));
+                    assert!(matches!(renderer.render(3, true), Err(RenderError::Stopped)));
+                    renderer.stop_when(Some(after(bands)));
+                    let stopped = renderer.render_aside(&mut beside, Some(&camera), 3, true);
+                    assert!(matches!(stopped, Err(RenderError::Stopped)));
+                    renderer.stop_when(None);
+                    let picture =
+                        renderer.render_aside(&mut beside, Some(&camera), 4, true).expect("a picture");
+                    assert_eq!(picture.stats.mode, "base");
+                    assert_eq!(colors(&picture.film), expected_aside);
+                    for (frame, expected) in [3, 4].into_iter().zip(&expected) {
+                        let finished = renderer.render(frame, true).expect("a frame");
+                        assert_eq!(finished.stats.audit.map(|audit| audit.differing), Some(0));
+                        assert_eq!(colors(&finished.film), *expected, "frame {frame}, after {bands} bands");
+                    }
+                }
+            });
+        }
+    }
+
+    /// Has enough after so many bands.
+    fn after(bands: usize) -> crate::frame::Stop {
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        std::sync::Arc::new(move || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1 >= bands)
     }
 }

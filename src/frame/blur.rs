@@ -27,6 +27,7 @@ use super::mean::{Mean, Rule};
 use super::picture::{self, Made, Order};
 use super::prepared::Prepared;
 use super::reflection_maps::ReflectionMaps;
+use super::render_error::RenderError;
 use super::snapshot::{Holds, Moment};
 use super::turn;
 use crate::changes::Direction;
@@ -36,7 +37,7 @@ use crate::pose::{CameraPose, Pose};
 use crate::scene::Scene;
 use crate::settings::{Filter, Mode, Settings};
 use crate::stereo::{Eye, EyePlace};
-use crate::trace::{Backend, TraceError};
+use crate::trace::Backend;
 
 /// What is kept of the exposures of one eye from frame to frame.
 pub struct Blur {
@@ -168,7 +169,7 @@ impl Blur {
         begun: Begun,
         rendered: u32,
         mut take: impl FnMut(Made),
-    ) -> Result<Film, TraceError> {
+    ) -> Result<Film, RenderError> {
         let size = prepared.settings.data_window();
         let mut mean = Mean::new(&prepared.channels, [size.width, size.height]);
         let count = self.memories.len();
@@ -199,7 +200,7 @@ impl Blur {
         (backend, maps): (&mut dyn Backend, &mut ReflectionMaps),
         (Begun { frame, rests, .. }, index): (Begun, usize),
         rendered: u32,
-    ) -> Result<Made, TraceError> {
+    ) -> Result<Made, RenderError> {
         let start = Instant::now();
         let settings = &prepared.settings;
         let pose = self.pose(prepared, frame, index);

@@ -105,7 +105,11 @@ impl Bounces {
         {
             let Some(ray) = ray else { continue };
             if let Some(light) = frame.maps.look_up(model, ray.direction) {
-                add(radiance, &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) }, light);
+                add(
+                    radiance,
+                    &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) },
+                    ray.weight * light,
+                );
                 // it is another one when anything has moved
                 self.times.note(cell, Until::UNKNOWN);
             }
@@ -158,7 +162,8 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         light(frame, is_last, bounces, &mut scratch.tally);
         gather(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
-            add(radiance, &met.bounce, met.light);
+            let emission = frame.scene.materials[usize::from(met.surface.material)].emission;
+            add(radiance, &met.bounce, met.bounce.shows_surface(frame, met.light, emission));
             if shows_guides {
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
@@ -202,7 +207,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             let of_lights = bounce.light_of_lights(frame, far);
             let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
             if !is_hit || of_lights != Vec3::ZERO {
-                add(radiance, bounce, of_lights + of_sky);
+                add(radiance, bounce, bounce.shows(frame, of_lights + of_sky));
             }
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
@@ -500,6 +505,7 @@ fn reflect(
     (rays, seed): (u32, u32),
     (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky),
 ) {
+    let way = if seen.is_smooth() { bounce.way } else { bounce.way_off_rough() };
     for index in 0..rays {
         // seeds of paths are of the same place
         let random = PathRandom { seed: seed.wrapping_add(OTHER_SEED), index };
@@ -515,10 +521,11 @@ fn reflect(
                 asked_sky: frame.sky.is_uneven(),
                 origin,
                 direction: reflected.direction,
+                way,
                 ..*bounce
             });
         }
-        rough_sky.ask(frame, (surface, seen), (bounce.cell, bounce.layer, bounce.weight), [across, up]);
+        rough_sky.ask(frame, (surface, seen), bounce, [across, up]);
     }
 }
 
@@ -534,8 +541,9 @@ fn count(bounce: &Bounce, tally: &mut RayTally) {
     }
 }
 
+/// Adds `light` to what the cell of a ray shows.
 fn add(radiance: &mut Radiance, bounce: &Bounce, light: Vec3) {
-    radiance.add_secondary(bounce.layer, bounce.cell as usize, bounce.weight * light);
+    radiance.add_secondary(bounce.layer, bounce.cell as usize, light);
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::clamp::limited;
 use super::frame_view::FrameView;
 use super::lighting::lights_passed;
 use super::radiance::Layer;
@@ -18,6 +19,17 @@ pub enum Kind {
     Reflection,
     /// Gone through.
     Refraction,
+}
+
+/// Which light a ray finds, as far as a [limit](FrameView::clamp) asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// There are mirrors and glass alone between it and the eye: what it meets is seen.
+    Mirrors,
+    /// It has left a rough surface that is seen in that way: the light that it meets shines on that directly.
+    Rough,
+    /// It has gone on from there: all that it finds comes indirectly.
+    Beyond,
 }
 
 /// A ray on its way.
@@ -49,6 +61,8 @@ pub struct Bounce {
     pub direction: Vec3,
     /// Whether denoisers are told of the normals of what it meets.
     pub guides: bool,
+    /// Since the eye.
+    pub way: Way,
 }
 
 impl Bounce {
@@ -60,7 +74,7 @@ impl Bounce {
         };
         let (path, weight) = (kind as u64, Vec3::ONE);
         let [asked_from, origin, direction] = [Vec3::ZERO; 3];
-        let (shared, density, asked_sky, guides) = (1, None, false, false);
+        let (shared, density, asked_sky, guides, way) = (1, None, false, false, Way::Mirrors);
         Self {
             cell,
             kind,
@@ -74,6 +88,7 @@ impl Bounce {
             origin,
             direction,
             guides,
+            way,
         }
     }
 
@@ -81,7 +96,38 @@ impl Bounce {
     pub fn onwards(&self, frame: &FrameView, kind: Kind, material: u16) -> Self {
         let passes = kind == Kind::Refraction && frame.shines_through(material);
         let density = self.density.filter(|_| passes);
-        Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, ..*self }
+        let way = if self.way == Way::Mirrors { Way::Mirrors } else { Way::Beyond };
+        Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, way, ..*self }
+    }
+
+    /// Which light a ray finds that leaves a rough surface in its stead.
+    pub fn way_off_rough(&self) -> Way {
+        if self.way == Way::Mirrors { Way::Rough } else { Way::Beyond }
+    }
+
+    /// What the cell shows of `light`, which the ray has met: lights, the sky.
+    pub fn shows(&self, frame: &FrameView, light: Vec3) -> Vec3 {
+        self.limited(frame, self.weight * light)
+    }
+
+    /// The same of `light` that a surface has sent, of which it emits `emission`.
+    pub fn shows_surface(&self, frame: &FrameView, light: Vec3, emission: Vec3) -> Vec3 {
+        match frame.clamp {
+            Some(most) if self.way == Way::Rough => {
+                let shown = self.weight * light;
+                let reflected = (self.weight * (light - emission)).max(Vec3::ZERO);
+                shown - (reflected - limited(reflected, self.most(most)))
+            }
+            _ => self.shows(frame, light),
+        }
+    }
+
+    /// Of `light` in the cell, what it shows of it where the ray has found that.
+    pub fn limited(&self, frame: &FrameView, light: Vec3) -> Vec3 {
+        match frame.clamp {
+            Some(most) if self.way == Way::Beyond => limited(light, self.most(most)),
+            _ => light,
+        }
     }
 
     /// What it brings of the sky where it finds that, weighed by the balance heuristic.
@@ -107,6 +153,11 @@ impl Bounce {
         let Some(density) = self.density else { return 1.0 };
         let by_rays = density * self.shared as f32;
         by_rays / (by_rays + glow.density * glow.points as f32)
+    }
+
+    /// Its share of what is allowed where one ray stands for all that left the sample.
+    fn most(&self, most: f32) -> f32 {
+        most / self.shared as f32
     }
 
     /// Whether what it brings can be told from nothing.

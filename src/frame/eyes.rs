@@ -42,6 +42,19 @@ impl EyeMemory {
         Self { place, levels: Level::all(settings, layout), last: None, holds, film: None }
     }
 
+    /// Forgets all samples, and what the film shows.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.levels.iter_mut().for_each(|level| level.store = None);
+        self.forget_film();
+    }
+
+    /// Forgets what the film shows.
+    pub fn forget_film(&mut self) {
+        self.film = None;
+        self.levels.iter_mut().for_each(|level| level.buffers.states.clear());
+    }
+
     /// What later frames need of its `picture`, if it has one.
     pub fn kept(&self, picture: PictureName) -> Option<PictureSamples<&SampleStore>> {
         let levels = self.levels.iter().map(Level::kept).collect::<Option<_>>()?;

@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::reflection_maps::ReflectionMaps;
 use super::view::View;
 use super::wanted::Wanted;
-use super::watcher::Watcher;
+use super::watcher::{Stop, Watcher};
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
@@ -99,6 +99,8 @@ pub struct FrameView<'a> {
     pub bounces: u32,
     /// Whether clear glass casts shadows, and paths alone find the light that comes through it.
     pub finds_caustics: bool,
+    /// What a ray or a path may bring by indirect ways, at most; none: whatever it finds. Radiance.
+    pub clamp: Option<f32>,
     /// How samples find out how open they are, if they do.
     pub occlusion: Option<Occlusion>,
     /// All motion of the shot, in the direction in which frames are inferred.
@@ -136,6 +138,8 @@ pub struct FrameView<'a> {
     pub rendered: u32,
     /// Who wants to know how far the frame is.
     pub watcher: Option<&'a Watcher>,
+    /// Who may want no more of it.
+    pub stop: Option<&'a Stop>,
 }
 
 impl<'a> FrameView<'a> {

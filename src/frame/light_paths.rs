@@ -13,6 +13,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::asks::{Asks, asks_sky, paths_go_on};
+use super::clamp::limit_paths;
 use super::frame_view::FrameView;
 use super::lobes::Lobes;
 use super::next_event::{Asking, AskingCoat, Chances, LightRays};
@@ -53,38 +55,6 @@ struct Vertex {
     lobes: Lobes,
 }
 
-/// What a surface asks for light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Asks {
-    /// This light of the shot.
-    Light(u32),
-    /// A direction of the sky.
-    Sky,
-    /// A surface that emits.
-    Emitter,
-    /// There is none.
-    Nothing,
-}
-
-impl Asks {
-    /// What there is to ask for a surface after so many bounces.
-    fn count(frame: &FrameView, bounce: u32) -> u32 {
-        let others = [asks_sky(frame, bounce), frame.emitters.are_asked()];
-        frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
-    }
-
-    /// What number `choice` of them is.
-    fn of(frame: &FrameView, bounce: u32, choice: u32) -> Self {
-        let lights = frame.pose.lights.len() as u32;
-        match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.are_asked()) {
-            (None, ..) => Self::Light(choice),
-            (Some(0), true, _) => Self::Sky,
-            (Some(_), _, true) => Self::Emitter,
-            (Some(_), ..) => Self::Nothing,
-        }
-    }
-}
-
 /// Paths that are traced at once: their rays fit into a second-level cache.
 pub const AT_ONCE: usize = 256;
 
@@ -101,6 +71,8 @@ pub struct PathScratch {
     pub starts: Vec<PathStart>,
     /// What they bring, in the same order.
     pub brought: Vec<Brought>,
+    /// Of that, the light that comes directly, if the rest is limited.
+    direct: Vec<Vec3>,
     rays: RayBatch,
     hits: HitBatch,
     now: Vec<PathRay>,
@@ -118,8 +90,9 @@ pub struct PathScratch {
 
 /// Traces the paths in `scratch.starts`; what they bring comes into `scratch.brought`.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, now, light_rays, .. } = &mut *scratch;
+    let PathScratch { starts, brought, direct, now, light_rays, .. } = &mut *scratch;
     brought.clear();
+    direct.clear();
     now.clear();
     let chances = Chances::of_start(frame);
     for (path, start) in (0..).zip(&*starts) {
@@ -165,6 +138,9 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         }
         cast(frame, scratch, tally);
         meet(frame, bounce, scratch);
+        if bounce == 0 && frame.clamp.is_some() {
+            note_direct(frame, scratch);
+        }
         light(frame, bounce, scratch, tally);
         let PathScratch { starts, brought, next, vertices, .. } = &mut *scratch;
         next.clear();
@@ -180,6 +156,19 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     if !scratch.now.is_empty() {
         cast(frame, scratch, tally);
         end(frame, scratch);
+    }
+    if let Some(most) = frame.clamp {
+        limit_paths(&mut scratch.brought, &scratch.direct, most);
+    }
+}
+
+/// Notes what paths have brought so far, and what emits where they have met a surface for the first time: the light that comes directly.
+fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
+    let PathScratch { brought, direct, vertices, .. } = scratch;
+    direct.extend(brought.iter().map(|brought| brought.radiance));
+    for vertex in &*vertices {
+        let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
+        direct[vertex.ray.path as usize] += vertex.ray.weight * emission * vertex.emission_weight;
     }
 }
 
@@ -414,18 +403,6 @@ fn ask_light(
             brought.until = frame.first_touch_before(*from, *way, *far, brought.until);
         }
     });
-}
-
-/// Whether vertices after so many bounces may choose to ask the sky: wherever that finds more than chance would, and where
-/// no path goes on that could find it.
-fn asks_sky(frame: &FrameView, bounce: u32) -> bool {
-    frame.sky.is_uneven() || frame.sky.shines() && !paths_go_on(frame, bounce)
-}
-
-/// Whether paths go on from vertices after so many bounces. Off the last one they only bring what emits: where a surface
-/// that emits is near, asking for it alone would be all noise.
-fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
-    bounce + 1 < frame.bounces || !frame.emitters.is_empty()
 }
 
 impl Vertex {

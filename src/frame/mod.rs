@@ -11,6 +11,7 @@
 //! to the bit for any number of threads.
 
 mod aside;
+mod asks;
 pub mod audit;
 mod axis;
 mod bins;
@@ -21,6 +22,7 @@ mod bounced_ray;
 mod candidates;
 mod cells;
 mod channels;
+mod clamp;
 pub mod contrast;
 mod develop;
 mod doubt;
@@ -62,6 +64,7 @@ mod ray_trees;
 mod reach;
 mod reflection_maps;
 mod remake;
+mod render_error;
 mod reproject;
 mod rough_sky;
 mod serve;
@@ -103,7 +106,7 @@ use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::Eye;
-use crate::trace::{Backend, BackendKind, TraceError};
+use crate::trace::{Backend, BackendKind};
 
 pub use aside::Aside;
 use blur::Blur;
@@ -115,10 +118,11 @@ use picture::{Made, Order};
 use plan::CameraChange;
 use prepared::Prepared;
 use reflection_maps::ReflectionMaps;
+pub use render_error::RenderError;
 pub use snapshot::{Holds, Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
-pub use watcher::Watcher;
+pub use watcher::{Stop, Watcher};
 
 /// Renders the frames of a shot, one after the other.
 pub struct Renderer<'s> {
@@ -152,9 +156,6 @@ pub struct Finished {
     pub about_layers: Arc<[(String, String)]>,
 }
 
-/// What ends a render.
-pub type RenderError = TraceError;
-
 impl<'s> Renderer<'s> {
     /// Builds Embree's acceleration structures for `scene`.
     pub fn new(scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
@@ -185,6 +186,12 @@ impl<'s> Renderer<'s> {
         self.prepared.watcher = watcher;
     }
 
+    /// Has frames end with [`RenderError::Stopped`] when `stop` says so, from now on, and pictures [beside](Aside) them. It is asked after
+    /// each band of tiles. What was made of such a frame is forgotten with all samples: the next one is a base frame.
+    pub fn stop_when(&mut self, stop: Option<Stop>) {
+        self.prepared.stop = stop;
+    }
+
     /// Of how many tiles a watcher is told in each frame: those of all eyes, exposures and levels of samples.
     pub fn tiles_a_frame(&self) -> usize {
         let Shape { tiles, eyes, exposures, .. } = self.shape();
@@ -207,6 +214,16 @@ impl<'s> Renderer<'s> {
     /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
+        let before = self.rendered;
+        let finished = self.render_whole(eye, frame, reuse);
+        if matches!(finished, Err(RenderError::Stopped)) {
+            self.forget();
+            self.rendered = before;
+        }
+        finished
+    }
+
+    fn render_whole(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         if let Some(blur) = self.blurs[eye as usize].take() {
             return self.render_blurred((eye, blur), frame, reuse);
         }
@@ -366,19 +383,13 @@ impl<'s> Renderer<'s> {
     /// Forgets all samples: the next frame is a base frame, or goes on from what is [restored](Self::restore) before.
     pub fn forget(&mut self) {
         self.blurs.iter_mut().flatten().for_each(Blur::forget);
-        for memory in &mut self.eyes {
-            memory.last = None;
-            memory.levels.iter_mut().for_each(|level| level.store = None);
-        }
+        self.eyes.iter_mut().for_each(EyeMemory::forget);
         self.forget_film();
     }
 
     /// Forgets what the film shows: the next frame is made anew in it, from the samples that there are.
     pub fn forget_film(&mut self) {
-        for memory in self.memories() {
-            memory.film = None;
-            memory.levels.iter_mut().for_each(|level| level.buffers.states.clear());
-        }
+        self.memories().for_each(EyeMemory::forget_film);
     }
 
     /// Seconds that the acceleration structures took.

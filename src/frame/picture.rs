@@ -18,6 +18,7 @@ use super::plan::{CameraChange, Plan};
 use super::prepared::Prepared;
 use super::ray_trees::{self, TileTrees};
 use super::reflection_maps::{NO_MAPS, ReflectionMaps};
+use super::render_error::RenderError;
 use super::surroundings;
 use super::tiles::{Shows, TileSum};
 use super::view::View;
@@ -32,7 +33,7 @@ use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
 use crate::trace::timed::Timed;
-use crate::trace::{Backend, TraceError, Tracer};
+use crate::trace::{Backend, Tracer};
 
 /// Which picture is to be made, and of what.
 pub struct Order<'a> {
@@ -78,7 +79,7 @@ pub fn make(
     memory: &mut EyeMemory,
     maps: &mut ReflectionMaps,
     order: &Order,
-) -> Result<Made, TraceError> {
+) -> Result<Made, RenderError> {
     memory.last = None;
     let setup = Setup::of(prepared, memory, order);
     let tracer = backend.commit(order.pose, &order.plan.moved)?;
@@ -113,6 +114,9 @@ pub fn make(
     let mut film = shown.unwrap_or_else(|| develop::blank(&memory.levels[0].grid, frame.channels));
     let first_shows = if film_is_last { Shows::Last } else { Shows::Nothing };
     let mut sum = memory.levels[0].render(&frame, estimate, &mut film, first_shows);
+    if sum.is_stopped {
+        return Err(RenderError::Stopped);
+    }
     sum.share_time(&mut seconds);
     let threshold = prepared.settings.refinement.map_or(f32::INFINITY, |refinement| refinement.threshold);
     let mut all_wanted: Vec<Wanted> = Vec::new();
@@ -127,6 +131,9 @@ pub fn make(
         seconds.reproject += begin.elapsed().as_secs_f64();
         let shows = Shows::Coarser { is_last: film_is_last, written: &written };
         let of_level = level.render(&frame, Estimate::default(), &mut film, shows);
+        if of_level.is_stopped {
+            return Err(RenderError::Stopped);
+        }
         of_level.share_time(&mut seconds);
         sum = sum.plus(of_level);
     }
@@ -234,6 +241,7 @@ impl<'a> Setup<'a> {
             samples: settings.samples_a_frame(),
             bounces: settings.bounces,
             finds_caustics: settings.caustics == Caustics::Paths,
+            clamp: settings.clamp,
             occlusion: prepared.occlusion,
             motion: self.motions.0,
             other_motion: self.motions.1,
@@ -252,6 +260,7 @@ impl<'a> Setup<'a> {
             mattes: prepared.mattes.as_ref(),
             rendered: order.rendered,
             watcher: prepared.watcher.as_ref(),
+            stop: prepared.stop.as_ref(),
         }
     }
 

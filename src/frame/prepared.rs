@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::channels::{Channel, channels};
 use super::frame_view::Occlusion;
-use super::watcher::Watcher;
+use super::watcher::{Stop, Watcher};
 use crate::changes::{Direction, Motion};
 use crate::cryptomatte::Mattes;
 use crate::exposure::Clock;
@@ -51,6 +51,8 @@ pub struct Prepared<'s> {
     motion_back: Option<Motion>,
     /// Who wants to know how far frames are.
     pub watcher: Option<Watcher>,
+    /// Who may want no more of them.
+    pub stop: Option<Stop>,
 }
 
 impl<'s> Prepared<'s> {
@@ -77,6 +79,7 @@ impl<'s> Prepared<'s> {
             clock,
             motion_back: None,
             watcher: None,
+            stop: None,
             layout,
             occlusion,
             mattes,

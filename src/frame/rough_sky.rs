@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use super::bits::bit;
+use super::bounced_ray::Bounce;
 use super::frame_view::FrameView;
 use super::radiance::{Layer, Radiance};
 use super::ray_tally::RayTally;
@@ -46,13 +47,13 @@ impl RoughSky {
         self.waiting.clear();
     }
 
-    /// Adds a ray from `surface` in a direction that two `random` numbers choose. What `seen` reflects of it counts by `weight`
-    /// in the light of `cell`.
+    /// Adds a ray from `surface` in a direction that two `random` numbers choose. What `seen` reflects of it counts as what `bounce`
+    /// finds, a ray that leaves the surface.
     pub fn ask(
         &mut self,
         frame: &FrameView,
         (surface, seen): (&Surface, &SeenCoat),
-        (cell, layer, weight): (u32, Layer, Vec3),
+        bounce: &Bounce,
         random: [f32; 2],
     ) {
         if seen.is_smooth() || !frame.sky.is_uneven() {
@@ -67,7 +68,8 @@ impl RoughSky {
             return;
         }
         let (reflected, by_roughness) = seen.towards(direction);
-        let light = weight * reflected * radiance / (pdf + by_roughness);
+        let Bounce { cell, layer, weight, .. } = *bounce;
+        let light = bounce.limited(frame, weight * reflected * radiance / (pdf + by_roughness));
         if light.max_element() >= LEAST_LIGHT {
             self.waiting.push(SkyRay { cell, layer, origin: surface.leave(direction), direction, light });
         }

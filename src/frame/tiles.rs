@@ -54,6 +54,8 @@ pub struct TileSum {
     pub samples: SampleCounts,
     /// By kind.
     pub rays: RayCounts,
+    /// Nobody wanted the others.
+    pub is_stopped: bool,
     written: Written,
     phase_seconds: PhaseSeconds,
     /// Wall-clock seconds of the tiles.
@@ -198,6 +200,10 @@ pub fn run_tiles(
         sum = sum.plus(run_band(&work, runs, scratch));
         if let Some(watch) = frame.watcher {
             watch(count);
+        }
+        if frame.stop.is_some_and(|stop| stop()) {
+            sum.is_stopped = true;
+            break;
         }
         let developing = Instant::now();
         sum.wall += (developing - begin).as_secs_f64();

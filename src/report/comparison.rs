@@ -94,6 +94,7 @@ pub(crate) mod tests {
             paths_per_frame: 16,
             budget: Budget::None,
             bounces: 2,
+            clamp: None,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             tree_memory: 256,

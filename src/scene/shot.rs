@@ -276,6 +276,7 @@ fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32
             0..i64::from(MOST_REFLECTIONS) + 1,
         )?,
         caustics: table.caustics,
+        clamp: clamp(text, table)?,
         tree_memory: whole(
             "tree_memory",
             &table.tree_memory,
@@ -357,6 +358,13 @@ fn marked_cuts(text: TomlText<'_>, table: &RenderTable) -> Result<Vec<i32>, Scen
         frame.map_err(|_| text.bad("cuts", cut, "is not a frame's number: it must fit into 32 bits"))
     };
     table.cuts.iter().flatten().map(frame).collect()
+}
+
+fn clamp(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>, SceneError> {
+    // what is nothing or infinite as a single float is no limit
+    let fits = |limit: f64| limit as f32 > 0.0 && (limit as f32).is_finite();
+    let read = |limit| text.number("clamp", limit, "a radiance above 0", fits);
+    Ok(table.clamp.as_ref().map(read).transpose()?.map(|limit| limit as f32))
 }
 
 fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option<f64>, SceneError> {

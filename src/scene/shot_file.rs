@@ -144,6 +144,9 @@ pub(crate) struct RenderTable {
     /// Light by way of clear glass: "none" lets lights shine through as if it were not there, "paths" has paths find it
     #[serde(default)]
     pub caustics: Caustics,
+    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most: radiance above 0 (whatever it finds)
+    #[schemars(range(min = 0))]
+    pub clamp: Option<At<f64>>,
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub tree_memory: Option<At<i64>>,

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::bare_model::UpArg;
-use crate::cli::values::{size, threads};
-use crate::settings::{MOST_PATHS, MOST_SAMPLES};
+use crate::cli::values::{ViewArg, exposure, settled_look, size, threads};
+use crate::settings::{Look, MOST_PATHS, MOST_SAMPLES};
 
 /// As typed.
 #[derive(Debug, Clone, Args)]
@@ -42,6 +42,14 @@ pub struct PreviewArgs {
     #[arg(long, value_name = "PATHS", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
     pub paths: u32,
 
+    /// Stops by which pictures are brighter, as 1 or -2.5 [default: the shot's, or 0]
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+
+    /// View transform of the pictures [default: the shot's, or standard]
+    #[arg(long, value_enum)]
+    pub view: Option<ViewArg>,
+
     /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up: Option<UpArg>,
@@ -49,4 +57,11 @@ pub struct PreviewArgs {
     /// Number of rendering threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
+}
+
+impl PreviewArgs {
+    /// How pictures show light where the shot says that it is to be `of_shot`.
+    pub fn look(&self, of_shot: Look) -> Look {
+        settled_look((self.exposure, self.view), of_shot)
+    }
 }

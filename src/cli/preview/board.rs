@@ -43,7 +43,7 @@ pub struct View {
 }
 
 /// What the worker does next.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Job {
     /// A frame of the shot.
     Frame(i32),
@@ -205,6 +205,20 @@ impl Board {
         }
     }
 
+    /// Whether nobody wants what the worker is at: the full view with this number is not waited for, or the frame is in the way of a
+    /// coarse view, which is to be there soon.
+    pub fn is_over(&self, job: &Job) -> bool {
+        let state = self.state();
+        match job {
+            Job::View(_, view) if view.detail == Detail::Coarse => false,
+            Job::View(number, _) => !state.wishes.iter().any(|wish| wish.number == *number),
+            Job::Frame(_) => {
+                let is_coarse = |wish: &Wish| wish.shown.is_none() && wish.view.detail == Detail::Coarse;
+                state.wishes.iter().any(is_coarse)
+            }
+        }
+    }
+
     /// The worker has rendered the view with this number, or says why not; nobody may want it any more.
     pub fn viewed(&self, number: u64, shown: Result<Shown, String>) {
         if let Some(wish) = self.state().wishes.iter_mut().find(|wish| wish.number == number) {
@@ -292,6 +306,29 @@ mod tests {
 
     fn shown(bytes: usize) -> Shown {
         Shown { png: Arc::new(vec![0; bytes]), seconds: 0.0 }
+    }
+
+    #[test]
+    fn what_nobody_waits_for_is_over() {
+        let board = board();
+        let patience = Duration::from_millis(1);
+        let next = |detail| {
+            // nobody renders it, and it is waited for as long as the page waits
+            std::thread::scope(|scope| {
+                let view = view(&board, detail);
+                scope.spawn(|| board.view(1, 7, view, Duration::from_millis(300)));
+                let job = board.next_job(Duration::from_secs(60)).expect("somebody waits");
+                let is_over = [board.is_over(&job), board.is_over(&Job::Frame(3))];
+                (job, is_over)
+            })
+        };
+        let (full, is_over) = next(Detail::Full);
+        assert_eq!(is_over, [false, false]);
+        assert!(board.is_over(&full), "the page has gone");
+        let (coarse, is_over) = next(Detail::Coarse);
+        assert_eq!(is_over, [false, true], "frames wait for it");
+        assert!(!board.is_over(&coarse) && !board.is_over(&Job::Frame(3)));
+        assert!(board.next_job(patience).is_none());
     }
 
     #[test]

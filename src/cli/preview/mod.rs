@@ -8,6 +8,7 @@ mod args;
 mod board;
 mod camera;
 mod http;
+mod needless;
 mod request;
 mod response;
 mod token;

@@ -1,11 +1,14 @@
 //! What cameras see that the page leads around: soon and coarse, and in full when there is time.
 
+use std::sync::Arc;
+
 use super::board::{Detail, View};
+use crate::cli::coarse::smaller;
 use crate::film::Film;
-use crate::frame::{self, Aside, Renderer};
+use crate::frame::{self, Aside, RenderError, Renderer};
 use crate::memory;
 use crate::scene::Shot;
-use crate::settings::{Filter, Settings};
+use crate::settings::Settings;
 use crate::trace::BackendKind;
 
 /// By which sides of pictures are divided; 1: the full picture.
@@ -15,9 +18,6 @@ const FIRST_SAMPLES: u64 = 20_000;
 /// A coarse picture that takes longer, in seconds, is made coarser; one that takes less is made finer.
 const TOO_LONG: f64 = 0.4;
 const SHORT: f64 = 0.05;
-/// What makes pictures better and slow: of coarse ones, at most.
-const MOST_PATHS: u32 = 2;
-const MOST_RAYS: u32 = 1;
 
 /// Pictures of a shot from elsewhere.
 pub struct Views<'s> {
@@ -39,20 +39,16 @@ impl<'s> Views<'s> {
     /// Of `shot`, with the `settings` of its frames.
     pub fn new(shot: &'s Shot, settings: &Settings) -> Self {
         let settings = Settings { exposures: 1, shutter: None, ..settings.clone() };
-        let is_quick = |divisor: &u32| coarse(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
+        let is_quick = |divisor: &u32| smaller(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
         let first = DIVISORS[1..].iter().position(is_quick).map_or(DIVISORS.len() - 1, |place| place + 1);
         Self { shot, settings, sizes: [const { None }; DIVISORS.len()], coarse: first }
     }
 
-    /// What `view` shows.
+    /// What `view` shows; nothing if that was stopped.
     ///
     /// # Errors
     /// There is not enough memory for it, or the tracer failed.
-    pub fn render(
-        &mut self,
-        renderer: &mut Renderer<'s>,
-        view: &View,
-    ) -> Result<std::sync::Arc<Film>, String> {
+    pub fn render(&mut self, renderer: &mut Renderer<'s>, view: &View) -> Result<Option<Arc<Film>>, String> {
         let place = match view.detail {
             Detail::Full => 0,
             Detail::Coarse => self.coarse,
@@ -63,17 +59,20 @@ impl<'s> Views<'s> {
         let Some(Size { beside, last }) = &mut self.sizes[place] else { return Err(String::from("no room")) };
         let cuts = &self.shot.scene.camera.cuts;
         let reuse = last.is_some_and(|last| !is_cut(cuts, last, view.frame));
-        let finished = renderer.render_aside(beside, &view.camera, view.frame, reuse);
-        let finished = finished.map_err(|error| format!("frame {}: {error}", view.frame))?;
+        let finished = renderer.render_aside(beside, Some(&view.camera), view.frame, reuse);
+        let finished = match finished {
+            Err(RenderError::Stopped) => return Ok(None),
+            finished => finished.map_err(|error| format!("frame {}: {error}", view.frame))?,
+        };
         *last = Some(view.frame);
         if view.detail == Detail::Coarse {
             self.coarse = next_coarse(place, finished.stats.seconds.total);
         }
-        Ok(finished.film)
+        Ok(Some(finished.film))
     }
 
     fn beside(&self, divisor: u32) -> Result<Aside<'s>, String> {
-        let settings = if divisor == 1 { self.settings.clone() } else { coarse(&self.settings, divisor) };
+        let settings = if divisor == 1 { self.settings.clone() } else { smaller(&self.settings, divisor) };
         let threads = rayon::current_num_threads();
         let need = frame::need_of_aside(self.shot, &settings, BackendKind::default(), threads);
         need.check(&memory::left()).map_err(|error| error.to_string())?;
@@ -89,25 +88,6 @@ fn next_coarse(place: usize, seconds: f64) -> usize {
         (place - 1).max(1)
     } else {
         place
-    }
-}
-
-/// Of a small picture of the same, with a sample a pixel.
-fn coarse(settings: &Settings, divisor: u32) -> Settings {
-    let part = |side: u32| side.div_ceil(divisor);
-    Settings {
-        width: part(settings.width),
-        height: part(settings.height),
-        overscan: settings.overscan / divisor,
-        samples: 1,
-        refinement: None,
-        filter: Filter::Box,
-        filter_radius: None,
-        paths: settings.paths.min(MOST_PATHS),
-        paths_per_frame: settings.paths_per_frame.min(MOST_PATHS),
-        reflections: settings.reflections.min(MOST_RAYS),
-        occlusion_rays: settings.occlusion_rays.min(MOST_RAYS),
-        ..settings.clone()
     }
 }
 
@@ -128,9 +108,6 @@ mod tests {
 
     #[test]
     fn coarse_pictures_are_as_coarse_as_they_must_be() {
-        let settings = Settings { width: 641, height: 3, samples: 4, paths: 0, ..Settings::default() };
-        let small = coarse(&settings, 8);
-        assert_eq!((small.width, small.height, small.samples, small.paths), (81, 1, 1, 0));
         let slow = (0..5).fold(1, |place, _| next_coarse(place, 1.0));
         let fast = (0..5).fold(slow, |place, _| next_coarse(place, 0.01));
         assert_eq!((slow, fast, next_coarse(2, 0.2)), (3, 1, 2));

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 type Stamp = Option<(Option<SystemTime>, u64)>;
 
 /// Files as they were found.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub struct Watch(BTreeMap<PathBuf, Stamp>);
 
 impl Watch {

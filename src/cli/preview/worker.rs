@@ -8,13 +8,14 @@ use std::time::{Duration, Instant};
 use super::args::PreviewArgs;
 use super::board::{Board, Job, Loaded, Shown};
 use super::camera::ShotCamera;
+use super::needless::Needless;
 use super::views::{Views, is_cut};
 use super::watch::Watch;
 use crate::cli::bare_model::{is_model, turntable_options};
 use crate::cli::failure::{Failure, one_line};
 use crate::cli::samples_args::check_samples;
 use crate::film::Film;
-use crate::frame::{self, Renderer};
+use crate::frame::{self, RenderError, Renderer};
 use crate::layers::Layers;
 use crate::memory;
 use crate::output::png;
@@ -124,27 +125,36 @@ impl Worker {
         let need = frame::need(shot, settings, kind, frames, rayon::current_num_threads());
         need.check(&memory::left()).map_err(|error| error.to_string())?;
         let mut renderer = Renderer::with(kind, &shot.scene, settings).map_err(|error| error.to_string())?;
+        let needless = Arc::new(Needless::new(Arc::clone(&self.board), watch.clone(), PAUSE));
+        let asked = Arc::clone(&needless);
+        renderer.stop_when(Some(Arc::new(move || asked.is_at_work())));
         let mut views = Views::new(shot, settings);
+        let look = self.args.look(shot.look);
         let mut last = None;
         while !watch.has_changed() {
             let Some(job) = self.board.next_job(PAUSE) else { continue };
+            needless.begin(&job);
             let start = Instant::now();
             let shown = |film: &Film| {
-                let png = png::file_of(film, shot.look).map_err(|error| error.to_string())?;
+                let png = png::file_of(film, look).map_err(|error| error.to_string())?;
                 Ok::<_, String>(Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
             };
             match job {
                 Job::Frame(frame) => {
                     let reuse = last.is_some_and(|last| !is_cut(&shot.scene.camera.cuts, last, frame));
-                    let finished = renderer.render(frame, reuse);
-                    let finished = finished.map_err(|error| format!("frame {frame}: {error}"))?;
+                    let finished = match renderer.render(frame, reuse) {
+                        Err(RenderError::Stopped) => continue,
+                        finished => finished.map_err(|error| format!("frame {frame}: {error}"))?,
+                    };
                     last = Some(frame);
                     self.board.rendered(frame, shown(&finished.film)?);
                 }
                 Job::View(number, view) => {
                     // frames may fit into memory where this does not
-                    let film = views.render(&mut renderer, &view);
-                    self.board.viewed(number, film.and_then(|film| shown(&film)));
+                    let film = views.render(&mut renderer, &view).transpose();
+                    if let Some(film) = film {
+                        self.board.viewed(number, film.and_then(|film| shown(&film)));
+                    }
                 }
             }
         }

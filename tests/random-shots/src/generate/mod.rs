@@ -40,6 +40,7 @@ pub fn generate(seed: u64) -> Table {
     models::add_copies(&mut Dice::new(seed ^ COPIES), &mut shot);
     // at the end, so that all else stays what a seed has always given
     settings::add_caustics(dice, &mut shot);
+    settings::add_clamp(dice, &mut shot);
     shot
 }
 

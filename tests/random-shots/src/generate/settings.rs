@@ -100,6 +100,13 @@ pub fn add_caustics(dice: &mut Dice, shot: &mut Table) {
     }
 }
 
+/// What rays may bring by indirect ways, from what nearly none does to what most do.
+pub fn add_clamp(dice: &mut Dice, shot: &mut Table) {
+    if let Some(Value::Table(render)) = shot.get_mut("render").filter(|_| dice.one_in(4)) {
+        render.insert("clamp".into(), (*dice.pick(&[0.05, 0.3, 1.0, 5.0])).into());
+    }
+}
+
 fn layers(dice: &mut Dice) -> Value {
     match dice.below(4) {
         0 => Value::from(vec!["all"]),

@@ -1,0 +1,31 @@
+//! What ends a render.
+
+use std::fmt;
+
+use crate::trace::TraceError;
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub enum RenderError {
+    /// The tracer failed.
+    Trace(TraceError),
+    /// Nobody wanted it any more.
+    Stopped,
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Trace(error) => error.fmt(f),
+            Self::Stopped => f.write_str("stopped before it was done"),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {}
+
+impl From<TraceError> for RenderError {
+    fn from(error: TraceError) -> Self {
+        Self::Trace(error)
+    }
+}
