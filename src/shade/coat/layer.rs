@@ -104,7 +104,7 @@ pub fn albedo(head_on: Vec3, [all, white]: [f32; 2]) -> Vec3 {
 }
 
 impl Coat {
-    /// As [`Coats::seen`].
+    /// As [`Coats::seen`](super::Coats::seen).
     pub fn seen(
         &self,
         reflectance: Vec3,
