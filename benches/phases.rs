@@ -11,7 +11,7 @@ use afterimage::changes::Motion;
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::frame::grid::Grid;
-use afterimage::frame::view::View;
+use afterimage::frame::grid::view::View;
 use afterimage::geometry::{Bounds, Segments};
 use afterimage::lanes::{F32x8, LANES, Vec3x8};
 use afterimage::output::{FrameMeta, write_exr};

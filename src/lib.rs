@@ -17,7 +17,7 @@
 //! 5. [`samples`] is what a frame keeps for the next one: points of surfaces in their objects' own space,
 //!    with the light on them.
 //! 6. [`frame`] is the frame loop. [`frame::Renderer::render`] makes one frame: it decides what may be
-//!    skipped ([`frame::plan`]), projects the old samples, verifies them, traces what is missing, lights,
+//!    skipped ([`frame::shot::plan`]), projects the old samples, verifies them, traces what is missing, lights,
 //!    enhances and filters. [`frame::audit`] proves the result.
 //! 7. [`shade`] has the formulas that the frame loop needs: pure functions of surfaces, light and rays.
 //! 8. [`film`] holds the planes of a finished frame, [`denoise`] makes a picture without noise of them, and

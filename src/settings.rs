@@ -300,7 +300,7 @@ impl std::fmt::Display for PixelRect {
 pub struct Refinement {
     /// N, for N x N samples in such a pixel at most: the fewest, doubled once or more.
     pub most: u32,
-    /// The contrast of colours from which on pixels differ: see [`contrast`](crate::frame::contrast).
+    /// The contrast of colours from which on pixels differ: see [`contrast`](crate::frame::tiles::contrast).
     pub threshold: f32,
 }
 

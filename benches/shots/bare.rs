@@ -12,8 +12,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use afterimage::frame::grid::view::View;
 use afterimage::frame::grid::{Grid, holds};
-use afterimage::frame::view::View;
 use afterimage::lanes::{F32x8, LANES as HALF, Mask, Vec3x8};
 use afterimage::pose::{LightPose, Pose};
 use afterimage::samples::CELLS;

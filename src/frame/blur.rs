@@ -21,13 +21,13 @@
 
 use std::time::Instant;
 
-use super::channels::Channel;
 use super::eyes::{EyeMemory, Source};
-use super::mean::{Mean, Rule};
+use super::film::mean::{Mean, Rule};
 use super::picture::{self, Made, Order};
-use super::prepared::Prepared;
-use super::reflection_maps::ReflectionMaps;
+use super::planes::channels::Channel;
 use super::render_error::RenderError;
+use super::shot::prepared::Prepared;
+use super::shot::reflection_maps::ReflectionMaps;
 use super::snapshot::{Holds, Moment};
 use super::turn;
 use crate::changes::Direction;

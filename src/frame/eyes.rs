@@ -10,9 +10,9 @@
 
 use std::sync::Arc;
 
-use super::level::Level;
-use super::plan::{CameraChange, Plan};
+use super::shot::plan::{CameraChange, Plan};
 use super::snapshot::Holds;
+use super::tiles::level::Level;
 use crate::changes::Direction;
 use crate::film::Film;
 use crate::pose::Pose;
@@ -134,7 +134,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::frame::view::tests::camera;
+    use crate::frame::grid::view::tests::camera;
 
     fn pose(frame: i32, x: f32) -> Pose {
         Pose {

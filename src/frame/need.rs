@@ -3,10 +3,10 @@
 //! a picture that turns upside down at once needs up to twice the samples.
 
 use super::blur;
-use super::channels::{Channel, channels};
+use super::film::mean::Rule;
 use super::grid::Grid;
-use super::mean::Rule;
-use super::ray_trees::bytes_of_tree;
+use super::planes::channels::{Channel, channels};
+use super::secondary::ray_trees::bytes_of_tree;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Spare, TagLayout, Tile};

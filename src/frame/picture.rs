@@ -3,26 +3,26 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::audit;
 use super::audit::audit_tiles;
-use super::channels::Channel;
-use super::develop;
-use super::estimate::{Estimate, estimate};
 use super::eyes::EyeMemory;
-use super::film_audit;
-use super::frame_view::FrameView;
-use super::kernel::Kernel;
-use super::level::Level;
-use super::motion_vectors::MotionVectors;
-use super::moved_bounds::MovedBounds;
-use super::plan::{CameraChange, Plan};
-use super::prepared::Prepared;
-use super::ray_trees::{self, TileTrees};
-use super::reflection_maps::{NO_MAPS, ReflectionMaps};
+use super::film::develop;
+use super::grid::view::View;
+use super::grid::wanted::Wanted;
+use super::planes::channels::Channel;
+use super::planes::kernel::Kernel;
 use super::render_error::RenderError;
-use super::surroundings;
+use super::reuse::estimate::{Estimate, estimate};
+use super::secondary::ray_trees::{self, TileTrees};
+use super::secondary::surroundings;
+use super::shot::frame_view::FrameView;
+use super::shot::motion_vectors::MotionVectors;
+use super::shot::moved_bounds::MovedBounds;
+use super::shot::plan::{CameraChange, Plan};
+use super::shot::prepared::Prepared;
+use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
+use super::tiles::level::Level;
 use super::tiles::{Shows, TileSum};
-use super::view::View;
-use super::wanted::Wanted;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
 use crate::layers::Layers;
@@ -303,7 +303,7 @@ fn light_changes(pose: &Pose, (motion, other_motion): (&Motion, Option<&Motion>)
 
 /// What the samples of all levels are found to be; and the pixels of `film`, if that may show something left from before.
 fn audit(levels: &[(FrameView, &SampleStore)], film: Option<&Film>) -> AuditCounts {
-    let differs = film.map_or(Vec::new(), |film| film_audit::differing_pixels(levels, film));
+    let differs = film.map_or(Vec::new(), |film| audit::film::differing_pixels(levels, film));
     let mut counts = AuditCounts::default();
     levels.iter().for_each(|(frame, store)| counts += audit_tiles(frame, store, &differs));
     counts

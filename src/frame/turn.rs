@@ -1,7 +1,7 @@
 //! In which direction time runs from one picture to the next, and what of the answers that samples keep holds then.
 
 use super::eyes::EyeMemory;
-use super::prepared::Prepared;
+use super::shot::prepared::Prepared;
 use super::snapshot::Holds;
 use crate::changes::Direction;
 use crate::pose::Pose;

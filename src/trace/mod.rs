@@ -3,7 +3,7 @@
 //! A [`Tracer`] answers two: what does a ray meet first ([`closest`](Tracer::closest)), and is anything
 //! in its way ([`blocked`](Tracer::blocked))? Both take whole [batches](RayBatch) of 16-wide packets, so
 //! that a call costs nothing beside its rays. What stands still for the whole shot is apart from what
-//! moves: the paper's rules (see [`frame::plan`](crate::frame::plan)) often ask about one of the two only.
+//! moves: the paper's rules (see [`frame::plan`](crate::frame::shot::plan)) often ask about one of the two only.
 //!
 //! A [`Backend`] owns the acceleration structures. [`commit`](Backend::commit) borrows it mutably for as
 //! long as its tracer lives: the compiler keeps change and trace apart.

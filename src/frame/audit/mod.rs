@@ -1,0 +1,515 @@
+//! The proof of exactness: every sample of a finished frame is traced and shaded again, from nothing.
+//!
+//! For each sample the ray from the frame's camera through the sample's own position is traced, and:
+//! 1. it must meet the sample's triangle, in the sample's point, first ([`check_sight`]);
+//! 2. what the store keeps of the surface must be what the mesh has there ([`check_surface`]);
+//! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
+//!    ([`check_shadows`]), and the light summed anew must be the light that was kept;
+//! 4. all paths by which it gathers light, traced anew, must bring what was kept ([`check_gathered`]);
+//! 5. of its rays of ambient occlusion, all cast anew, as many must get away as was kept ([`check_openness`]).
+//!
+//! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
+//! still they are not made anew; that this is right, and all else that stands in the film, is checked by making the
+//! film again ([`film`]).
+//!
+//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a displacement by
+//! [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding
+//! surface at the same place, or slips past a silhouette; the shadow ray grazes an edge. Kept colours, normals and
+//! positions may differ from fresh ones by what rounding them for the store does ([`COLOR_TOLERANCE`],
+//! [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
+
+pub mod film;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use wide::u32x8;
+
+use crate::frame::grid::bits::{set_bits, surface_bits};
+use crate::frame::grid::cells::is_traced;
+use crate::frame::grid::place;
+use crate::frame::grid::view::View;
+use crate::frame::light::direct::sum_light;
+use crate::frame::light::indirect::{self, start_at};
+use crate::frame::light::light_paths::{PathScratch, trace_paths};
+use crate::frame::light::occlusion::{OcclusionScratch, is_asked, look_around, look_from};
+use crate::frame::light::path_ends::PathStart;
+use crate::frame::light::shadow::ShadowQueue;
+use crate::frame::reuse::candidates::REACH;
+use crate::frame::reuse::sight::SEGMENT_END;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::placed::Placed;
+use crate::frame::surface::ray_tally::RayTally;
+use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color, mean_of};
+use crate::scene::camera::Projection;
+use crate::shade::light::{StratifiedPattern, light_sample};
+use crate::shade::phong;
+use crate::shade::surface::{There, reflectance, uv_at};
+use crate::stats::AuditCounts;
+use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
+
+/// Of the distance from the eye to a sample: how far rounding may displace it. Single floats keep 6e-8 of
+/// the largest coordinate at every step from the triangle's corners over the model's matrix to the ray;
+/// this leaves room for a dozen steps and for coordinates ten times the distance. Not less than what the
+/// verification segment leaves open at its end (see [`SEGMENT_END`]).
+pub const TOLERANCE: f32 = 2e-5;
+const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
+
+/// Of the largest coordinate at hand: rounding of positions themselves, which counts where the eye is much
+/// nearer to a surface than both are to the origin.
+const COORDINATE_TOLERANCE: f32 = 5e-7;
+
+/// By which shares of the greatest displacement a ray is moved: a needle may be thinner than that.
+const DISPLACEMENTS: [f32; 3] = [1.0, 0.25, 0.0625];
+
+/// Of a colour's largest part, or of 1 for reflectances: two roundings to a half float.
+pub const COLOR_TOLERANCE: f32 = 1e-3;
+
+/// Light below this is black, whatever share of it differs.
+const DARKEST: f32 = 1e-4;
+
+/// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either side: what
+/// rounding its normal to four bytes leaves open.
+const EDGE_ON_COSINE: f32 = 1e-4;
+
+/// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes.
+const NORMAL_COSINE: f32 = 1.0 - 1e-5;
+
+/// In cells: how far rounding, to the steps in which bins keep places among others, may project a sample.
+const CELL_TOLERANCE: f32 = 0.03;
+
+/// How a check ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Holds,
+    OnEdge,
+    Differs,
+}
+
+impl Verdict {
+    /// `Holds` if `true`.
+    fn of(holds: bool) -> Self {
+        if holds { Verdict::Holds } else { Verdict::Differs }
+    }
+
+    /// What fails may still hold for another reason, if there is one.
+    fn or_if(self, may: bool, other: impl FnOnce() -> Self) -> Self {
+        if self == Verdict::Differs && may { other() } else { self }
+    }
+
+    /// What fails may still hold on an edge.
+    fn or_on_edge(self, on_edge: impl FnOnce() -> bool) -> Self {
+        if self == Verdict::Differs && on_edge() { Verdict::OnEdge } else { self }
+    }
+}
+
+/// A sample of a tile.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    /// See [`Tile::x`].
+    point: Vec3,
+    model: u32,
+    record: Record,
+}
+
+impl Sample {
+    fn of(tile: &Tile, cell: usize) -> Self {
+        Self { point: tile.point(cell), model: tile.model[cell], record: tile.record[cell] }
+    }
+}
+
+/// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
+/// the samples do; empty if it is known not to.
+pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> AuditCounts {
+    let tiles = store.tiles.par_iter().enumerate();
+    let audit = tiles.map(|(number, tile)| audit(frame, number, tile, differs));
+    audit.reduce(AuditCounts::default, |mut a, b| {
+        a += b;
+        a
+    })
+}
+
+/// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film`].
+fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
+    let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
+    let mut verdicts = vec![Verdict::Holds; CELLS];
+    let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
+
+    let differing = film::differing_cells(&frame.view.grid, number, differs);
+    for cell in differing.into_iter().filter(|cell| tile.model[*cell] != EMPTY) {
+        raise(cell, Verdict::Differs);
+    }
+    let sight = |cell: usize| sight(frame, number, tile, cell);
+    let met = trace_all(frame, sampled().map(sight));
+    for (ray, cell) in sampled().enumerate() {
+        let (sample, sight) = (Sample::of(tile, cell), sight(cell));
+        // where rounding decides the direction of a sample that stays because the camera rests, its cell's ray counts as well
+        let of_cell = sight_of_cell(frame, number, cell);
+        let is_of_cell = is_of_its_cell(frame, &sample)
+            || (is_traced(tile.status[cell]) || is_uncertain(frame, &sample))
+                && is_on(frame, &sample, of_cell);
+        let by_cell = || check_sight(frame, &sample, of_cell, trace_all(frame, [of_cell].into_iter()).get(0));
+        raise(cell, check_sight(frame, &sample, sight, met.get(ray)).or_if(is_of_cell, by_cell));
+        if !is_of_cell {
+            raise(cell, check_position(frame, number, cell, &sample));
+        }
+        if sample.model != BACKGROUND {
+            raise(
+                cell,
+                check_surface(frame, &sample, sight.direction, full_color(sample.record.reflectance)),
+            );
+        }
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        if surfaces != 0 {
+            let placed = Placed::of(frame, tile, first);
+            check_light(frame, tile, first, &placed, surfaces, &mut raise);
+        }
+    }
+    check_gathered(frame, tile, &mut raise);
+    check_openness(frame, tile, &mut raise);
+    for (light, pose) in frame.pose.lights.iter().enumerate() {
+        let points = 0..pose.points;
+        points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
+    }
+    let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
+    AuditCounts {
+        checked: sampled().count() as u64,
+        differing: count(Verdict::Differs),
+        on_edge: count(Verdict::OnEdge),
+    }
+}
+
+/// A line of sight, of any length.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    origin: Vec3,
+    direction: Vec3,
+}
+
+fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
+    let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
+    sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
+    frame.tracer.closest(&batch, SceneSubset::All, Coherence::Coherent, &mut hits);
+    hits
+}
+
+/// The line of sight on which the sample of `cell` is seen. A sample that was traced in this frame
+/// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
+/// rounded by more than a cell.
+fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
+    let (sample, camera) = (Sample::of(tile, cell), &frame.view.camera);
+    if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
+        let offset = offset(frame, &sample);
+        return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
+    }
+    sight_of_cell(frame, number, cell)
+}
+
+/// The line of sight through the centre of `cell`.
+fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
+    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
+    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
+    let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
+    Sight { origin, direction }
+}
+
+/// Whether it shows the background of an orthographic view, which has no place of its own: it is seen where its cell is.
+fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
+    sample.model == BACKGROUND && frame.view.camera.is_orthographic()
+}
+
+/// Whether rounding of the sample's coordinates moves it by more than places in cells may be wrong.
+fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
+    let View { camera, grid, .. } = frame.view;
+    let cell = 2.0 * camera.half_height / grid.height as f32;
+    let distance = if camera.is_orthographic() { 1.0 } else { offset(frame, sample).length() };
+    rounding(frame, sample) >= CELL_TOLERANCE * cell * distance
+}
+
+/// How far rounding may displace a sample, world units.
+fn reach(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
+    frame.view.camera.sight(offset).length() * TOLERANCE
+        + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
+}
+
+/// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
+/// the ray. The corners count here, and here alone: if they did for displacements sideways, whatever hides a sample on
+/// a wide ground would be on an edge. Quadrics have none: there it is the sample's own coordinates that are rounded.
+fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
+    let mut largest = eye.abs().max(offset.abs());
+    if sample.model != BACKGROUND {
+        let mesh = &frame.scene.models[sample.model as usize].mesh;
+        if mesh.quadric.is_some() {
+            let of_object = frame.transform(sample.model).direction(sample.point).abs();
+            return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
+        }
+        for corner in frame.place(sample.model).corners(mesh, sample.record.triangle) {
+            largest = largest.max((corner - eye).abs());
+        }
+    }
+    largest.max_element() * COORDINATE_TOLERANCE
+}
+
+fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
+    frame.offset(sample.point, sample.model, sample.record.triangle)
+}
+
+/// Of the sample's triangle, on the sample's side: world space, unit length.
+fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
+    let Record { triangle, geometric_normal, .. } = sample.record;
+    frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
+}
+
+/// Directions (any unit) at right angles to `way`, all around it.
+fn around(way: Vec3) -> [Vec3; 8] {
+    let (a, b) = way.normalize_or(Vec3::X).any_orthonormal_pair();
+    [a, -a, b, -b, a + b, a - b, b - a, -a - b]
+}
+
+/// Whether the camera meets the sample first, on the line of `sight`.
+fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> Verdict {
+    Verdict::of(meets(frame, sample, sight, met)).or_on_edge(|| {
+        let Sight { origin, direction } = sight;
+        let reach = reach(frame, sample);
+        let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
+        let beside: Vec<Sight> = match frame.view.camera.projection {
+            Projection::Perspective => {
+                // as long beside the sight as it is beside the offset, up to all but sideways: the offset may be rounded to zero
+                let far = offset(frame, sample).length().max(f32::MIN_POSITIVE);
+                let reach = (reach * direction.length() / far).min(1e3 * direction.length());
+                aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
+            }
+            Projection::Orthographic => {
+                aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
+            }
+        };
+        let met = trace_all(frame, beside.iter().copied());
+        let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
+        (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
+    })
+}
+
+/// Whether a ray along `sight` that met `met` met the sample.
+fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
+    match met {
+        None => sample.model == BACKGROUND,
+        Some(hit) => {
+            (hit.model, hit.triangle) == (sample.model, sample.record.triangle)
+                && coincides(frame, sample, sight, met)
+        }
+    }
+}
+
+/// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
+/// another surface in the same place, either of which may be met first.
+fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
+    let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
+    let tolerance = reach(frame, sample) + rounding(frame, sample);
+    let from_eye = sight.origin - frame.view.camera.eye + met.t * sight.direction;
+    (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs() <= tolerance
+}
+
+/// Whether the sample is as near to the centre of its cell as one must be that serves it.
+fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
+    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
+    let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
+    let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis] as i32) as f32 - 0.5;
+    let off = Vec2::new(aside(0, seen.x), aside(1, seen.y));
+    Verdict::of(off.length() <= REACH + CELL_TOLERANCE)
+}
+
+/// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
+fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
+    let from_origin = frame.view.camera.eye - sight.origin + offset(frame, sample);
+    from_origin.cross(sight.direction).length() <= rounding(frame, sample) * sight.direction.length()
+}
+
+/// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from
+/// the eye, any length.
+fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
+    let mesh = &frame.scene.models[sample.model as usize].mesh;
+    let there = There::at(mesh, sample.record.triangle, sample.point);
+    // in a model that is flattened or sheared, rounding in the world may be far in its own space; a triangle much larger than its
+    // distance is met beside its edge
+    let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
+    let distance = in_object(offset(frame, sample)).max(sample.point.length());
+    let reach = f64::from(TOLERANCE * distance + in_object(Vec3::splat(rounding(frame, sample))));
+
+    // as far as the eye may be on the other side
+    let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
+    let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
+    let number = mesh.material_of[sample.record.triangle as usize];
+    let material = &frame.scene.materials[usize::from(number)];
+    let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, there.weights));
+    Verdict::of(
+        sample.record.material == number
+            && there.distance <= reach
+            && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
+            && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
+            && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
+            && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < edge_on,
+    )
+}
+
+/// Whether the light that eight samples keep is the light that the tags and lights give.
+fn check_light(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    placed: &Placed,
+    surfaces: u8,
+    raise: &mut impl FnMut(usize, Verdict),
+) {
+    let (kept, fresh) = (tile.kept_light(first), sum_light(frame, tile, first, placed));
+    for lane in set_bits(surfaces) {
+        let (kept, fresh) = (kept.lane(lane), fresh.lane(lane));
+        let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
+        let holds = (kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack;
+        raise(first + lane, Verdict::of(holds));
+    }
+}
+
+/// Whether samples have gathered what all of their paths bring when they are traced again, against everything, and whether
+/// the mean that they keep is theirs. Paths are cast ray by ray, each a function of its start alone: no tolerance but
+/// that of kept colours is needed.
+fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    if frame.paths == 0 {
+        return;
+    }
+    let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.starts.clear();
+        let placed = Placed::of(frame, tile, first);
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            let (cell, gathered) = (first + lane, &tile.gathered);
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
+            if frame.palette.is_diffuse(tile.record[cell].material) {
+                let known = 0..gathered.known(cell) as u32;
+                raise(cell, Verdict::of(known.end > 0));
+                scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
+            }
+            let mean = mean_of(gathered.paths(cell));
+            raise(cell, Verdict::of(mean.radiance == gathered.mean(cell).radiance));
+        }
+        trace_paths(frame, &mut scratch, &mut tally);
+        for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+            let cell = start.owner as usize;
+            let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
+            let fresh = full_color(indirect::kept(brought.radiance, brought.until).radiance);
+            let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
+            raise(cell, Verdict::of((known - fresh).abs().max_element() <= slack));
+        }
+    }
+}
+
+/// Whether as many rays get away from samples as they keep when all are cast again, against everything. Each is cast for itself:
+/// no tolerance is needed.
+fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    let Some(occlusion) = frame.occlusion else { return };
+    let (mut scratch, mut tally) = (OcclusionScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.looks.clear();
+        let placed = Placed::of(frame, tile, first);
+        let surfaces = set_bits(surface_bits(&tile.model[first..first + LANES]));
+        for cell in surfaces.map(|lane| first + lane) {
+            if is_asked(frame, tile.record[cell].material) {
+                scratch.looks.push(look_from(frame, tile, cell, &placed, occlusion.rays));
+            } else {
+                raise(cell, Verdict::of(tile.gathered.openness(cell).open == 0));
+            }
+        }
+        look_around(frame, &mut scratch, &mut tally);
+        for (look, found) in scratch.looks.iter().zip(&scratch.found) {
+            let cell = look.start.owner as usize;
+            raise(cell, Verdict::of(tile.gathered.openness(cell).open == found.open));
+        }
+    }
+}
+
+/// A point of a light, by number.
+#[derive(Clone, Copy)]
+struct Source {
+    light: usize,
+    point: usize,
+}
+
+/// Whether the tags for one point of a light say what fresh shadow rays say.
+fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
+    let tag = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell);
+    let is_lit = |cell: usize| tag(cell).is_lit();
+    // a light without power need not be known of; what is known must be right, or it would be wrong when the light returns
+    let is_dark = frame.pose.lights[source.light].is_dark();
+    let is_known = |cell: usize| !is_dark || tag(cell) != Tag::Unknown;
+    let mut queue = ShadowQueue::default();
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        let surfaces =
+            set_bits(surfaces).filter(|lane| is_known(first + lane)).fold(0, |bits, lane| bits | 1 << lane);
+        if surfaces == 0 {
+            continue;
+        }
+        let placed = Placed::of(frame, tile, first);
+        let seeds = tile.gathered.seeds(first);
+        let faces = ask(frame, source, &placed, seeds, surfaces, first as u32, &mut queue);
+        for lane in set_bits(surfaces & !faces) {
+            raise(first + lane, Verdict::of(!is_lit(first + lane)));
+        }
+    }
+    let mut doubtful = Vec::new();
+    answer(frame, &mut queue, |cell, tag| {
+        if tag.is_lit() != is_lit(cell as usize) {
+            doubtful.push(cell as usize);
+        }
+    });
+    for cell in doubtful {
+        let lane = cell % LANES;
+        let seed = tile.gathered.seeds(cell - lane).as_array_ref()[lane];
+        let (lit, seeds) = (is_lit(cell), u32x8::splat(seed));
+        let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
+        let reach = reach(frame, &Sample::of(tile, cell));
+        // the same surface eight times, displaced in eight directions
+        let [point, normal, geometric_normal] =
+            [&placed.point, &placed.normal, &placed.geometric_normal].map(|all| all.lane(lane));
+        let mut beside = Placed {
+            point: Vec3x8::ZERO,
+            normal: Vec3x8::splat(normal),
+            geometric_normal: Vec3x8::splat(geometric_normal),
+        };
+        for (lane, aside) in around(geometric_normal).into_iter().enumerate() {
+            beside.point.set_lane(lane, point + aside * reach);
+        }
+        queue.clear();
+        ask(frame, source, &beside, seeds, u8::MAX, 0, &mut queue);
+        let mut grazes = false;
+        answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
+        raise(cell, Verdict::Differs.or_on_edge(|| grazes));
+    }
+}
+
+/// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
+/// `seeds`: of the places in it that they ask.
+fn ask(
+    frame: &FrameView,
+    source: Source,
+    placed: &Placed,
+    seeds: u32x8,
+    wanted: u8,
+    owner: u32,
+    queue: &mut ShadowQueue,
+) -> u8 {
+    let light = &frame.pose.lights[source.light];
+    let light_sample =
+        light_sample(light, source.point, &StratifiedPattern::of_seeds(light, seeds), placed.point);
+    let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
+    queue.push(placed.point, placed.geometric_normal, &light_sample, wanted & faces, owner);
+    faces
+}
+
+fn answer(frame: &FrameView, queue: &mut ShadowQueue, say: impl FnMut(u32, Tag)) {
+    queue.answer(ShadowCheck::StillThenMovable, SceneSubset::All, Coherence::Coherent, frame.tracer, say);
+}

@@ -1,0 +1,372 @@
+//! Filtering: samples to pixels (the paper's "Filtering").
+//!
+//! Each tile writes its own pixels into its [`Window`] of the film. Where the filter is wider than a pixel,
+//! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of them.
+//!
+//! Colours are filtered; what is never mixed is in [`pixels`](super::pixels).
+
+use super::mattes::{ids_of_cells, rank_boxes};
+use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
+use super::spread::{TileFilm, spread};
+use super::variance::pixel_variances;
+use crate::cryptomatte::{Id, Kind, Mattes};
+use crate::frame::planes::channels::{
+    Channel, MATTE_PLANES, Picture, Source, Written, data, matte_planes, sums,
+};
+use crate::frame::planes::window::Window;
+use crate::frame::reuse::candidates::REACH;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::PlacedTile;
+use crate::frame::surface::radiance::{Light, Radiance};
+use crate::frame::surface::ray_tally::CellRays;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::layers::Layers;
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
+
+/// A worker's memory for this phase.
+#[derive(Debug)]
+pub struct Filtering {
+    /// One where a surface is seen, zero elsewhere.
+    alpha: Column<f32>,
+    /// Zero for the background.
+    albedo: Light,
+    /// What share of the directions around is open: all around the background.
+    openness: Column<f32>,
+    /// Along the view axis, in the units of the shot's files; zero for the background.
+    depth: Column<f32>,
+    /// What [`pixel_variances`] says of the pixel of each cell.
+    variance: Column<f32>,
+    /// In cells, from the tile's corner.
+    x: Column<f32>,
+    y: Column<f32>,
+    /// For each pixel the cell whose sample is nearest to its centre.
+    nearest: Vec<u16>,
+    /// Of a filter without a halo: sums of the tile's pixels.
+    sums: Planes<{ sums::COUNT }>,
+    /// Of the tile's pixels.
+    data: Planes<{ data::COUNT }>,
+    /// Of a filter without a halo, of the tile's pixels.
+    mattes: Planes<MATTE_PLANES>,
+    /// Of the tile's cells.
+    ids: Column<Id>,
+    /// Pixels that are written; all, if none are listed.
+    wanted: Vec<bool>,
+}
+
+impl Default for Filtering {
+    fn default() -> Self {
+        let none = [0.0; CELLS];
+        Self {
+            alpha: none,
+            albedo: [none; 3],
+            openness: none,
+            depth: none,
+            variance: none,
+            x: none,
+            y: none,
+            nearest: Vec::new(),
+            sums: Planes::default(),
+            data: Planes::default(),
+            mattes: Planes::default(),
+            ids: [Id::NONE; CELLS],
+            wanted: Vec::new(),
+        }
+    }
+}
+
+/// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
+/// included, in its `film`: for a filter wider than a pixel.
+pub fn sum(
+    frame: &FrameView,
+    number: usize,
+    tile: &Tile,
+    filtering: &mut Filtering,
+    radiance: &Radiance,
+    film: &mut TileFilm,
+) {
+    let Some(kernel) = &frame.kernel else { return };
+    prepare(frame, tile, radiance, filtering);
+    locate(frame, number, tile, filtering);
+    let Filtering { alpha, albedo, openness, depth, variance, x, y, ids, .. } = filtering;
+    let mut columns = [None; sums::COUNT];
+    let planes = filtered(frame, radiance, [alpha, openness, depth, variance], albedo);
+    planes.for_each(|(plane, column)| columns[plane] = Some(column));
+    spread(kernel, &frame.view.grid, tile, [x, y], &columns, film);
+    for (kind, mattes) in shown_mattes(frame) {
+        ids_of_cells(frame, mattes, tile, kind, ids);
+        film.mattes[kind as usize].spread(kernel, &frame.view.grid, [x, y], ids);
+    }
+}
+
+/// What earlier phases found out about a tile.
+pub struct Shown<'a> {
+    /// What its cells show.
+    pub radiance: &'a Radiance,
+    /// Its surfaces in world space.
+    pub placed: &'a mut PlacedTile,
+    /// The rays that its cells have cost.
+    pub cell_rays: &'a CellRays,
+}
+
+/// Makes pixels of the samples of tile number `number`, and writes what needs no other tile into its `window`. Says
+/// which channels hold anything.
+pub fn filter(
+    frame: &FrameView,
+    number: usize,
+    tile: &Tile,
+    filtering: &mut Filtering,
+    shown: Shown,
+    picture: &Picture,
+    window: &mut Window,
+) -> Written {
+    if frame.wanted_of(number).is_empty() {
+        return Written::SHOWN;
+    }
+    let grid = &*frame.view.grid;
+    let Shown { radiance, placed, cell_rays } = shown;
+    filtering.sums.begin();
+    filtering.data.begin();
+    filtering.mattes.begin();
+    let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
+    // with a wide filter it is known already where samples are seen, and `sum` is done
+    if picture.kernel.is_none() {
+        prepare(frame, tile, radiance, filtering);
+        if shows_samples && grid.samples > 1 {
+            locate(frame, number, tile, filtering);
+        }
+        let Filtering { alpha, albedo, openness, depth, variance, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth, variance], albedo) {
+            reduce(grid, column, |sum, value| sum + value, sums.open(plane));
+        }
+        take_mattes(frame, tile, filtering);
+    }
+    let Filtering { x, y, nearest, data, .. } = filtering;
+    if shows_samples {
+        if grid.samples > 1 {
+            choose_nearest(grid, [x, y], nearest);
+        }
+        take_data(frame, tile, placed, nearest, data);
+    }
+    count(frame, tile, cell_rays, data);
+    finish(frame, number, picture, filtering, window, |_| true)
+}
+
+/// The pixels of tile number `number` that are written, by number; all, if none are listed.
+fn mark_wanted(frame: &FrameView, number: usize, pixels: &mut Vec<bool>) {
+    pixels.clear();
+    if frame.wanted.is_some() {
+        let (grid, wanted) = (&*frame.view.grid, frame.wanted_of(number));
+        let all = 0..(grid.tile_pixels * grid.tile_pixels) as usize;
+        pixels.extend(all.map(|pixel| wanted.has(usize::from(grid.cells_of_pixel(pixel)[0]))));
+    }
+}
+
+/// The kinds of mattes that a layer shows.
+fn shown_mattes<'a>(frame: &FrameView<'a>) -> impl Iterator<Item = (Kind, &'a Mattes)> + use<'a> {
+    let layers = frame.layers;
+    let kinds = frame.mattes.into_iter().flat_map(|mattes| Kind::ALL.map(|kind| (kind, mattes)));
+    kinds.filter(move |(kind, _)| layers.has(kind.layer()))
+}
+
+/// The mattes of a tile's pixels, each the mean of its own cells.
+fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
+    let Filtering { mattes: planes, ids, .. } = filtering;
+    for (kind, mattes) in shown_mattes(frame) {
+        ids_of_cells(frame, mattes, tile, kind, ids);
+        let first = matte_planes(kind).start;
+        rank_boxes(&frame.view.grid, ids, |pixel, ranked| {
+            for (plane, (id, share)) in
+                (first..).step_by(2).zip(ranked).take_while(|(_, (_, share))| *share > 0.0)
+            {
+                planes.open_zeroed(plane)[pixel] = id.as_float();
+                planes.open_zeroed(plane + 1)[pixel] = *share;
+            }
+        });
+    }
+}
+
+/// Says that the film shows tile number `number` already, a frame younger.
+pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
+    let mut written = Written::SHOWN;
+    // a pixel's age is counted in the coarsest level
+    if let Some(age) = picture.age().filter(|_| frame.wanted.is_none()) {
+        window.count_up(age, &frame.view.grid.pixels(number), OLDEST as f32);
+        written.note(age);
+    }
+    written
+}
+
+/// The same, but that samples may have another status, and that rays may have been cast.
+pub fn recount(
+    frame: &FrameView,
+    number: usize,
+    tile: &Tile,
+    filtering: &mut Filtering,
+    cell_rays: &CellRays,
+    picture: &Picture,
+    window: &mut Window,
+) -> Written {
+    if frame.wanted_of(number).is_empty() {
+        return Written::SHOWN;
+    }
+    filtering.data.begin();
+    count(frame, tile, cell_rays, &mut filtering.data);
+    let counted = finish(frame, number, picture, filtering, window, Channel::is_count);
+    stay(frame, number, picture, window).plus(counted)
+}
+
+/// Writes those planes that are `wanted` and need no neighbours.
+fn finish(
+    frame: &FrameView,
+    number: usize,
+    picture: &Picture,
+    filtering: &mut Filtering,
+    window: &mut Window,
+    wanted: impl Fn(&Channel) -> bool,
+) -> Written {
+    let grid = &*frame.view.grid;
+    mark_wanted(frame, number, &mut filtering.wanted);
+    let Filtering { sums, data, mattes, wanted: pixels_wanted, .. } = filtering;
+    let scale = (grid.samples_of_pixel() as f32).recip();
+    let stride = grid.tile_pixels as usize;
+    let (pixels, first) = (grid.pixels(number), grid.first_in_film(number));
+    let mut written = Written::default();
+    let mut scaled = [0.0; CELLS];
+    let is_some = |channel: &Channel| match channel.source {
+        Source::Data(number) => data.is_some[number],
+        Source::Matte(number) => mattes.is_some[number],
+        Source::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
+    };
+    let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
+    // with a wide filter, colours are made of the sums of many tiles
+    let is_ours = |channel: &Channel| wanted(channel) && (picture.kernel.is_none() || !channel.is_filtered());
+    let mut channels = channels.filter(|(_, (channel, _))| is_ours(channel)).peekable();
+    while let Some((number, (channel, was_zero))) = channels.next() {
+        // rows lie far from each other, each in memory that no cache has any more
+        if let Some((next, _)) = channels.peek().filter(|(_, (next, was_zero))| is_some(next) || !**was_zero)
+        {
+            window.prefetch(*next, &pixels);
+        }
+        let values = match channel.source {
+            Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
+            Source::Matte(number) => mattes.is_some[number].then(|| &mattes.columns[number]),
+            Source::Filtered(numbers) => {
+                let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
+                some.next().map(|first| {
+                    if numbers.len() == 1 && scale == 1.0 {
+                        return &sums.columns[*first];
+                    }
+                    for (pixel, sum) in scaled.iter_mut().zip(&sums.columns[*first]) {
+                        *pixel = sum * scale;
+                    }
+                    for number in some {
+                        for (pixel, sum) in scaled.iter_mut().zip(&sums.columns[*number]) {
+                            *pixel += sum * scale;
+                        }
+                    }
+                    &scaled
+                })
+            }
+        };
+        match values {
+            Some(values) if pixels_wanted.is_empty() => {
+                written.note(number);
+                window.put(number, &pixels, &values[first..], stride);
+            }
+            Some(values) => {
+                written.note(number);
+                window.put_some(number, &pixels, &values[first..], &pixels_wanted[first..], stride);
+            }
+            None if *was_zero => {}
+            None if pixels_wanted.is_empty() => window.clear(number, &pixels),
+            None => window.put_some(number, &pixels, &[0.0; CELLS], &pixels_wanted[first..], stride),
+        }
+    }
+    written
+}
+
+/// What is filtered beside light.
+fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut Filtering) {
+    if frame.layers.has(Layers::VARIANCE) {
+        pixel_variances(&frame.view.grid, radiance, &mut filtering.variance);
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let is_surface = Mask::less(models, EMPTY);
+        // a background that is shown hides what the picture is put over, as surfaces do
+        let hides = if frame.shows_background { F32x8::splat(1.0) } else { F32x8::ZERO };
+        is_surface.select(F32x8::splat(1.0), hides).store(&mut filtering.alpha, first);
+        if frame.layers.has(Layers::ALBEDO) {
+            let [r, g, b] = &mut filtering.albedo;
+            let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));
+            is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
+        }
+        if frame.layers.has(Layers::OCCLUSION) {
+            let kept = tile.gathered.opennesses(first);
+            is_surface.select(kept, F32x8::ONE).store(&mut filtering.openness, first);
+        }
+        if frame.layers.has(Layers::DEPTH) {
+            let depth = frame.offsets(tile, first).dot(Vec3x8::splat(frame.view.camera.forward));
+            let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
+            is_surface.select(depth, F32x8::ZERO).store(&mut filtering.depth, first);
+        }
+    }
+}
+
+/// Where in the tile the samples are seen. A sample is within [`REACH`] of the centre of the cell that it serves;
+/// rounding may say otherwise right before the eye.
+fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filtering) {
+    let grid = &frame.view.grid;
+    let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
+    let reach = F32x8::splat(REACH);
+    for first in (0..CELLS).step_by(LANES) {
+        let seen = frame.view.project(frame.offsets(tile, first));
+        let near = |at: F32x8, cell: F32x8| {
+            let target = cell + F32x8::splat(0.5);
+            at.max(target - reach).min(target + reach)
+        };
+        let cells = [&grid.place_x, &grid.place_y].map(|place| F32x8::load(place, first));
+        let mut at = [near(seen.x - left, cells[0]), near(seen.y - top, cells[1])];
+        if frame.view.camera.is_orthographic() {
+            // the background has no place of its own: its samples are those of their cells
+            let is_background = Mask::equal(&tile.model[first..first + LANES], BACKGROUND);
+            at = [0, 1].map(|axis| is_background.select(cells[axis] + F32x8::splat(0.5), at[axis]));
+        }
+        at[0].store(&mut filtering.x, first);
+        at[1].store(&mut filtering.y, first);
+    }
+}
+
+/// The planes that are filtered, as far as they hold anything, with their numbers in [`sums`].
+fn filtered<'a>(
+    frame: &FrameView,
+    shown: &'a Radiance,
+    [alpha, openness, depth, variance]: [&'a Column<f32>; 4],
+    albedo: &'a Light,
+) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
+    let parts = &shown.parts;
+    let has = |layer| frame.layers.has(layer);
+    let colors = [
+        (sums::DIFFUSE, &shown.diffuse, true),
+        (sums::ALBEDO, albedo, has(Layers::ALBEDO)),
+        (sums::SPECULAR, &shown.specular, shown.has_specular),
+        (sums::REFLECTION, &shown.reflection, shown.has_secondary),
+        (sums::REFRACTION, &shown.refraction, shown.has_secondary),
+        (sums::DIRECT, &parts.direct, has(Layers::DIRECT)),
+        (sums::INDIRECT, &parts.indirect, has(Layers::INDIRECT) && frame.paths > 0),
+        (sums::EMISSION, &parts.emission, has(Layers::EMISSION)),
+        (sums::SKY, &parts.sky, has(Layers::BACKGROUND)),
+        (sums::GUIDE_ALBEDO, &parts.guide_albedo, has(Layers::GUIDES)),
+        (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
+    ];
+    let planes = colors.into_iter().filter(|(.., is_some)| *is_some);
+    let groups = parts.groups.iter().enumerate().map(|(group, light)| (sums::light(group), light, true));
+    let groups = groups.filter(move |_| frame.layers.has(Layers::LIGHT));
+    let planes = planes.chain(groups);
+    let planes =
+        planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
+    let openness = has(Layers::OCCLUSION).then_some((sums::OCCLUSION, openness));
+    let depth = has(Layers::DEPTH).then_some((sums::DEPTH, depth));
+    let variance = has(Layers::VARIANCE).then_some((sums::VARIANCE, variance));
+    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(depth).chain(variance).chain(planes)
+}

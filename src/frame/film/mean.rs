@@ -1,0 +1,327 @@
+//! The picture of a frame: the mean of those of its exposures, plane by plane, each by its own rule.
+
+use rayon::prelude::*;
+
+use super::mattes::rank;
+use crate::cryptomatte::{Id, Kind, RANKS};
+use crate::film::{Film, Plane, Values};
+use crate::frame::planes::channels::{Channel, Source, data, matte_planes};
+
+/// How the planes of exposures become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// What the filter mixes, and shares: each exposure counts as much as any other.
+    Mean,
+    /// Counts: all of them together.
+    Sum,
+    /// Distances: the nearest.
+    Least,
+    /// What cannot be mixed: that of the exposure in the middle.
+    Middle,
+    /// Shares of mattes: the mean of each matte's.
+    Matte,
+}
+
+impl Rule {
+    /// Of a plane.
+    pub fn of(channel: &Channel) -> Self {
+        match channel.source {
+            Source::Filtered(_) | Source::Data(data::STATUS..data::RAYS) => Self::Mean,
+            Source::Data(data::RAYS..data::MATERIAL) => Self::Sum,
+            Source::Data(data::Z) => Self::Least,
+            Source::Data(_) => Self::Middle,
+            Source::Matte(_) => Self::Matte,
+        }
+    }
+}
+
+/// What the exposures of a frame add up to so far.
+#[derive(Debug)]
+pub struct Mean {
+    width: u32,
+    height: u32,
+    /// One for each of the picture's planes.
+    planes: Vec<Gathered>,
+    /// By kind; empty where no layer shows them.
+    mattes: [Vec<Row>; Kind::ALL.len()],
+    /// Exposures that were added.
+    count: u32,
+}
+
+/// What a plane has added up to.
+#[derive(Debug)]
+enum Gathered {
+    /// Zero throughout, or elsewhere.
+    Nothing,
+    /// A sum, or the least value.
+    Values(Vec<f32>),
+    /// That of one exposure.
+    Plane(Plane),
+}
+
+/// Shares of mattes in a row of pixels.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Row {
+    /// Where those of each pixel begin, and where the last one's end.
+    starts: Vec<u32>,
+    /// Sums over exposures.
+    shares: Vec<(Id, f32)>,
+}
+
+impl Mean {
+    /// Of no exposure yet of a picture of these planes and this size.
+    pub fn new(channels: &[Channel], [width, height]: [u32; 2]) -> Self {
+        Self {
+            width,
+            height,
+            planes: channels.iter().map(|_| Gathered::Nothing).collect(),
+            mattes: Default::default(),
+            count: 0,
+        }
+    }
+
+    /// Adds the picture of an exposure, which has those of `channels` at least that no [`Rule::Middle`] is for.
+    pub fn add(&mut self, film: &Film, channels: &[Channel]) {
+        let first = self.count == 0;
+        self.count += 1;
+        self.planes.par_iter_mut().zip(channels).for_each(|(gathered, channel)| {
+            let Some(plane) = film.plane(&channel.name) else { return };
+            match Rule::of(channel) {
+                Rule::Mean | Rule::Sum => gathered.add(plane),
+                Rule::Least => gathered.least(plane, first),
+                Rule::Middle => *gathered = Gathered::Plane(plane.clone()),
+                Rule::Matte => {}
+            }
+        });
+        for kind in Kind::ALL {
+            if let Some(planes) = planes_of(kind, film, channels) {
+                self.add_mattes(kind, &planes);
+            }
+        }
+    }
+
+    fn add_mattes(&mut self, kind: Kind, planes: &[&Plane]) {
+        let rows = &mut self.mattes[kind as usize];
+        if planes.iter().all(|plane| plane.is_zero) && rows.is_empty() {
+            return;
+        }
+        rows.resize_with(self.height as usize, Row::default);
+        let width = self.width as usize;
+        rows.par_iter_mut().enumerate().for_each(|(y, row)| {
+            let mut shares = Vec::new();
+            let mut sum = Row::default();
+            for x in 0..width {
+                shares.clear();
+                shares.extend_from_slice(row.of(x));
+                for rank in planes.chunks_exact(2) {
+                    let [id, share] = [rank[0], rank[1]].map(|plane| plane.values.get(y * width + x));
+                    if share > 0.0 {
+                        add_share(&mut shares, Id(id.to_bits()), share);
+                    }
+                }
+                sum.push(&shares);
+            }
+            *row = sum;
+        });
+    }
+
+    /// The picture.
+    pub fn finish(self, channels: &[Channel]) -> Film {
+        let pixels = self.width as usize * self.height as usize;
+        let share = (self.count.max(1) as f32).recip();
+        let mattes: Vec<Vec<Vec<f32>>> =
+            self.mattes.iter().map(|rows| ranked(rows, self.width as usize, share)).collect();
+        let planes = self.planes.into_par_iter().zip(channels).map(|(gathered, channel)| {
+            let mut plane = Plane {
+                name: channel.name.clone(),
+                kind: channel.kind,
+                values: channel.room(pixels),
+                is_zero: false,
+            };
+            match (gathered, channel.source) {
+                (Gathered::Plane(plane), _) => return plane,
+                (Gathered::Values(mut sums), _) => {
+                    if Rule::of(channel) == Rule::Mean {
+                        sums.iter_mut().for_each(|sum| *sum *= share);
+                    }
+                    plane.values.put(0, &sums);
+                }
+                (Gathered::Nothing, Source::Matte(number)) => {
+                    let values = mattes.iter().flatten().nth(number).filter(|values| !values.is_empty());
+                    plane.is_zero = values.is_none();
+                    values.into_iter().for_each(|values| plane.values.put(0, values));
+                }
+                (Gathered::Nothing, _) => plane.is_zero = true,
+            }
+            plane
+        });
+        Film { width: self.width, height: self.height, planes: planes.collect() }
+    }
+}
+
+impl Gathered {
+    fn add(&mut self, plane: &Plane) {
+        if plane.is_zero {
+            return;
+        }
+        let sums = self.values(plane.values.len(), 0.0);
+        each(sums, &plane.values, |sum, value| *sum += value);
+    }
+
+    fn least(&mut self, plane: &Plane, first: bool) {
+        let values = self.values(plane.values.len(), if first { f32::INFINITY } else { 0.0 });
+        each(values, &plane.values, |least, value| *least = least.min(value));
+    }
+
+    /// The values, `count` of them; `begin` each where there are none yet.
+    fn values(&mut self, count: usize, begin: f32) -> &mut [f32] {
+        if !matches!(self, Self::Values(_)) {
+            *self = Self::Values(vec![begin; count]);
+        }
+        match self {
+            Self::Values(values) => values,
+            Self::Nothing | Self::Plane(_) => &mut [],
+        }
+    }
+}
+
+/// Calls `with` for each value and what it is added to.
+fn each(all: &mut [f32], values: &Values, with: impl Fn(&mut f32, f32) + Sync) {
+    use half::slice::HalfFloatSliceExt;
+    /// What fits well into the nearest cache.
+    const PIECE: usize = 1024;
+    match values {
+        Values::Float(values) => {
+            all.par_chunks_mut(PIECE).zip(values.par_chunks(PIECE)).for_each(|(all, values)| {
+                all.iter_mut().zip(values).for_each(|(one, value)| with(one, *value));
+            })
+        }
+        Values::Half(values) => {
+            all.par_chunks_mut(PIECE).zip(values.par_chunks(PIECE)).for_each(|(all, values)| {
+                let mut floats = [0.0; PIECE];
+                let floats = &mut floats[..values.len()];
+                values.convert_to_f32_slice(floats);
+                all.iter_mut().zip(floats).for_each(|(one, value)| with(one, *value));
+            })
+        }
+    }
+}
+
+impl Row {
+    /// Of pixel number `x`; of a row that has none yet, nothing.
+    fn of(&self, x: usize) -> &[(Id, f32)] {
+        match self.starts[..] {
+            [] => &[],
+            _ => &self.shares[self.starts[x] as usize..self.starts[x + 1] as usize],
+        }
+    }
+
+    /// Appends the next pixel.
+    fn push(&mut self, shares: &[(Id, f32)]) {
+        if self.starts.is_empty() {
+            self.starts.push(0);
+        }
+        self.shares.extend_from_slice(shares);
+        self.starts.push(self.shares.len() as u32);
+    }
+}
+
+fn add_share(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
+    match shares.iter_mut().find(|(known, _)| *known == id) {
+        Some((_, share)) => *share += more,
+        None => shares.push((id, more)),
+    }
+}
+
+/// The planes of a kind of mattes, id and share of each rank in turn, if `film` has them.
+fn planes_of<'a>(kind: Kind, film: &'a Film, channels: &[Channel]) -> Option<Vec<&'a Plane>> {
+    let plane = |number| {
+        let channel = channels.iter().find(|channel| channel.source == Source::Matte(number));
+        channel.and_then(|channel| film.plane(&channel.name))
+    };
+    matte_planes(kind).map(plane).collect()
+}
+
+/// The values of the planes of a kind of mattes, of sums of which `share` counts; empty ones where there are none.
+fn ranked(rows: &[Row], width: usize, share: f32) -> Vec<Vec<f32>> {
+    let mut planes = vec![Vec::new(); 2 * RANKS];
+    if rows.is_empty() {
+        return planes;
+    }
+    let of_row = |row: &Row| -> Vec<_> {
+        let of_pixel = |x| {
+            let mut shares: Vec<(Id, f32)> = row.of(x).iter().map(|(id, sum)| (*id, sum * share)).collect();
+            rank(&mut shares)
+        };
+        (0..width).map(of_pixel).collect()
+    };
+    let pixels: Vec<_> = rows.par_iter().flat_map_iter(of_row).collect();
+    planes.par_chunks_mut(2).enumerate().for_each(|(number, planes)| {
+        planes[0] = pixels.iter().map(|ranked| ranked[number].0.as_float()).collect();
+        planes[1] = pixels.iter().map(|ranked| ranked[number].1).collect();
+    });
+    planes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::planes::channels::channels;
+    use crate::layers::Layers;
+    use crate::scene::LightGroups;
+
+    fn all_channels() -> Vec<Channel> {
+        channels(Layers::ALL, &LightGroups::default()).collect()
+    }
+
+    /// A picture of one pixel in which planes have these values, and others are zero.
+    fn film(values: &[(&str, f32)]) -> Film {
+        let planes = all_channels().into_iter().map(|channel| {
+            let value = values.iter().find(|(name, _)| *name == channel.name).map(|(_, value)| *value);
+            let is_zero = value.is_none();
+            Plane { is_zero, ..Plane::new(channel.name, channel.kind, &[value.unwrap_or(0.0)]) }
+        });
+        Film { width: 1, height: 1, planes: planes.collect() }
+    }
+
+    fn mean(films: &[Film]) -> impl Fn(&str) -> f32 + use<> {
+        let channels = all_channels();
+        let mut mean = Mean::new(&channels, [1, 1]);
+        films.iter().for_each(|film| mean.add(film, &channels));
+        let film = mean.finish(&channels);
+        assert_eq!(film.planes.len(), channels.len());
+        for plane in &film.planes {
+            assert!(!plane.is_zero || plane.values.get(0) == 0.0, "{}", plane.name);
+        }
+        move |name| film.values(name).expect(name)[0]
+    }
+
+    #[test]
+    fn each_plane_has_its_rule() {
+        let first =
+            film(&[("R", 1.0), ("Z", 5.0), ("rays_shadow.V", 3.0), ("status_good.V", 1.0), ("P.X", 9.0)]);
+        let mut last = film(&[("R", 4.0), ("Z", 7.0), ("rays_shadow.V", 4.0), ("A", 0.5)]);
+        last.planes.retain(|plane| !plane.name.starts_with("P."));
+        for films in [[first.clone(), last.clone()], [last, first]] {
+            let mean = mean(&films);
+            let values = ["R", "A", "Z", "rays_shadow.V", "status_good.V", "P.X", "G"].map(mean);
+            assert_eq!(values, [2.5, 0.25, 5.0, 7.0, 0.5, 9.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn mattes_are_added_by_name_and_sorted_again() {
+        let [a, b] = ["a", "b"].map(Id::of);
+        let first = film(&[
+            ("CryptoObject00.R", a.as_float()),
+            ("CryptoObject00.G", 0.75),
+            ("CryptoObject00.B", b.as_float()),
+            ("CryptoObject00.A", 0.25),
+        ]);
+        let second = film(&[("CryptoObject00.R", b.as_float()), ("CryptoObject00.G", 1.0)]);
+        let mean = mean(&[first, film(&[]), second, film(&[])]);
+        assert_eq!(mean("CryptoObject00.R"), b.as_float());
+        let shares = ["CryptoObject00.G", "CryptoObject00.A", "CryptoObject01.G"].map(&mean);
+        assert_eq!((shares, mean("CryptoObject00.B")), ([1.25 / 4.0, 0.75 / 4.0, 0.0], a.as_float()));
+    }
+}

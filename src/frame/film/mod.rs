@@ -1,0 +1,10 @@
+//! Samples to pixels: the paper's "Filtering", and all that a pixel shows beside colour.
+
+pub mod develop;
+pub mod filter;
+pub mod mattes;
+pub mod mean;
+pub mod pixels;
+pub mod reach;
+pub mod spread;
+pub mod variance;

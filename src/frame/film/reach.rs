@@ -1,0 +1,63 @@
+//! Which pixels a sample reaches by a filter wider than a pixel, and how much it counts in each.
+
+use wide::i32x8;
+
+use crate::frame::grid::Grid;
+use crate::frame::planes::kernel::Kernel;
+use crate::lanes::{F32x8, LANES};
+
+/// Pixels along an edge of a tile with its halo.
+pub fn edge(grid: &Grid, halo: u32) -> usize {
+    (grid.tile_pixels + 2 * halo) as usize
+}
+
+/// The N x N pixels that each of eight samples reaches.
+pub struct Reach<const N: usize> {
+    /// The first one: its number in rows of `edge` pixels, halo included.
+    start: [i32; LANES],
+    /// In rows.
+    weights: [[F32x8; N]; N],
+}
+
+impl<const N: usize> Reach<N> {
+    /// Of samples `at` places from the tile's corner, in pixels.
+    #[inline(always)]
+    pub fn of(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
+        // half of the pixels come before the sample; the halo's come first
+        let [x, y] = at.map(|at| at + F32x8::splat(0.5));
+        let whole = [x, y].map(F32x8::to_whole);
+        let first = whole.map(F32x8::from_whole);
+        let (across, down) = (kernel.weights::<N>(x - first[0]), kernel.weights::<N>(y - first[1]));
+        Self {
+            start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
+            weights: down.map(|down| across.map(|across| across * down)),
+        }
+    }
+
+    /// Column and row of the first pixel that sample `lane` reaches.
+    #[inline(always)]
+    pub fn corner(&self, lane: usize, edge: usize) -> [usize; 2] {
+        let start = self.start[lane] as usize;
+        [start % edge, start / edge]
+    }
+
+    /// Adds the weights of sample `lane` to `pixels`: rows of `stride`, from the first one that it reaches.
+    #[inline(always)]
+    pub fn add_weights(&self, lane: usize, stride: usize, pixels: &mut [f32]) {
+        for (row, weights) in pixels.chunks_mut(stride).zip(&self.weights) {
+            row.iter_mut().zip(weights).for_each(|(pixel, weight)| *pixel += weight.lane(lane));
+        }
+    }
+
+    /// Adds `value`, that of sample `lane`, to its pixels.
+    #[inline(always)]
+    pub fn add(&self, lane: usize, value: F32x8, edge: usize, pixels: &mut [F32x8]) {
+        let pixels = &mut pixels[self.start[lane] as usize..][..(N - 1) * edge + N];
+        for (row, weights) in self.weights.iter().enumerate() {
+            let in_row = &mut pixels[row * edge..row * edge + N];
+            for (pixel, weight) in in_row.iter_mut().zip(weights) {
+                *pixel = *pixel + value * F32x8::splat(weight.lane(lane));
+            }
+        }
+    }
+}

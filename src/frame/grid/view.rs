@@ -1,0 +1,267 @@
+//! The grid of cells as the camera of one frame sees it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::Grid;
+use crate::geometry::{Bounds, SweptBox};
+use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::pose::CameraPose;
+use crate::samples::TILE;
+use crate::scene::camera::Projection;
+
+/// Of the distance from the eye: where surfaces beside each other differ so much in depth, one is before the other.
+pub const DEPTH_STEP: f32 = 0.1;
+
+/// Cells and camera of one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Where the frame is seen from.
+    pub camera: CameraPose,
+    /// What samples it.
+    pub grid: Arc<Grid>,
+    /// From the picture's left to the view axis, and from its top: at distance 1, or of an orthographic camera in world units.
+    axis: [f32; 2],
+    /// Cells for such a unit.
+    scale: [f32; 2],
+}
+
+/// Eight points in cell space, with their distances along the view axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projected {
+    /// Cells from the left.
+    pub x: F32x8,
+    /// Cells from the top.
+    pub y: F32x8,
+    /// Along the view axis, world units. Only where this is positive does the point lie before the camera and
+    /// `x` and `y` mean anything.
+    pub depth: F32x8,
+}
+
+impl View {
+    /// The grid behind `camera`.
+    pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
+        let aspect = grid.width as f32 / grid.height as f32;
+        let [half, middle] = camera.frustum(aspect);
+        let scale = [(grid.width, half[0]), (grid.height, half[1])]
+            .map(|(pixels, half)| 0.5 * (pixels * grid.samples) as f32 / half);
+        let axis = [half[0] - middle[0], half[1] + middle[1]];
+        Self { camera, grid: Arc::clone(grid), axis, scale }
+    }
+
+    /// Lines of sight through points of cell space: where they begin, and where they lead. The part of their directions along
+    /// the view axis is 1: lengths along them are distances along the axis.
+    #[inline(always)]
+    pub fn rays(&self, x: F32x8, y: F32x8) -> [Vec3x8; 2] {
+        let across = x / F32x8::splat(self.scale[0]) - F32x8::splat(self.axis[0]);
+        let down = y / F32x8::splat(self.scale[1]) - F32x8::splat(self.axis[1]);
+        let camera = &self.camera;
+        let (right, down) = (Vec3x8::splat(camera.right) * across, Vec3x8::splat(camera.up) * down);
+        let (eye, forward) = (Vec3x8::splat(camera.eye), Vec3x8::splat(camera.forward));
+        match camera.projection {
+            Projection::Perspective => [eye, forward + right - down],
+            Projection::Orthographic => [eye + right - down, forward],
+        }
+    }
+
+    /// From where lines of sight begin to points at `offsets` from the eye. In an orthographic view the background is no
+    /// point: all of it is seen along the view axis.
+    #[inline(always)]
+    pub fn sights(&self, offsets: Vec3x8) -> Vec3x8 {
+        match self.camera.projection {
+            Projection::Perspective => offsets,
+            Projection::Orthographic => {
+                let forward = Vec3x8::splat(self.camera.forward);
+                forward * offsets.dot(forward)
+            }
+        }
+    }
+
+    /// Where these lines of sight begin.
+    #[inline(always)]
+    pub fn origins(&self, offsets: Vec3x8) -> Vec3x8 {
+        let eye = Vec3x8::splat(self.camera.eye);
+        match self.camera.projection {
+            Projection::Perspective => eye,
+            Projection::Orthographic => eye + (offsets - self.sights(offsets)),
+        }
+    }
+
+    /// By how much the depth of surfaces must differ, next to each other in the picture and at `depth`, for one to be before
+    /// the other: a share of the distance, or of the height of what an orthographic camera sees.
+    #[inline(always)]
+    pub fn depth_step(&self, depth: f32) -> f32 {
+        match self.camera.projection {
+            Projection::Perspective => DEPTH_STEP * depth,
+            Projection::Orthographic => DEPTH_STEP * 2.0 * self.camera.half_height,
+        }
+    }
+
+    /// Depths as samples are ordered and told apart by them: equal ratios are equal [steps](Self::depth_step).
+    #[inline(always)]
+    pub fn ranked_depth(&self, depth: F32x8) -> F32x8 {
+        match self.camera.projection {
+            Projection::Perspective => depth,
+            Projection::Orthographic => {
+                // a float's bits grow by 2^23 where it doubles: here for each height of the picture
+                let heights = depth / F32x8::splat(2.0 * self.camera.half_height);
+                let mut ranked = F32x8::ZERO;
+                (0..LANES).for_each(|lane| {
+                    let bits = (heights.lane(lane) * 8_388_608.0) as u32;
+                    ranked.set_lane(lane, f32::from_bits(bits.min(f32::MAX.to_bits())));
+                });
+                ranked
+            }
+        }
+    }
+
+    /// All lines of sight through the cells of tile number `number`, and a cell beyond: rounding may say of a sample that it
+    /// is seen there.
+    pub fn sights_of_tile(&self, number: usize) -> SweptBox {
+        let sides =
+            self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as i32) as f32 + 1.0]);
+        let side = |axis: usize, shift: usize| {
+            let mut all = F32x8::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, sides[axis][lane >> shift & 1]));
+            all
+        };
+        let [origins, directions] = self.rays(side(0, 0), side(1, 1)).map(Bounds::of_lanes);
+        SweptBox::fans(&origins, &directions)
+    }
+
+    /// Where offsets (from the eye, world space) are seen.
+    #[inline(always)]
+    pub fn project(&self, offset: Vec3x8) -> Projected {
+        let depth = offset.dot(Vec3x8::splat(self.camera.forward));
+        let mut across = offset.dot(Vec3x8::splat(self.camera.right));
+        let mut up = offset.dot(Vec3x8::splat(self.camera.up));
+        if self.camera.projection == Projection::Perspective {
+            (across, up) = (across / depth, up / depth);
+        }
+        Projected {
+            x: (across + F32x8::splat(self.axis[0])) * F32x8::splat(self.scale[0]),
+            y: (-up + F32x8::splat(self.axis[1])) * F32x8::splat(self.scale[1]),
+            depth,
+        }
+    }
+
+    /// Where one offset is seen: x, y and depth. `None` behind the eye.
+    pub fn project_one(&self, offset: Vec3) -> Option<Vec3> {
+        let Projected { x, y, depth } = self.project(Vec3x8::splat(offset));
+        // false for NaN as well
+        (depth.lane(0) > f32::MIN_POSITIVE).then(|| Vec3::new(x.lane(0), y.lane(0), depth.lane(0)))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::frame::grid::tests::settings;
+    use glam::{EulerRot, Quat};
+
+    /// An eye at `eye` that looks along -Z with a right angle from top to bottom.
+    pub fn camera(eye: Vec3) -> CameraPose {
+        CameraPose {
+            eye,
+            right: Vec3::X,
+            up: Vec3::Y,
+            forward: Vec3::NEG_Z,
+            projection: Projection::Perspective,
+            half_height: 1.0,
+            shift: [0.0; 2],
+        }
+    }
+
+    /// Views of both projections, straight and shifted, from an eye in the origin.
+    fn views(width: u32, height: u32, samples: u32) -> Vec<View> {
+        let grid = Arc::new(Grid::new(&settings(width, height, samples)));
+        let mut views = Vec::new();
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            for shift in [[0.0; 2], [0.25, -0.75]] {
+                views.push(View::new(&grid, CameraPose { projection, shift, ..camera(Vec3::ZERO) }));
+            }
+        }
+        views
+    }
+
+    #[test]
+    fn a_cells_ray_projects_back_into_the_cell() {
+        for view in views(50, 37, 3) {
+            for y in 0..view.grid.cells[1] {
+                for x in 0..view.grid.cells[0] {
+                    let centre = [x, y].map(|at| F32x8::splat(at as f32 + 0.5));
+                    let [origin, direction] = view.rays(centre[0], centre[1]).map(|all| all.lane(4));
+                    let offset = origin + direction * 7.3;
+                    let seen = view.project_one(offset).expect("before the camera");
+                    let cells = view.grid.cells_at(F32x8::splat(seen.x), F32x8::splat(seen.y));
+                    assert_eq!(cells[0], view.grid.index_of([x, y]));
+                    assert!((seen.z - 7.3).abs() < 1e-5);
+                    let [from, sight] =
+                        [view.origins(Vec3x8::splat(offset)), view.sights(Vec3x8::splat(offset))];
+                    assert!(
+                        from.lane(1).abs_diff_eq(origin, 1e-5)
+                            && sight.lane(1).abs_diff_eq(direction * 7.3, 1e-5)
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_shift_moves_the_picture_by_a_share_of_its_longer_side() {
+        let at =
+            |view: &View| view.project_one(Vec3::new(0.1, 0.2, -1.0)).expect("before the camera").truncate();
+        for pair in views(50, 37, 3).chunks(2) {
+            let moved = at(&pair[1]) - at(&pair[0]);
+            assert!(moved.abs_diff_eq(glam::Vec2::new(-0.25, -0.75) * 150.0, 1e-3), "{moved}");
+        }
+    }
+
+    #[test]
+    fn a_tiles_sights_hold_those_of_its_cells_and_a_cell_beyond() {
+        let turn = Quat::from_euler(EulerRot::YXZ, 0.7, -0.4, 0.3);
+        let [right, up, forward] = [Vec3::X, Vec3::Y, Vec3::NEG_Z].map(|axis| turn * axis);
+        let all = [(70, 37, 1), (25, 15, 3), (8, 5, 11)];
+        for view in all.iter().flat_map(|(width, height, samples)| views(*width, *height, *samples)) {
+            let grid = Arc::clone(&view.grid);
+            let view = View::new(&grid, CameraPose { right, up, forward, eye: Vec3::ONE, ..view.camera });
+            let (mut inside, mut outside) = (0, 0);
+            for tile in 0..grid.tiles() {
+                let around = view.sights_of_tile(tile);
+                let ([left, top], edge) = (grid.tile_corner(tile), (grid.tile_pixels * grid.samples) as i32);
+                let [columns, rows] = grid.cells.map(|count| 0..count as i32);
+                for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
+                    let is_own = (left..left + edge).contains(&x) && (top..top + edge).contains(&y);
+                    for (across, down) in [(-1.0, 0.5), (0.5, -1.0), (2.0, 1.5), (1.5, 2.0)] {
+                        let at = [x as f32 + across, y as f32 + down].map(F32x8::splat);
+                        let [origin, direction] = view.rays(at[0], at[1]).map(|all| all.lane(0));
+                        let is_in = around.meets(&Bounds::at(origin + 5.0 * direction));
+                        assert!(is_in || !is_own, "{}: {x} {y} of {tile}", grid.samples);
+                        *if is_in { &mut inside } else { &mut outside } += 1;
+                    }
+                }
+            }
+            assert!(outside > inside, "{}: a tile is no more than it must be", grid.samples);
+        }
+    }
+
+    #[test]
+    fn depths_of_an_orthographic_view_rise_by_equal_ratios() {
+        let view = views(64, 64, 1).pop().expect("there are some");
+        let ranked = |depth: f32| view.ranked_depth(F32x8::splat(depth)).lane(3);
+        // the picture is 2 high
+        assert_eq!(ranked(2.0 * 21.0) / ranked(2.0 * 20.0), 2.0);
+        assert!(ranked(1e-3) < ranked(1.0) && ranked(1e30).is_finite() && ranked(0.0) >= 0.0);
+        assert_eq!(view.depth_step(1e6), 0.2);
+    }
+
+    #[test]
+    fn up_is_the_top_and_right_is_the_right() {
+        for view in views(64, 64, 1).into_iter().step_by(2) {
+            let seen = view.project_one(Vec3::new(0.5, 0.25, -1.0)).expect("before the camera");
+            assert_eq!((seen.x, seen.y), (48.0, 24.0));
+            assert_eq!(view.project_one(Vec3::Z), None);
+        }
+    }
+}

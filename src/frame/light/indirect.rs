@@ -1,0 +1,205 @@
+//! Gathering: the light that reaches samples from all around, by way of the sky and of other surfaces. It does not depend
+//! on the eye, is made path by path ([`light_paths`](super::light_paths)), and is kept with the sample: only paths that do
+//! not hold any more are traced.
+//!
+//! Under a [budget](crate::settings::Budget) a sample gets its first paths at once, and others in later frames, as far as
+//! the budget goes. Each tile has its share of it, so that what is traced depends on nothing but the tile.
+
+use glam::Vec3;
+
+use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
+use super::path_ends::PathStart;
+use crate::changes::Until;
+use crate::frame::grid::bits::{set_bits, surface_bits};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::{Placed, PlacedTile};
+use crate::frame::surface::ray_tally::RayTally;
+use crate::lanes::{LANES, Vec3x8};
+use crate::samples::{CELLS, Flags, PathLight, Record, Tile, half_colors};
+use crate::settings::Budget;
+use crate::shade::sampling::{PathSequence, orthonormal};
+
+/// Brings the light that the samples of `tile` have gathered up to date. Samples whose light changes are flagged as
+/// [`STALE`](Flags::STALE): whether there are any. And the first frame in which any path may not hold.
+pub fn gather(
+    frame: &FrameView,
+    tile: &mut Tile,
+    placed: &mut PlacedTile,
+    scratch: &mut PathScratch,
+    tally: &mut RayTally,
+) -> (bool, Until) {
+    let (mut any_changed, mut least) = (false, Until::FOREVER);
+    if frame.paths == 0 {
+        return (any_changed, least);
+    }
+    let rays_before = rays_of(tally);
+    let mut traced = 0;
+    scratch.starts.clear();
+    for first in (0..CELLS).step_by(LANES) {
+        let surfaces = surface_bits(&tile.model[first..first + LANES]);
+        for lane in set_bits(surfaces) {
+            let cell = first + lane;
+            // what begins on a model that moves need not be touched by it
+            let moved = frame.moved(tile.model[cell]);
+            if !moved && !frame.has_expired(tile.gathered.mean(cell).until) {
+                continue;
+            }
+            if !frame.palette.is_diffuse(tile.record[cell].material) {
+                any_changed |= tile.gathered.mean(cell).until == Until::UNKNOWN;
+                tile.gathered.set_dark(cell);
+                tile.record[cell].flags = tile.record[cell].flags.with(Flags::STALE);
+                continue;
+            }
+            let placed = placed.get(frame, tile, first);
+            let wanted = tile.gathered.known(cell).max(frame.first_paths);
+            let paths = &tile.gathered.paths(cell)[..wanted];
+            let expired = (0..).zip(paths).filter(|(_, path)| moved || frame.has_expired(path.until));
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
+            scratch.starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
+            if scratch.starts.len() >= AT_ONCE {
+                traced += scratch.starts.len() as u64;
+                any_changed |= renew(frame, tile, scratch, tally);
+            }
+        }
+    }
+    traced += scratch.starts.len() as u64;
+    any_changed |= renew(frame, tile, scratch, tally);
+    if frame.first_paths < frame.paths {
+        let spent = Spent { paths: traced, rays: rays_of(tally) - rays_before };
+        let (more, is_complete) = fill_in(frame, tile, placed, scratch, tally, spent);
+        any_changed |= more;
+        if !is_complete {
+            least = Until::UNKNOWN;
+        }
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            least = least.min(tile.gathered.mean(first + lane).until);
+        }
+    }
+    (any_changed, least)
+}
+
+/// What a tile has cost.
+#[derive(Debug, Clone, Copy)]
+struct Spent {
+    paths: u64,
+    rays: u64,
+}
+
+impl Spent {
+    /// How many more paths `samples` samples can have, which are a part of the frame's.
+    fn paths_left(self, frame: &FrameView, samples: usize) -> u64 {
+        match frame.budget {
+            Budget::None => 0,
+            Budget::Full => ((samples * frame.first_paths) as u64).saturating_sub(self.paths),
+            Budget::Rays(rays) => {
+                let share = (u128::from(rays) * samples as u128 / u128::from(frame.samples)) as u64;
+                let left = share.saturating_sub(self.rays);
+                // what a path costs on average; before any was traced, a guess
+                let (rays, paths) =
+                    if self.paths == 0 { (2 * frame.bounces as u64 + 1, 1) } else { (self.rays, self.paths) };
+                left * paths / rays.max(1)
+            }
+        }
+    }
+}
+
+/// Rays of paths, and from them to light.
+fn rays_of(tally: &RayTally) -> u64 {
+    tally.counts.gathering + tally.counts.shadow
+}
+
+/// Traces more paths of those samples of `tile` that have fewest, as far as the budget goes. Whether any light changes, and
+/// whether all samples have all of their paths.
+fn fill_in(
+    frame: &FrameView,
+    tile: &mut Tile,
+    placed: &mut PlacedTile,
+    scratch: &mut PathScratch,
+    tally: &mut RayTally,
+    mut spent: Spent,
+) -> (bool, bool) {
+    let samples: Vec<(usize, usize)> = (0..CELLS)
+        .step_by(LANES)
+        .flat_map(|first| {
+            set_bits(surface_bits(&tile.model[first..first + LANES])).map(move |lane| first + lane)
+        })
+        .map(|cell| (cell, tile.gathered.known(cell)))
+        .collect();
+    let mut any_changed = false;
+    let fewest = samples.iter().map(|(_, known)| *known).min().unwrap_or(frame.paths);
+    for index in fewest..frame.paths {
+        for (cell, known) in &samples {
+            if *known > index {
+                continue;
+            }
+            if spent.paths_left(frame, samples.len()) <= scratch.starts.len() as u64 {
+                any_changed |= renew(frame, tile, scratch, tally);
+                return (any_changed, false);
+            }
+            let placed = placed.get(frame, tile, cell - cell % LANES);
+            let start = start_at(frame, tile, *cell, &placed, frame.paths);
+            scratch.starts.push(PathStart { index: index as u32, ..start });
+            if scratch.starts.len() == AT_ONCE {
+                let before = rays_of(tally);
+                spent.paths += scratch.starts.len() as u64;
+                any_changed |= renew(frame, tile, scratch, tally);
+                spent.rays += rays_of(tally) - before;
+            }
+        }
+    }
+    any_changed |= renew(frame, tile, scratch, tally);
+    (any_changed, true)
+}
+
+/// The first of so many `paths` of the sample in `cell`, where `placed` says that its eight cells are.
+pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, paths: usize) -> PathStart {
+    let (lane, model) = (cell % LANES, tile.model[cell]);
+    let normal = placed.normal.lane(lane);
+    PathStart {
+        owner: cell as u32,
+        cell: cell as u32,
+        index: 0,
+        sequence: PathSequence::of_sample(tile.gathered.seed(cell), paths),
+        point: placed.point.lane(lane),
+        normal,
+        tangent: tangent(frame, model, &tile.record[cell], normal),
+        geometric_normal: placed.geometric_normal.lane(lane),
+    }
+}
+
+/// A direction at right angles to `normal` (world space) that turns with the model, or with its triangle where it deforms: of the one
+/// that the normal has in object space.
+fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3 {
+    let [tangent, _] = orthonormal(record.normal.unfold());
+    let turned = frame.place(model).direction(record.triangle, tangent);
+    let across = turned - normal * normal.dot(turned);
+    across.try_normalize().unwrap_or_else(|| orthonormal(normal)[0])
+}
+
+/// Traces the paths in `scratch`, keeps what they bring, and forgets them. Whether any light changes.
+fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &mut RayTally) -> bool {
+    trace_paths(frame, scratch, tally);
+    for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+        let light = kept(brought.radiance, brought.until);
+        tile.gathered.set_path(start.owner as usize, start.index as usize, light);
+    }
+    let mut any = false;
+    for same in scratch.starts.chunk_by(|a, b| a.owner == b.owner) {
+        let cell = same[0].owner as usize;
+        if tile.gathered.update_mean(cell) {
+            any = true;
+            tile.record[cell].flags = tile.record[cell].flags.with(Flags::STALE);
+        }
+    }
+    scratch.starts.clear();
+    any
+}
+
+/// What is kept of a path that brings `radiance`.
+pub fn kept(radiance: Vec3, until: Until) -> PathLight {
+    let radiance = if radiance.is_finite() { radiance } else { Vec3::ZERO };
+    let [radiance, ..] = half_colors(Vec3x8::splat(radiance));
+    PathLight { radiance, until }
+}

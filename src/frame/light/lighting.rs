@@ -1,0 +1,91 @@
+//! Light on surfaces, whether the eye sees them or a ray that has bounced: direct light is summed here, and ambient light is
+//! dimmed.
+
+use glam::Vec3;
+use wide::u32x8;
+
+use crate::frame::shot::frame_view::{FrameView, Occlusion};
+use crate::lanes::{F32x8, Mask, Vec3x8};
+use crate::pose::LightPose;
+use crate::shade::area::{Glow, glow, radiance};
+use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
+use crate::shade::phong::Gloss;
+
+/// The area lights that a ray (unit length) passes through before it is `far` away, and where they are as seen from
+/// `asked_from`, whence light was asked for: their density is the one there. They are of light alone: no ray ends at them.
+pub fn lights_passed(
+    lights: &[LightPose],
+    asked_from: Vec3,
+    (origin, direction): (Vec3, Vec3),
+    far: f32,
+) -> impl Iterator<Item = (Glow, Vec3)> + '_ {
+    let areas = lights.iter().filter(|light| light.shape.is_area());
+    areas.filter_map(move |light| {
+        // with nothing in the way, a light infinitely far away is seen, too
+        let passed = glow(light, origin, direction).filter(|glow| glow.distance <= far)?;
+        if asked_from == origin || passed.distance == f32::INFINITY {
+            return Some((passed, direction));
+        }
+        let straight = (origin + direction * passed.distance - asked_from).normalize_or(direction);
+        // there its dark side may be seen, for which nobody asks
+        let density = glow(light, asked_from, straight).map_or(0.0, |asked| asked.density);
+        Some((Glow { density, ..passed }, straight))
+    })
+}
+
+/// What rays see of a light that has a size.
+pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
+    light.shape.is_area().then(|| radiance(light))
+}
+
+/// Which of eight surfaces show `light` by a highlight. Where rays go on, an area light is seen itself.
+#[inline(always)]
+pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> Mask {
+    if frame.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
+}
+
+/// What eight surfaces emit, and the ambient light that they reflect: as far as they are open, where that dims it.
+#[inline]
+pub fn emitted_and_ambient(
+    frame: &FrameView,
+    (materials, reflectance): (&[u16], Vec3x8),
+    openness: impl FnOnce() -> F32x8,
+) -> Vec3x8 {
+    match frame.occlusion {
+        Some(Occlusion { dims_ambient: true, .. }) => {
+            frame.palette.emitted_and_occluded(materials, reflectance, openness())
+        }
+        _ => frame.palette.emitted_and_ambient(materials, reflectance),
+    }
+}
+
+/// Where eight surfaces are.
+#[derive(Debug, Clone, Copy)]
+pub struct Places {
+    /// World space.
+    pub point: Vec3x8,
+    /// What decides which places in an area light they ask: see [`StratifiedPattern`].
+    pub seeds: u32x8,
+}
+
+/// `sum`, and what `shade` makes of the light from those points of `light` that reach the surfaces. The points are added
+/// in their order, so that the sum is always the same to the bit. `reached`: by number of the point, which surfaces it
+/// reaches.
+#[inline(always)]
+pub fn add_light(
+    sum: Vec3x8,
+    light: &LightPose,
+    places: Places,
+    reached: impl Fn(usize) -> Mask,
+    shade: impl Fn(&LightSample) -> Vec3x8,
+) -> Vec3x8 {
+    let pattern = StratifiedPattern::of_seeds(light, places.seeds);
+    (0..light.points).fold(sum, |sum, point| {
+        let reached = reached(point);
+        if !reached.any() {
+            return sum;
+        }
+        let light_sample = light_sample(light, point, &pattern, places.point);
+        sum + reached.select3(shade(&light_sample), Vec3x8::ZERO)
+    })
+}

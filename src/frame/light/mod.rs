@@ -1,0 +1,14 @@
+//! Light that does not depend on the eye: asked for once, and kept with the sample until something changes it.
+
+pub mod clamp;
+pub mod direct;
+pub mod indirect;
+pub mod light_choice;
+pub mod light_paths;
+pub mod lighting;
+pub mod lobes;
+pub mod next_event;
+pub mod occlusion;
+pub mod path_ends;
+pub mod path_ray;
+pub mod shadow;

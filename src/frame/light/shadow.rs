@@ -1,0 +1,296 @@
+//! Shadow rays: queued in the order in which they are to be tested, traced together, and answered by who is in
+//! their way.
+
+use glam::Vec3;
+
+use crate::frame::grid::bits::set_bits;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::ShadowCheck;
+use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
+use crate::samples::{AREA_POINTS, AreaTag, Tag};
+use crate::scene::Light;
+use crate::shade::light::LightSample;
+use crate::shade::phong;
+use crate::shade::surface::off_surfaces;
+use crate::trace::{Coherence, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
+
+// a bit of a sample's word for each point of a light
+const _: () = assert!(Light::MOST_SAMPLES as usize == AREA_POINTS);
+
+/// The orders in which shadow rays are tested.
+pub const CHECKS: [ShadowCheck; 3] =
+    [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
+
+/// Rays of a packet.
+const PACKET: usize = crate::trace::LANES;
+
+/// Shadow rays that are to be tested in the same order: either one by one, or sixteen from each surface.
+#[derive(Debug, Default)]
+pub struct ShadowQueue {
+    rays: RayBatch,
+    /// Of each ray, or of each packet of sixteen.
+    owners: Vec<u32>,
+    blocked: Vec<u16>,
+    by_first: Vec<u16>,
+}
+
+/// Who is in the way of sixteen rays from one surface, a bit each.
+#[derive(Debug, Clone, Copy)]
+pub struct Shadows {
+    /// The rays that were asked for.
+    pub asked: u16,
+    /// Those that somebody blocks.
+    pub blocked: u16,
+    /// Those that a movable model blocks.
+    pub by_dynamic: u16,
+}
+
+impl Shadows {
+    /// Of the ray to one point of the light, of which this is the tag.
+    pub fn of_point(point: usize, tag: Tag) -> Self {
+        let bit = |is_set: bool| u16::from(is_set) << point;
+        Self { asked: bit(true), blocked: bit(tag != Tag::Lit), by_dynamic: bit(tag == Tag::DynamicOccluder) }
+    }
+}
+
+impl ShadowQueue {
+    /// No rays.
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.owners.clear();
+    }
+
+    /// How many rays.
+    pub fn count(&self) -> u64 {
+        self.rays.count()
+    }
+
+    /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
+    /// numbers count up from `owner`.
+    #[inline(always)]
+    pub fn push(
+        &mut self,
+        point: Vec3x8,
+        geometric_normal: Vec3x8,
+        light_sample: &LightSample,
+        wanted: u8,
+        owner: u32,
+    ) {
+        self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
+    }
+
+    /// The same from `origins` that are off their surfaces already.
+    #[inline(always)]
+    pub fn push_from(&mut self, origins: Vec3x8, light_sample: &LightSample, wanted: u8, owner: u32) {
+        if wanted == 0 {
+            return;
+        }
+        self.rays.push_lanes(origins, light_sample.to_light, F32x8::splat(light_sample.far), wanted);
+        if wanted == u8::MAX {
+            self.owners.extend(owner..owner + LANES as u32);
+        } else {
+            self.owners.extend(set_bits(wanted).map(|lane| owner + lane as u32));
+        }
+    }
+
+    /// Adds the rays from `origin`, off its surface, to those points of an area light whose bit is set.
+    #[inline(always)]
+    pub fn push_sixteen(&mut self, origin: Vec3, light_samples: &[LightSample; 2], wanted: u16, owner: u32) {
+        if wanted != 0 {
+            let ways = [light_samples[0].to_light, light_samples[1].to_light];
+            self.rays.push_packet(origin, ways, light_samples[0].far, wanted);
+            self.owners.push(owner);
+        }
+    }
+
+    /// Traces the rays, which can meet nothing but what is `among`, and says to the owner of each who shadows it, if
+    /// anyone.
+    pub fn answer(
+        &mut self,
+        check: ShadowCheck,
+        among: SceneSubset,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(u32, Tag),
+    ) {
+        self.answer_packets(check, among, coherence, tracer, |owners, tags| {
+            owners.iter().zip(tags).for_each(|(owner, tag)| say(*owner, *tag));
+        });
+    }
+
+    /// The same for up to sixteen owners at once.
+    pub fn answer_packets(
+        &mut self,
+        check: ShadowCheck,
+        among: SceneSubset,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(&[u32], &[Tag; PACKET]),
+    ) {
+        let [first, second] = self.trace(check, among, coherence, tracer);
+        let answers = self.by_first.iter().zip(&self.blocked);
+        for (owners, (by_first, blocked)) in self.owners.chunks(PACKET).zip(answers) {
+            let tags = std::array::from_fn(|lane| match (by_first >> lane & 1, blocked >> lane & 1) {
+                (0, 0) => Tag::Lit,
+                (0, _) => second,
+                _ => first,
+            });
+            say(owners, &tags);
+        }
+    }
+
+    /// The same for sixteen rays from each owner.
+    pub fn answer_sixteen(
+        &mut self,
+        check: ShadowCheck,
+        among: SceneSubset,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+        mut say: impl FnMut(u32, Shadows),
+    ) {
+        let [first, second] = self.trace(check, among, coherence, tracer).map(|tag| match tag {
+            Tag::DynamicOccluder => u16::MAX,
+            _ => 0,
+        });
+        let words = self.blocked.iter().zip(&self.by_first).zip(self.rays.packets());
+        for (owner, ((blocked, by_first), (_, asked))) in self.owners.iter().zip(words) {
+            let by_dynamic = by_first & first | blocked & !by_first & second;
+            say(*owner, Shadows { asked, blocked: *blocked, by_dynamic });
+        }
+    }
+
+    /// Traces the rays; gives the tags of what the first and the second test found.
+    fn trace(
+        &mut self,
+        check: ShadowCheck,
+        among: SceneSubset,
+        coherence: Coherence,
+        tracer: &dyn Tracer,
+    ) -> [Tag; 2] {
+        let [first, second] = match check {
+            ShadowCheck::Keep => [None, None],
+            ShadowCheck::Moved => [Some(Occluders::Moved), None],
+            ShadowCheck::StillThenMovable => [Some(Occluders::Still), Some(Occluders::Movable)],
+            ShadowCheck::MovableThenStill => [Some(Occluders::Movable), Some(Occluders::Still)],
+        };
+        self.blocked.clear();
+        self.blocked.resize(self.rays.packet_count(), 0);
+        let ask = |by: Option<Occluders>, blocked: &mut [u16]| {
+            // who is not asked blocks nothing
+            let Some(by) = by.filter(|by| among == SceneSubset::All || *by == Occluders::Still) else {
+                return Tag::Lit;
+            };
+            tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
+            if by == Occluders::Still { Tag::StaticOccluder } else { Tag::DynamicOccluder }
+        };
+        let first = ask(first, &mut self.blocked);
+        self.by_first.clone_from(&self.blocked);
+        [first, ask(second, &mut self.blocked)]
+    }
+}
+
+/// For one light, what is to be asked about samples with each tag.
+pub struct Checks {
+    /// Index into [`CHECKS`] by tag; `None` where the tag holds.
+    pub queue_of: [Option<u8>; Tag::ALL.len()],
+}
+
+impl Checks {
+    /// `moved`: the sample's model did. `may_be_met`: something that moved may be between sample and light.
+    pub fn of(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
+        let queue_of = Tag::ALL.map(|tag| {
+            let check = match frame.plan.shadow_check(light, moved, tag) {
+                ShadowCheck::Moved if !may_be_met => ShadowCheck::Keep,
+                check => check,
+            };
+            CHECKS.iter().position(|known| *known == check).map(|queue| queue as u8)
+        });
+        Self { queue_of }
+    }
+
+    /// Whether this tag is to be asked about.
+    pub fn asks(&self, tag: Tag) -> bool {
+        self.queue_of[tag as usize].is_some()
+    }
+
+    /// By queue, those of eight samples that are to be asked about, a bit each. `moved` says of which of them the
+    /// model did: `checks` are for the others, and for them.
+    #[inline(always)]
+    pub fn queues(checks: &[Self; 2], tags: &[Tag], moved: u8) -> [u8; CHECKS.len()] {
+        let mut asked = [0; CHECKS.len()];
+        let mut ask = |tag: Tag, moved: bool, lanes: u8| {
+            if let Some(queue) = checks[usize::from(moved)].queue_of[tag as usize] {
+                asked[usize::from(queue)] |= lanes;
+            }
+        };
+        let moved_at_all = moved != 0;
+        if are_same(tags) && moved == if moved_at_all { u8::MAX } else { 0 } {
+            ask(tags[0], moved_at_all, u8::MAX);
+        } else {
+            (0..).zip(tags).for_each(|(lane, tag)| ask(*tag, moved >> lane & 1 != 0, 1 << lane));
+        }
+        asked
+    }
+
+    /// Whether none of eight tags is to be asked about.
+    #[inline]
+    pub fn all_hold(&self, tags: &[Tag]) -> bool {
+        let asked = Tag::ALL.into_iter().zip(self.queue_of).filter(|(_, queue)| queue.is_some());
+        // no early way out: eight are compared at once
+        let has = |wanted: Tag| tags.iter().fold(false, |any, tag| any | (*tag == wanted));
+        !asked.into_iter().any(|(tag, _)| has(tag))
+    }
+
+    /// By queue, the points with which the tags of a sample are to be asked.
+    #[inline]
+    pub fn asked(&self, tags: AreaTag) -> [u16; CHECKS.len()] {
+        let mut asked = [0; CHECKS.len()];
+        for (tag, queue) in Tag::ALL.into_iter().zip(self.queue_of) {
+            if let Some(queue) = queue {
+                asked[usize::from(queue)] |= tags.points(tag);
+            }
+        }
+        asked
+    }
+}
+
+/// Which of an area light's points a surface faces, a bit each.
+#[inline(always)]
+pub fn facing(normal: Vec3, geometric_normal: Vec3, light_samples: &[LightSample; 2]) -> u16 {
+    let [normal, geometric_normal] = [normal, geometric_normal].map(Vec3x8::splat);
+    let [low, high] = light_samples;
+    let faces = |half: &LightSample| phong::faces(normal, geometric_normal, half).bits();
+    u16::from_le_bytes([faces(low), faces(high)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_sample_goes_to_the_queue_of_its_own_tag() {
+        let rests = Checks { queue_of: [Some(1), Some(0), None, None, Some(2)] };
+        let moved = Checks { queue_of: [Some(1), Some(1), Some(1), Some(1), Some(2)] };
+        let checks = [rests, moved];
+        let mixed = [
+            Tag::Unknown,
+            Tag::Lit,
+            Tag::BackFacing,
+            Tag::StaticOccluder,
+            Tag::DynamicOccluder,
+            Tag::Lit,
+            Tag::Lit,
+            Tag::Lit,
+        ];
+        for tags in [mixed, [Tag::Lit; LANES], [Tag::BackFacing; LANES]] {
+            for moved in [0, u8::MAX, 0b1010_0110, 1] {
+                let asked = Checks::queues(&checks, &tags, moved);
+                for lane in 0..LANES {
+                    let wanted = checks[usize::from(moved >> lane & 1)].queue_of[tags[lane] as usize];
+                    let queues = (0..).zip(asked).filter(|(_, lanes)| lanes >> lane & 1 != 0);
+                    assert!(queues.map(|(queue, _)| queue).eq(wanted), "{tags:?} {moved:b} {lane}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,407 @@
+//! The planes of a picture, and what is made into each.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::kernel::Kernel;
+use crate::cryptomatte::{Kind, RANKS};
+use crate::film::{Film, PlaneKind, Values};
+use crate::layers::Layers;
+use crate::scene::LightGroups;
+
+/// The planes of sums: numbers of those that begin a colour. A colour lies within one group of eight
+/// ([`spread`](crate::frame::film::spread)), so that some stay empty; what nearly every sample has is in the first, and what is
+/// seldom asked for has groups of its own.
+pub mod sums {
+    use crate::lanes::LANES;
+    use crate::scene::LightGroups;
+
+    /// Of the weights.
+    pub const WEIGHT: usize = 0;
+    /// Of samples that show a surface.
+    pub const ALPHA: usize = 1;
+    /// Three colours each, from here on.
+    pub const DIFFUSE: usize = 2;
+    /// Diffuse reflectance.
+    pub const ALBEDO: usize = 5;
+    /// Highlights.
+    pub const SPECULAR: usize = 8;
+    /// In mirrors and off glass.
+    pub const REFLECTION: usize = 11;
+    /// Of the mean of the pixel's samples.
+    pub const VARIANCE: usize = 14;
+    /// Through glass.
+    pub const REFRACTION: usize = 16;
+    /// Diffuse light of light sources.
+    pub const DIRECT: usize = 24;
+    /// Diffuse light that came by light paths.
+    pub const INDIRECT: usize = 27;
+    /// Emission and ambient light.
+    pub const EMISSION: usize = 32;
+    /// The background as the eye sees it.
+    pub const SKY: usize = 35;
+    /// For denoisers.
+    pub const GUIDE_ALBEDO: usize = 40;
+    /// For denoisers; the only sums that may be negative.
+    pub const GUIDE_NORMAL: usize = 43;
+    /// What share of the directions around is open.
+    pub const OCCLUSION: usize = 46;
+    /// Distance along the view axis; 0 for the background.
+    pub const DEPTH: usize = 47;
+    const LIGHTS: usize = 48;
+    /// All of them.
+    pub const COUNT: usize = LIGHTS + LightGroups::MOST / 2 * LANES;
+
+    /// What the lights of a group add to the picture.
+    pub const fn light(group: usize) -> usize {
+        LIGHTS + group / 2 * LANES + group % 2 * 3
+    }
+}
+
+/// The planes of data: numbers of those that begin a vector or a table.
+pub mod data {
+    /// Distance along the view axis.
+    pub const Z: usize = 0;
+    /// World space.
+    pub const POSITION: usize = 1;
+    /// World space.
+    pub const NORMAL: usize = 4;
+    /// Model's number, from 1 on.
+    pub const ID: usize = 7;
+    /// To where the point was in the frame before, pixels; 1 if that is known.
+    pub const BACKWARD: usize = 8;
+    /// To where it will be in the next frame, pixels; 1 if that is known.
+    pub const FORWARD: usize = 11;
+    /// From there to where it is.
+    pub const FROM_NEXT: usize = 14;
+    /// Frames since the sample was traced.
+    pub const AGE: usize = 16;
+    /// Share of the samples that are base, good, overlapped, missed, obscured.
+    pub const STATUS: usize = 17;
+    /// Rays: primary, verification, shadow, secondary.
+    pub const RAYS: usize = 22;
+    /// Material's number, from 1 on.
+    pub const MATERIAL: usize = 26;
+    /// Texture coordinates; 1 where there are any.
+    pub const UV: usize = 27;
+    /// All of them.
+    pub const COUNT: usize = 30;
+}
+
+/// Where a plane's value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// These sums together, over the sum of weights.
+    Filtered(&'static [usize]),
+    /// This datum.
+    Data(usize),
+    /// This number of what [`mattes`](mod@crate::frame::film::mattes) give: see [`matte_planes`].
+    Matte(usize),
+}
+
+/// Numbers of the planes of a kind of mattes: id and coverage of the first rank, of the second, ...
+pub fn matte_planes(kind: Kind) -> Range<usize> {
+    let first = kind as usize * 2 * RANKS;
+    first..first + 2 * RANKS
+}
+
+/// Planes of mattes, of all kinds.
+pub const MATTE_PLANES: usize = Kind::ALL.len() * 2 * RANKS;
+
+/// A plane of the picture.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    /// As files have it.
+    pub name: Cow<'static, str>,
+    /// As files have it.
+    pub kind: PlaneKind,
+    /// What it shows.
+    pub source: Source,
+}
+
+impl Channel {
+    const fn half(name: &'static str, source: Source) -> Self {
+        Self { name: Cow::Borrowed(name), kind: PlaneKind::Half, source }
+    }
+
+    const fn float(name: &'static str, source: Source) -> Self {
+        Self { name: Cow::Borrowed(name), kind: PlaneKind::Float, source }
+    }
+
+    /// Whether it counts samples or rays: it may change where the samples do not.
+    pub fn is_count(&self) -> bool {
+        matches!(self.source, Source::Data(data::STATUS..data::MATERIAL))
+    }
+
+    /// The least and the greatest value that a filter may make of it: its negative lobes must make neither negative light
+    /// nor coverage of more than all, nor more reflectance than that of the `brightest` material.
+    pub fn limits(&self, brightest: Vec3) -> [f32; 2] {
+        match self.source {
+            Source::Filtered([sum @ sums::ALBEDO..sums::SPECULAR]) => [0.0, brightest[sum - sums::ALBEDO]],
+            Source::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
+            Source::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
+            Source::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
+            _ => [0.0, f32::INFINITY],
+        }
+    }
+
+    /// Whether its pixels are made of samples of several tiles, if the filter is wider than a pixel.
+    pub fn is_filtered(&self) -> bool {
+        matches!(self.source, Source::Filtered(_) | Source::Matte(_))
+    }
+
+    /// Whether it is made of floats, whatever files have.
+    pub fn is_float(&self) -> bool {
+        // ages are counted up where they stand: halves would stop at 2048
+        self.kind == PlaneKind::Float || self.source == Source::Data(data::AGE)
+    }
+
+    /// Room for `count` values of it.
+    pub fn room(&self, count: usize) -> Values {
+        if self.is_float() { Values::floats(count) } else { Values::halves(count) }
+    }
+}
+
+/// Of the contract's planes that do not depend on the shot.
+const COUNT: usize = 72;
+
+/// The contract's planes.
+const CHANNELS: [Channel; COUNT] = {
+    use Source::{Data, Filtered};
+    use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
+    use sums::{ALBEDO, ALPHA, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT};
+    use sums::{OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR, VARIANCE};
+    [
+        Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
+        Channel::half("G", Filtered(&[DIFFUSE + 1, SPECULAR + 1, REFLECTION + 1, REFRACTION + 1])),
+        Channel::half("B", Filtered(&[DIFFUSE + 2, SPECULAR + 2, REFLECTION + 2, REFRACTION + 2])),
+        Channel::half("A", Filtered(&[ALPHA])),
+        Channel::half("diffuse.R", Filtered(&[DIFFUSE])),
+        Channel::half("diffuse.G", Filtered(&[DIFFUSE + 1])),
+        Channel::half("diffuse.B", Filtered(&[DIFFUSE + 2])),
+        Channel::half("specular.R", Filtered(&[SPECULAR])),
+        Channel::half("specular.G", Filtered(&[SPECULAR + 1])),
+        Channel::half("specular.B", Filtered(&[SPECULAR + 2])),
+        Channel::half("reflection.R", Filtered(&[REFLECTION])),
+        Channel::half("reflection.G", Filtered(&[REFLECTION + 1])),
+        Channel::half("reflection.B", Filtered(&[REFLECTION + 2])),
+        Channel::half("refraction.R", Filtered(&[REFRACTION])),
+        Channel::half("refraction.G", Filtered(&[REFRACTION + 1])),
+        Channel::half("refraction.B", Filtered(&[REFRACTION + 2])),
+        Channel::half("albedo.R", Filtered(&[ALBEDO])),
+        Channel::half("albedo.G", Filtered(&[ALBEDO + 1])),
+        Channel::half("albedo.B", Filtered(&[ALBEDO + 2])),
+        Channel::float("Z", Data(Z)),
+        Channel::float("P.X", Data(POSITION)),
+        Channel::float("P.Y", Data(POSITION + 1)),
+        Channel::float("P.Z", Data(POSITION + 2)),
+        Channel::half("N.X", Data(NORMAL)),
+        Channel::half("N.Y", Data(NORMAL + 1)),
+        Channel::half("N.Z", Data(NORMAL + 2)),
+        Channel::float("object.V", Data(ID)),
+        Channel::half("status_age.V", Data(AGE)),
+        Channel::half("status_base.V", Data(STATUS)),
+        Channel::half("status_good.V", Data(STATUS + 1)),
+        Channel::half("status_overlapped.V", Data(STATUS + 2)),
+        Channel::half("status_missed.V", Data(STATUS + 3)),
+        Channel::half("status_obscured.V", Data(STATUS + 4)),
+        Channel::half("rays_primary.V", Data(RAYS)),
+        Channel::half("rays_verification.V", Data(RAYS + 1)),
+        Channel::half("rays_shadow.V", Data(RAYS + 2)),
+        Channel::half("rays_secondary.V", Data(RAYS + 3)),
+        Channel::half("direct.R", Filtered(&[DIRECT])),
+        Channel::half("direct.G", Filtered(&[DIRECT + 1])),
+        Channel::half("direct.B", Filtered(&[DIRECT + 2])),
+        Channel::half("indirect.R", Filtered(&[INDIRECT])),
+        Channel::half("indirect.G", Filtered(&[INDIRECT + 1])),
+        Channel::half("indirect.B", Filtered(&[INDIRECT + 2])),
+        Channel::half("emission.R", Filtered(&[EMISSION])),
+        Channel::half("emission.G", Filtered(&[EMISSION + 1])),
+        Channel::half("emission.B", Filtered(&[EMISSION + 2])),
+        Channel::half("background.R", Filtered(&[SKY])),
+        Channel::half("background.G", Filtered(&[SKY + 1])),
+        Channel::half("background.B", Filtered(&[SKY + 2])),
+        Channel::half("denoise_albedo.R", Filtered(&[GUIDE_ALBEDO])),
+        Channel::half("denoise_albedo.G", Filtered(&[GUIDE_ALBEDO + 1])),
+        Channel::half("denoise_albedo.B", Filtered(&[GUIDE_ALBEDO + 2])),
+        Channel::half("denoise_normal.X", Filtered(&[GUIDE_NORMAL])),
+        Channel::half("denoise_normal.Y", Filtered(&[GUIDE_NORMAL + 1])),
+        Channel::half("denoise_normal.Z", Filtered(&[GUIDE_NORMAL + 2])),
+        Channel::float("denoise_variance.V", Filtered(&[VARIANCE])),
+        Channel::half("occlusion.V", Filtered(&[OCCLUSION])),
+        Channel::float("motion.X", Data(BACKWARD)),
+        Channel::float("motion.Y", Data(BACKWARD + 1)),
+        Channel::float("motion.Z", Data(FROM_NEXT)),
+        Channel::float("motion.W", Data(FROM_NEXT + 1)),
+        Channel::float("forward.U", Data(FORWARD)),
+        Channel::float("forward.V", Data(FORWARD + 1)),
+        Channel::float("forward.A", Data(FORWARD + 2)),
+        Channel::float("backward.U", Data(BACKWARD)),
+        Channel::float("backward.V", Data(BACKWARD + 1)),
+        Channel::float("backward.A", Data(BACKWARD + 2)),
+        Channel::float("depth.V", Filtered(&[DEPTH])),
+        Channel::float("material.V", Data(MATERIAL)),
+        Channel::float("uv.U", Data(UV)),
+        Channel::float("uv.V", Data(UV + 1)),
+        Channel::float("uv.A", Data(UV + 2)),
+    ]
+};
+
+/// The planes of a kind of mattes, from number `$first` on: three layers of two ranks each.
+macro_rules! mattes {
+    ($name:literal, $first:expr) => {
+        [
+            Channel::float(concat!($name, "00.R"), Source::Matte($first)),
+            Channel::float(concat!($name, "00.G"), Source::Matte($first + 1)),
+            Channel::float(concat!($name, "00.B"), Source::Matte($first + 2)),
+            Channel::float(concat!($name, "00.A"), Source::Matte($first + 3)),
+            Channel::float(concat!($name, "01.R"), Source::Matte($first + 4)),
+            Channel::float(concat!($name, "01.G"), Source::Matte($first + 5)),
+            Channel::float(concat!($name, "01.B"), Source::Matte($first + 6)),
+            Channel::float(concat!($name, "01.A"), Source::Matte($first + 7)),
+            Channel::float(concat!($name, "02.R"), Source::Matte($first + 8)),
+            Channel::float(concat!($name, "02.G"), Source::Matte($first + 9)),
+            Channel::float(concat!($name, "02.B"), Source::Matte($first + 10)),
+            Channel::float(concat!($name, "02.A"), Source::Matte($first + 11)),
+        ]
+    };
+}
+
+/// By kind.
+const MATTES: [[Channel; 2 * RANKS]; Kind::ALL.len()] =
+    [mattes!("CryptoObject", 0), mattes!("CryptoMaterial", 2 * RANKS), mattes!("CryptoGroup", 4 * RANKS)];
+
+/// What the lights of each group add to the picture.
+fn lights(groups: &LightGroups) -> impl Iterator<Item = Channel> {
+    static NUMBERS: [usize; sums::COUNT] = {
+        let mut numbers = [0; sums::COUNT];
+        let mut number = 0;
+        while number < sums::COUNT {
+            numbers[number] = number;
+            number += 1;
+        }
+        numbers
+    };
+    let channel = |(group, name): (usize, &String)| {
+        ["R", "G", "B"]
+            .into_iter()
+            .zip(sums::light(group)..)
+            .map(|(letter, sum)| Channel {
+                name: format!("light_{name}.{letter}").into(),
+                kind: PlaneKind::Half,
+                source: Source::Filtered(std::slice::from_ref(&NUMBERS[sum])),
+            })
+            .collect::<Vec<_>>()
+    };
+    groups.names.iter().enumerate().flat_map(channel)
+}
+
+/// Those of `layers`, for lights of these groups.
+pub fn channels(layers: Layers, groups: &LightGroups) -> impl Iterator<Item = Channel> {
+    let all = CHANNELS.into_iter().chain(MATTES.into_iter().flatten()).chain(lights(groups));
+    all.filter(move |channel| layers.has_plane(&channel.name))
+}
+
+/// What is to be written.
+#[derive(Debug)]
+pub struct Picture {
+    /// From samples to pixels, if it is wider than a pixel.
+    pub kernel: Option<Kernel>,
+    /// Of the film's planes.
+    pub channels: Vec<Channel>,
+    /// For each plane, whether it was zero throughout before this frame.
+    pub was_zero: Vec<bool>,
+    /// Largest diffuse reflectance of the scene's materials, by channel.
+    pub brightest: Vec3,
+}
+
+impl Picture {
+    /// These channels, to be written over what `film` shows.
+    pub fn over(film: &Film, kernel: Option<Kernel>, channels: &[Channel], brightest: Vec3) -> Self {
+        let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
+        Self { kernel, channels: channels.to_vec(), was_zero, brightest }
+    }
+
+    /// Number of the plane with the ages.
+    pub fn age(&self) -> Option<usize> {
+        self.channels.iter().position(|channel| channel.source == Source::Data(data::AGE))
+    }
+}
+
+/// Channels in a word of [`Written`].
+const WORD: usize = u128::BITS as usize;
+
+/// Which channels of some tiles are not zero throughout, a bit each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Written {
+    some: [u128; 2],
+    /// Whether the film showed any of the pixels already, so that it was left as it is.
+    any_shown: bool,
+}
+
+const _: () = assert!(COUNT + MATTE_PLANES + 3 * LightGroups::MOST <= 2 * WORD);
+
+impl Written {
+    /// Of pixels that the film showed already.
+    pub const SHOWN: Self = Self { some: [0; 2], any_shown: true };
+
+    /// Notes that channel `number` holds something.
+    pub fn note(&mut self, number: usize) {
+        self.some[number / WORD] |= 1 << (number % WORD);
+    }
+
+    /// Whether none of the pixels holds anything in plane number `number`.
+    pub fn is_none(self, number: usize) -> bool {
+        self.some[number / WORD] >> (number % WORD) & 1 == 0
+    }
+
+    /// Of more tiles.
+    pub fn plus(self, other: Self) -> Self {
+        let some = [0, 1].map(|word| self.some[word] | other.some[word]);
+        Self { some, any_shown: self.any_shown | other.any_shown }
+    }
+
+    /// Whether plane `number` is zero throughout now.
+    pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
+        self.is_none(number) && (was_zero || !self.any_shown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// What Blender 3.4 and 5 show: longer names of channels are scrambled by one and dropped by the other, a fifth channel
+    /// of a layer takes the place of another, and 3.4 shows nothing that is of use of two channels.
+    #[test]
+    fn names_are_such_as_other_programs_read() {
+        let mut layers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let denoised = crate::denoise::PLANES;
+        let groups = LightGroups { names: vec![String::from("a-name-of-23-letters-xx")], of: Vec::new() };
+        let all: Vec<Channel> = channels(Layers::ALL, &groups).collect();
+        let names: Vec<&str> = all.iter().map(|channel| &*channel.name).chain(denoised).collect();
+        for name in names {
+            let (layer, letter) = name.rsplit_once('.').unwrap_or(("", name));
+            assert!(name.len() <= 31 && !layer.contains('.'), "{name}");
+            // a picture and its depth: the one layer in which Z is no part of a vector
+            let layer = if name == "Z" { "Z" } else { layer };
+            layers.entry(layer).or_default().push(letter);
+        }
+        for (layer, letters) in layers {
+            let known = [
+                &["R", "G", "B", "A"][..],
+                &["R", "G", "B"],
+                &["X", "Y", "Z"],
+                &["X", "Y", "Z", "W"],
+                &["U", "V", "A"],
+                &["V"],
+                &["Z"],
+            ];
+            assert!(known.contains(&&letters[..]), "{layer}: {letters:?}");
+        }
+    }
+}

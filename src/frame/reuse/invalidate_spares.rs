@@ -1,0 +1,78 @@
+//! What is not known any more of spare samples: they are neither verified nor lit in this frame, and what the plan says must
+//! be asked about them is asked when they serve.
+
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::{LightChange, ShadowCheck};
+use crate::frame::shot::tile_bounds::TileBounds;
+use crate::geometry::Bounds;
+use crate::lanes::LANES;
+use crate::samples::{BACKGROUND, MOST_SPARES, Spare, Spares, Tag};
+
+/// Forgets what the plan says must be asked about the spare samples of a tile.
+///
+/// A tag that only what moved can make wrong stays where nothing that moved is between sample and light: that is found for
+/// a tile at once, and then for eight samples. Otherwise a thing that moves anywhere would cost each spare sample its tags.
+pub fn doubt(frame: &FrameView, spares: &mut Spares) {
+    let plan = frame.plan;
+    let flags = [false, true].map(|moved| plan.doubts(moved));
+    spares.set_flags(|spare| flags[usize::from(frame.moved(spare.model))]);
+    if plan.any_moved {
+        spares.forget_answers(|spare| frame.moved(spare.model));
+    }
+    if spares.is_empty() || (0..frame.slots.len()).all(|light| plan.keeps_all_tags(light)) {
+        return;
+    }
+    let places = Places::of(frame, &spares.samples);
+    for (light, slot) in (0..).zip(frame.slots) {
+        if plan.keeps_all_tags(light) {
+            continue;
+        }
+        let may_be_met = places.may_be_in_shadow(frame, light);
+        let holds = |number: usize, moved: bool, tag: Tag| match plan.shadow_check(light, moved, tag) {
+            ShadowCheck::Keep => true,
+            ShadowCheck::Moved => !may_be_met[number / LANES],
+            ShadowCheck::StillThenMovable | ShadowCheck::MovableThenStill => false,
+        };
+        spares.update_tags(
+            *slot,
+            |number, spare, tag| {
+                if holds(number, frame.moved(spare.model), tag) { tag } else { Tag::Unknown }
+            },
+            |number, spare, tags| {
+                let moved = frame.moved(spare.model);
+                tags.without(|tag| !holds(number, moved, tag))
+            },
+        );
+    }
+}
+
+/// Spare samples in groups of [`LANES`].
+const GROUPS: usize = MOST_SPARES.div_ceil(LANES);
+
+/// Where spare samples are, world space: around each group.
+struct Places([Bounds; GROUPS]);
+
+impl Places {
+    fn of(frame: &FrameView, spares: &[Spare]) -> Self {
+        let mut groups = [Bounds::EMPTY; GROUPS];
+        for (bounds, spares) in groups.iter_mut().zip(spares.chunks(LANES)) {
+            for spare in spares.iter().filter(|spare| spare.model != BACKGROUND) {
+                let point = frame.place(spare.model).point(|| spare.record.triangle, spare.point);
+                *bounds = bounds.with(point);
+            }
+        }
+        Self(groups)
+    }
+
+    /// For each group whether anything that moved may be between one of its samples and light number `light`. A `false` is
+    /// certain.
+    fn may_be_in_shadow(&self, frame: &FrameView, light: usize) -> [bool; GROUPS] {
+        let (moved, pose) = (frame.moved_bounds, &frame.pose.lights[light]);
+        if frame.plan.lights[light] == LightChange::Moved {
+            return [true; GROUPS];
+        }
+        let may_be = |bounds: &Bounds| TileBounds::surfaces(*bounds).may_be_in_shadow(moved, pose);
+        let all = self.0.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
+        if may_be(&all) { self.0.each_ref().map(may_be) } else { [false; GROUPS] }
+    }
+}

@@ -1,0 +1,15 @@
+//! Reuse, the subject of the paper: samples of the frame before are projected, serve cells, and are verified; what is left is traced.
+
+pub mod bins;
+pub mod candidates;
+pub mod edges;
+pub mod estimate;
+pub mod invalidate_spares;
+pub mod project;
+pub mod reproject;
+pub mod serve;
+#[cfg(test)]
+mod serve_tests;
+pub mod sight;
+pub mod trace_missed;
+pub mod verify;

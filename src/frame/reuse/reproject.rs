@@ -1,0 +1,108 @@
+//! Reprojection: the samples of the frame before move with their models, are projected into this frame's picture, and
+//! serve its cells (the paper's "Reprojection Phase").
+//!
+//! Two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it falls into, and of
+//! those beside which it may serve ([`Bins`]); [`gather`] then finds each cell's server, tile by tile, and copies it
+//! into the new store.
+
+use rayon::prelude::*;
+
+use super::bins::{BinWriter, Bins};
+use super::invalidate_spares::doubt;
+use super::project::{project_lanes, project_spares};
+use super::serve::{KEPT, KEPT_OF_SOME, Serving};
+use crate::frame::grid::cells::CellSet;
+use crate::frame::grid::holds;
+use crate::frame::shot::frame_view::FrameView;
+use crate::lanes::LANES;
+use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Status, TILE, Tile};
+use crate::settings::Reuse;
+
+/// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
+const LEAST_REUSED: usize = 8;
+
+/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. A store that `is_lent` keeps its tiles.
+pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) -> LeavingStore {
+    /// Tiles that a worker takes at least before others may have the rest.
+    const AT_LEAST: usize = 8;
+    let grid = &*frame.view.grid;
+    let halo = frame.reuse == Reuse::Target;
+    let scatter_tile = |writer: &mut BinWriter, (number, tile): (usize, &Tile)| {
+        for first in (0..CELLS).step_by(LANES) {
+            let mut projected = project_lanes(frame, tile, first);
+            projected.which &= !tile.copies[first / LANES];
+            writer.add(grid, first, &projected, halo);
+        }
+        for first in (0..tile.spares.len()).step_by(LANES) {
+            writer.add(grid, CELLS + first, &project_spares(frame, &tile.spares, first), halo);
+        }
+        writer.send(number as u32, bins)
+    };
+    let tiles = old.tiles.par_iter().map(AsRef::as_ref).enumerate().with_min_len(AT_LEAST);
+    let until: Vec<u32> = tiles.map_init(BinWriter::default, scatter_tile).collect();
+    if is_lent { LeavingStore::from(old) } else { LeavingStore::new(old, &until) }
+}
+
+/// Fills tile number `number` with what serves its cells. A cell that nothing serves is missed.
+pub fn gather(
+    old: &LeavingStore,
+    frame: &FrameView,
+    bins: &Bins,
+    number: usize,
+    tile: &mut Tile,
+    serving: &mut Serving,
+) {
+    bins.take(number, |runs| {
+        serving.begin();
+        runs.iter().for_each(|(source, run)| serving.add(*source, run, old.tile(*source)));
+    });
+    let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
+    let extent = grid.extent_of(number);
+    let wanted = frame.wanted_of(number);
+    serving.serve(frame.reuse, (extent, wanted), frame.endless, &tiles, tile, |each| {
+        if let Some(wanted) = frame.wanted {
+            wanted.unwanted_around(grid, number, each);
+        }
+    });
+    let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
+    serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
+    doubt(frame, &mut tile.spares);
+    mark_unwanted(wanted, tile);
+    mark_outside(grid.extent(number), tile);
+    let reused = tile.status.iter().filter(|status| status.is_reused()).count();
+    if frame.chooses && reused < wanted.count() / LEAST_REUSED {
+        for cell in 0..CELLS {
+            if tile.status[cell].is_reused() {
+                tile.clear(cell, Status::Missed);
+            }
+        }
+    }
+}
+
+/// Cells that nobody asks for.
+fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
+    if *wanted != CellSet::ALL {
+        let unwanted = tile.status.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
+        unwanted.for_each(|(_, status)| *status = Status::Empty);
+    }
+}
+
+/// Cells that are not in the picture.
+fn mark_outside(extent: [u32; 2], tile: &mut Tile) {
+    if extent != [TILE as u32; 2] {
+        let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));
+        beyond.for_each(|(_, status)| *status = Status::Outside);
+    }
+}
+
+/// Empties tile number `number` for a frame that is traced in full.
+pub fn begin_base(frame: &FrameView, number: usize, tile: &mut Tile) {
+    tile.model.fill(EMPTY);
+    tile.spares.clear();
+    let extent = frame.view.grid.extent(number);
+    for (cell, status) in tile.status.iter_mut().enumerate() {
+        *status = if holds(extent, cell) { Status::Base } else { Status::Outside };
+    }
+    mark_unwanted(frame.wanted_of(number), tile);
+    mark_outside(extent, tile);
+}

@@ -1,0 +1,294 @@
+//! Serving: which kept sample each cell shows.
+//!
+//! Each cell has a target, its centre. It is *served* by the nearest kept sample that holds, in whatever cell that
+//! sample lies, if it is within [`REACH`](super::candidates::REACH). One sample may serve two cells; those that serve
+//! none are kept as spare samples, up to [`KEPT`] in a cell.
+//!
+//! At an [edge](super::edges) the nearest sample need not show what the target shows: silhouettes would lag behind, or
+//! grow. An edge is where the samples in the cell and the eight around it show different surfaces, or where one of the
+//! four quadrants around the target has none: there something new may have come into sight. There the target itself is
+//! *probed*, by a ray from the eye ([`trace_missed`](super::trace_missed)): the server stays if the ray meets the
+//! surface that it shows, and otherwise what the ray met takes its place. So each surface has the cells whose targets it
+//! covers, as in a frame that is traced in full, however long a chain of inferred frames is and however densely the
+//! surface happens to be sampled.
+//!
+//! The paper's own rule, for comparison, is [`nearest_to_eye`](Candidates::nearest_to_eye): of the samples in a cell the one nearest to the eye
+//! serves it, and the others go. Samples drift against the grid; two share a cell while the cell beside it is empty,
+//! and a fifth of all true samples are lost that way every frame.
+
+use super::bins::{Binned, STEPS};
+use super::candidates::{Candidate, Candidates, Rank, Server, Sources};
+use super::edges::Edges;
+use crate::frame::grid::around::{AROUND, ROW};
+use crate::frame::grid::bits::set_bits;
+use crate::frame::grid::cells::CellSet;
+use crate::frame::grid::{Extent, cell_number};
+use crate::lanes::LANES;
+use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Status, Tile};
+use crate::settings::Reuse;
+
+/// Samples that are kept of those that lie in a cell, unless they serve: enough for those that share a cell by chance
+/// while the cell beside it is empty. With three a frame traces a tenth less, and spare samples take half as much again.
+pub const KEPT: u8 = 2;
+
+/// The same where not all cells are asked for: most cells that are not hold a sample from when they were, and those that are
+/// projected and never serve cost more than what some of them save.
+pub const KEPT_OF_SOME: u8 = 1;
+
+/// What a worker needs to serve the cells of one tile. Keeps its memory from tile to tile.
+#[derive(Debug, Default)]
+pub struct Serving {
+    candidates: Candidates,
+    edges: Edges,
+    /// For each cell who serves it, or was asked last.
+    servers: Vec<Server>,
+    /// The candidates that serve a cell, a bit each.
+    serving: Vec<u64>,
+    /// For each cell in and around the tile, how many of the samples in it are kept.
+    kept: Vec<u8>,
+    moves: Vec<Move>,
+    /// By the paper's rule, the candidates that would serve cells that nobody asks for.
+    unused: Vec<usize>,
+    /// Flags that any sample that serves has.
+    flags: Flags,
+}
+
+impl Serving {
+    /// No candidates, for a new tile.
+    pub fn begin(&mut self) {
+        self.candidates.clear();
+        self.flags = Flags::default();
+    }
+
+    /// Adds candidates: a run of the tile's bin, from tile number `source`. That is `tile` where its samples have to be fetched.
+    pub fn add(&mut self, source: u32, run: &[u64], tile: Option<&Tile>) {
+        self.candidates.add(source, run, tile);
+    }
+
+    /// Flags that any sample that serves a cell has.
+    pub fn flags(&self) -> Flags {
+        self.flags
+    }
+
+    /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it. Candidates are in the
+    /// tiles that `sources` has. `endless`: for each model whether it is an endless plane. `tile`: which is to be filled.
+    pub fn serve<'t>(
+        &mut self,
+        reuse: Reuse,
+        (extent, wanted): (Extent, &CellSet),
+        endless: &[bool],
+        sources: &impl Sources<'t>,
+        tile: &Tile,
+        unwanted: impl FnOnce(&mut dyn FnMut(usize)),
+    ) {
+        let Self { candidates, edges, servers, unused, .. } = self;
+        servers.clear();
+        servers.resize(CELLS, Server::NOBODY);
+        unused.clear();
+        if candidates.len() == 0 || reuse == Reuse::Target && wanted.is_empty() {
+            return;
+        }
+        match reuse {
+            Reuse::Target => {
+                edges.find(candidates, extent, endless, sources, unwanted);
+                nearest_to_targets(candidates, extent, servers, tile);
+            }
+            Reuse::Paper => {
+                candidates.sort();
+                for cell in cells(extent) {
+                    servers[cell] = candidates.nearest_to_eye(cell);
+                }
+            }
+        }
+        if *wanted != CellSet::ALL {
+            for cell in CellSet::ALL.without(wanted).numbers() {
+                let server = std::mem::replace(&mut servers[cell], Server::NOBODY);
+                unused.extend(server.rank().filter(|_| reuse == Reuse::Paper).map(Rank::number));
+            }
+        }
+    }
+
+    /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody, up to
+    /// `most_kept` in a cell with those that serve.
+    pub fn fill<'t>(
+        &mut self,
+        reuse: Reuse,
+        extent: Extent,
+        most_kept: u8,
+        tile: &mut Tile,
+        sources: &impl Sources<'t>,
+    ) {
+        let from: Vec<&Tile> = self.candidates.runs().filter_map(|(source, _)| sources(source)).collect();
+        self.assign(extent, tile);
+        let Self { candidates, serving, kept, moves, flags, unused, .. } = self;
+        *flags = tile.copy_all(&from, moves);
+        tile.spares.clear();
+        if reuse == Reuse::Paper {
+            for number in &*unused {
+                let Candidate { word, run, .. } = candidates.get(*number);
+                tile.spares.push(from[usize::from(run)], word.slot());
+            }
+            return;
+        }
+        for number in unset(serving, candidates.len()) {
+            let Candidate { word, cell, run } = candidates.get(number);
+            let kept = &mut kept[usize::from(cell)];
+            if is_within(extent, word) && *kept < most_kept && tile.spares.len() < MOST_SPARES {
+                *kept += 1;
+                tile.spares.push(from[usize::from(run)], word.slot());
+            }
+        }
+    }
+
+    /// Gives each cell its status, and lists which sample it gets.
+    fn assign(&mut self, extent: Extent, tile: &mut Tile) {
+        let Self { candidates, servers, serving, kept, moves, .. } = self;
+        kept.clear();
+        kept.resize(AROUND, 0);
+        serving.clear();
+        serving.resize(candidates.len().div_ceil(WORD), 0);
+        moves.clear();
+        for (first, servers) in (0..CELLS).step_by(LANES).zip(servers.chunks_exact(LANES)) {
+            let mut copies = 0;
+            for (lane, server) in servers.iter().enumerate() {
+                let cell = first + lane;
+                let Some(rank) = server.rank() else {
+                    tile.clear(cell, Status::Missed);
+                    continue;
+                };
+                let number = rank.number();
+                let Candidate { word, cell: lies_in, run } = candidates.get(number);
+                let is_first = set(serving, number);
+                kept[usize::from(lies_in)] += u8::from(is_first);
+                // a sample that has a cell already is kept there, and one beyond the tile by another tile
+                copies |= u8::from(!(is_first & is_within(extent, word))) << lane;
+                tile.status[cell] = server.status();
+                moves.push(Move { to: cell as u16, source: run, from: word.slot() as u16 });
+            }
+            tile.copies[first / LANES] = copies;
+        }
+    }
+
+    /// Makes `tile` the tile `before` again, and fills those of its cells that have no sample with their servers.
+    pub fn merge<'t>(&mut self, before: &Tile, tile: &mut Tile, sources: &impl Sources<'t>) {
+        tile.clone_from(before);
+        let Self { candidates, servers, serving, flags, .. } = self;
+        serving.clear();
+        serving.resize(candidates.len().div_ceil(WORD), 0);
+        for (cell, server) in servers.iter_mut().enumerate() {
+            if tile.model[cell] != EMPTY {
+                *server = Server::OWN;
+                continue;
+            }
+            let Some(rank) = server.rank() else { continue };
+            let number = rank.number();
+            let Some(from) = sources(candidates.source(number)) else { continue };
+            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
+            tile.set_copy(cell, !set(serving, number));
+            tile.status[cell] = server.status();
+        }
+    }
+
+    /// For those cells of `tile` that are hidden the next candidate in turn, if there is one near enough: it is to be
+    /// verified. Which cells have one; `None` if no cell has.
+    pub fn ask_next<'t>(
+        &mut self,
+        reuse: Reuse,
+        tile: &mut Tile,
+        sources: &impl Sources<'t>,
+    ) -> Option<CellSet> {
+        let Self { candidates, servers, flags, .. } = self;
+        if candidates.len() == 0 || reuse == Reuse::Paper || !tile.status.contains(&Status::Obscured) {
+            return None;
+        }
+        let mut next = CellSet::default();
+        candidates.sort();
+        for (cell, server) in servers.iter_mut().enumerate() {
+            if tile.status[cell] != Status::Obscured || *server == Server::NOBODY {
+                continue;
+            }
+            *server = candidates.nearest(cell, server.rank());
+            let Some(rank) = server.rank() else { continue };
+            let number = rank.number();
+            let Some(from) = sources(candidates.source(number)) else { continue };
+            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
+            // whoever keeps it, it is not this cell
+            tile.set_copy(cell, true);
+            tile.status[cell] = Status::Overlapped;
+            next.insert(cell);
+        }
+        (!next.is_empty()).then_some(next)
+    }
+
+    /// Cells at edges that are served: their targets are to be probed.
+    pub fn probes(&self, tile: &Tile) -> CellSet {
+        if self.candidates.len() == 0 {
+            return CellSet::default();
+        }
+        let reused = CellSet::of(|cell| tile.status[cell].is_reused());
+        self.edges.cells.and(&reused)
+    }
+}
+
+/// The candidate nearest to each cell's target. Meanwhile `tile` is fetched, which they are to be copied to.
+fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server], tile: &Tile) {
+    let [columns, rows] = extent.cells;
+    for row in 0..rows {
+        for first in (0..columns).step_by(LANES) {
+            tile.prefetch_eight(cell_number([first, row]));
+            let nearest = candidates.nearest_to_eight(row as usize, first as usize);
+            for (column, server) in (first..columns).zip(nearest) {
+                servers[cell_number([column, row])] = server;
+            }
+        }
+    }
+    if candidates.crowded().is_empty() {
+        return;
+    }
+    // few: each cell beside a crowded one looks at all that are there
+    candidates.sort();
+    for crowded in candidates.crowded() {
+        let [column, row] = [usize::from(*crowded) % ROW, usize::from(*crowded) / ROW];
+        let beside = |at: usize, count: u32| at.saturating_sub(2)..(at + 1).min(count as usize);
+        for row in beside(row, rows) {
+            for column in beside(column, columns) {
+                let cell = cell_number([column as u32, row as u32]);
+                servers[cell] = candidates.nearest(cell, None);
+            }
+        }
+    }
+}
+
+/// Bits of a word.
+const WORD: usize = u64::BITS as usize;
+
+/// Sets a bit. Whether it was not set.
+#[inline(always)]
+fn set(bits: &mut [u64], number: usize) -> bool {
+    let (word, bit) = (&mut bits[number / WORD], 1 << (number % WORD));
+    let was_unset = *word & bit == 0;
+    *word |= bit;
+    was_unset
+}
+
+/// The numbers below `count` whose bits are not set.
+fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
+    let words = bits.iter().zip((0..).step_by(WORD));
+    words
+        .flat_map(|(word, first)| set_bits(!*word).map(move |bit| first + bit))
+        .take_while(move |number| *number < count)
+}
+
+/// The cells of a tile that are in the picture.
+fn cells(extent: Extent) -> impl Iterator<Item = usize> {
+    let [columns, rows] = extent.cells;
+    (0..rows).flat_map(move |row| (0..columns).map(move |column| cell_number([column, row])))
+}
+
+/// Whether a candidate lies in the tile, and in the picture.
+#[inline(always)]
+fn is_within(extent: Extent, word: Binned) -> bool {
+    let [x, y] = word.place().map(|at| (at - STEPS) as u32);
+    let [columns, rows] = extent.cells.map(|count| count * STEPS as u32);
+    (x < columns) & (y < rows)
+}

@@ -1,0 +1,292 @@
+//! Primary rays: through the centre of every cell that has no sample, or a hidden one.
+
+use crate::frame::grid::bits::{set_bits, status_bits};
+use crate::frame::grid::cells::{CellSet, is_traced};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::hits::Hits8;
+use crate::frame::surface::trace_scratch::TraceScratch;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
+
+/// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
+/// enough that what a later ray through the point meets is what this one met.
+const OFF_RAY: f32 = 2.5e-6;
+
+/// Rays that are traced at once: with their answers they stay in a first-level cache while they are traced.
+const AT_ONCE: usize = 4 * trace::LANES;
+
+/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
+/// is `among`.
+pub fn trace_missed(
+    frame: &FrameView,
+    number: usize,
+    among: SceneSubset,
+    tile: &mut Tile,
+    probes: &CellSet,
+    scratch: &mut TraceScratch,
+) {
+    scratch.begin_rays();
+    for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
+        let traced = status_bits(status, is_traced);
+        tile.copies[first / LANES] &= !traced;
+        let probed = probes.eight(first);
+        for lane in set_bits(probed) {
+            scratch.tally.cells.probes[first + lane] += 1;
+        }
+        scratch.owners.extend(set_bits(traced | probed).map(|lane| (first + lane) as u32));
+    }
+    if scratch.owners.is_empty() {
+        return;
+    }
+    let TraceScratch { owners, rays, hits, tally, .. } = &mut *scratch;
+    tally.counts.primary += owners.len() as u64;
+    let mut found = Found8::NONE;
+    for owners in owners.chunks(AT_ONCE) {
+        rays.clear();
+        push_rays(frame, number, owners, rays);
+        frame.tracer.closest(rays, among, Coherence::Coherent, hits);
+        let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
+        for (((rays, _), hits), owners) in answers {
+            for (half, owners) in owners.chunks(LANES).enumerate() {
+                let answers = Answers8::of(rays, hits, half * LANES, owners);
+                if probes.is_empty() {
+                    answers.keep(frame, tile);
+                } else {
+                    found.take_unconfirmed(frame, &answers, tile);
+                }
+            }
+        }
+    }
+    found.keep(frame, tile);
+    // those that were confirmed keep what they know
+    scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
+    tile.tags.forget(&scratch.owners);
+    if tile.gathered.is_seeded() {
+        for cell in scratch.owners.iter().map(|cell| *cell as usize) {
+            tile.gathered.begin(cell, frame.new_seed(number, cell, tile.model[cell]));
+        }
+    }
+}
+
+/// A ray through the centre of each cell in `owners`.
+fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBatch) {
+    let grid = &frame.view.grid;
+    let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
+    let far = F32x8::splat(f32::INFINITY);
+    for owners in owners.chunks(LANES) {
+        let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
+        let [origins, directions] = frame.view.rays(x + centre[0], y + centre[1]);
+        rays.push_lanes(origins, directions, far, u8::MAX >> (LANES - owners.len()));
+    }
+}
+
+/// What `column` has for up to eight cells.
+#[inline(always)]
+fn values_of(column: &Column<f32>, cells: &[u32]) -> F32x8 {
+    if are_neighbours(cells) {
+        return F32x8::load(column, cells[0] as usize);
+    }
+    let mut values = F32x8::ZERO;
+    (0..).zip(cells).for_each(|(lane, cell)| values.set_lane(lane, column[*cell as usize]));
+    values
+}
+
+/// Whether these are eight cells one after the other. They come in order.
+#[inline(always)]
+fn are_neighbours(cells: &[u32]) -> bool {
+    cells.len() == LANES && cells[LANES - 1] == cells[0] + LANES as u32 - 1
+}
+
+/// Up to eight rays, and what they met.
+#[derive(Debug, Clone, Copy)]
+struct Answers8<'a> {
+    /// The cells that they are for, from the first lane on.
+    owners: &'a [u32],
+    origin: Vec3x8,
+    direction: Vec3x8,
+    met: Hits8<'a>,
+    /// Where along the rays.
+    t: &'a [f32],
+}
+
+/// The same, lane by lane from several packets.
+#[derive(Debug, Clone)]
+struct Found8 {
+    count: usize,
+    owners: [u32; LANES],
+    origin: Vec3x8,
+    direction: Vec3x8,
+    t: [f32; LANES],
+    models: [u32; LANES],
+    triangles: [u32; LANES],
+    weights: [F32x8; 2],
+}
+
+impl Found8 {
+    const NONE: Self = Self {
+        count: 0,
+        owners: [0; LANES],
+        origin: Vec3x8::ZERO,
+        direction: Vec3x8::ZERO,
+        t: [0.0; LANES],
+        models: [NO_HIT; LANES],
+        triangles: [NO_HIT; LANES],
+        weights: [F32x8::ZERO; 2],
+    };
+
+    /// Takes those of `answers` that must be kept: all but those that confirm the samples which serve their cells. Whenever
+    /// there are eight they are kept: finding surfaces takes the same time for one and for eight.
+    fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Answers8, tile: &mut Tile) {
+        for (lane, cell) in answers.owners.iter().enumerate() {
+            if is_traced(tile.status[*cell as usize]) || !answers.confirms(frame, tile, *cell as usize, lane)
+            {
+                self.take(answers, lane);
+                if self.count == LANES {
+                    self.keep(frame, tile);
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, from: &Answers8, lane: usize) {
+        let to = self.count;
+        self.owners[to] = from.owners[lane];
+        self.origin.set_lane(to, from.origin.lane(lane));
+        self.direction.set_lane(to, from.direction.lane(lane));
+        self.t[to] = from.t[lane];
+        (self.models[to], self.triangles[to]) = (from.met.models[lane], from.met.triangles[lane]);
+        let weights = self.weights.iter_mut().zip(&from.met.weights);
+        weights.for_each(|(weights, of)| weights.set_lane(to, of.lane(lane)));
+        self.count += 1;
+    }
+
+    /// Keeps all, and goes on with none.
+    fn keep(&mut self, frame: &FrameView, tile: &mut Tile) {
+        if self.count == 0 {
+            return;
+        }
+        let Self { count, owners, origin, direction, t, models, triangles, weights } = &*self;
+        let met = Hits8 { models, triangles, weights: *weights };
+        let answers = Answers8 { owners: &owners[..*count], origin: *origin, direction: *direction, met, t };
+        answers.keep(frame, tile);
+        (self.count, self.models) = (0, [NO_HIT; LANES]);
+    }
+}
+
+impl<'a> Answers8<'a> {
+    /// Those of a packet from lane `from` on, for the cells `owners`.
+    #[inline(always)]
+    fn of(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
+        let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
+        let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
+        Self { owners, origin, direction, met: Hits8::of(hits, from), t: &hits.t[from..from + LANES] }
+    }
+
+    /// Whether what the ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
+    fn confirms(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
+        let model = self.met.models[lane];
+        if model == NO_HIT || tile.model[cell] != model {
+            return model == NO_HIT && tile.model[cell] == BACKGROUND;
+        }
+        let server = &tile.record[cell];
+        if server.triangle == self.met.triangles[lane] {
+            return true;
+        }
+        let offset = frame.offset(tile.point(cell), model, server.triangle);
+        let (far, depth) = (offset.dot(frame.view.camera.forward), self.t[lane]);
+        server.material == self.met.material(frame, lane)
+            && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
+    }
+
+    /// Keeps what was met in the cells: object space, on the side of the eye.
+    #[inline(always)]
+    fn keep(&self, frame: &FrameView, tile: &mut Tile) {
+        let Self { owners, origin, direction, met, .. } = *self;
+        let Hits8 { models, triangles, .. } = met;
+        let corners = met.corners(frame);
+        let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
+        met.put_quadric_points(frame, quadrics, &mut point);
+        put_on_ray(frame, [origin, direction], &met, &mut point);
+        let mut weights = corners.weights_at(point);
+        met.put_quadric_weights(frame, quadrics, &point, &mut weights);
+        let [mut normal, mut geometric_normal] = corners.normals(weights);
+        met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
+        let behind = seen_from_behind(frame, geometric_normal, direction, &met);
+        let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
+        let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
+        let (numbers, colors) = met.reflectances(frame, weights);
+        let colors = half_colors(colors);
+        let record = |lane: usize| Record {
+            triangle: triangles[lane],
+            normal: normals[lane],
+            geometric_normal: geometric_normals[lane],
+            reflectance: colors[lane],
+            direct_diffuse: Default::default(),
+            traced: frame.rendered,
+            material: numbers[lane],
+            flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
+        };
+        let first = owners[0] as usize;
+        let all_traced = || owners.iter().all(|cell| is_traced(tile.status[*cell as usize]));
+        if are_neighbours(owners) && !models.contains(&NO_HIT) && all_traced() {
+            // eight neighbours, as in every frame that is traced in full: whole columns
+            point.store([&mut tile.x, &mut tile.y, &mut tile.z], first);
+            tile.model[first..first + LANES].copy_from_slice(models);
+            for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
+                *kept = record(lane);
+            }
+            return;
+        }
+        for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
+            if !is_traced(tile.status[cell]) {
+                tile.make_spare(cell, frame.moved(tile.model[cell]));
+                tile.set_copy(cell, false);
+                tile.status[cell] = Status::Missed;
+            }
+            let is_hit = models[lane] != NO_HIT;
+            let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
+            [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
+            tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
+            tile.record[cell] = record(lane);
+        }
+    }
+}
+
+/// Mends the points (object space) that lie beside their rays.
+///
+/// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
+/// But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in single
+/// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
+/// double floats. So are quadrics that are much larger than their distance.
+#[inline(always)]
+fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
+    let models = met.models;
+    let mut world = *point;
+    frame.each_displaced(models, |place, of_model| {
+        place.points(of_model, |lane| met.triangles[lane], &mut world);
+    });
+    let offset = world - origin;
+    let aside = offset.cross(direction);
+    let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
+    let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
+    for lane in set_bits(is_beside.bits()) {
+        let (place, mesh) = (frame.place(models[lane]), met.mesh(frame, lane));
+        let (origin, direction) = (origin.lane(lane), direction.lane(lane));
+        let (primitive, about) = ((mesh, met.triangles[lane]), point.lane(lane));
+        let exact = place.meet_exactly(primitive, (origin, direction), about);
+        if let Some(exact) = exact {
+            point.set_lane(lane, exact);
+        }
+    }
+}
+
+/// Where rays along `direction` see the backs of the triangles that they `met`, with these normals (object space).
+#[inline(always)]
+fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, met: &Hits8) -> Mask {
+    let mut world = geometric_normal;
+    frame.each_displaced(met.models, |place, of_model| {
+        place.geometric_normals(of_model, |lane| met.triangles[lane], &mut world);
+    });
+    world.dot(direction).gt(F32x8::ZERO)
+}

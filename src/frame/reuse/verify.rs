@@ -1,0 +1,188 @@
+//! Verification: is what serves a cell still seen? (the paper's "Verification Phase", for the eye)
+//!
+//! Segments run from the eye to the sample, so that the rays of a tile start in one point (or side by side) and stay
+//! together; what the segment is tested against is the [plan](crate::frame::shot::plan::Plan)'s to say.
+
+use super::sight::{back_facing_bits, segment_ends, segments, sights};
+use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
+use crate::frame::grid::cells::{BLOCK, CellSet};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::SightCheck;
+use crate::frame::shot::tile_bounds::TileBounds;
+use crate::frame::surface::trace_scratch::TraceScratch;
+use crate::lanes::LANES;
+use crate::samples::{CELLS, Flags, Status, Tile};
+use crate::trace::{Coherence, Occluders, Purpose, SceneSubset};
+
+/// What is to be verified of a tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Its number.
+    pub number: usize,
+    /// Cells whose samples are asked for.
+    pub cells: &'a CellSet,
+    /// Of at least the samples of models that did not move, if they are known.
+    pub bounds: Option<&'a TileBounds>,
+    /// Flags that any sample has.
+    pub flags: Flags,
+}
+
+/// Turns cells of a `request` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
+pub fn verify(
+    frame: &FrameView,
+    among: SceneSubset,
+    tile: &mut Tile,
+    request: &Request,
+    scratch: &mut TraceScratch,
+) {
+    let Request { cells, bounds, flags, .. } = *request;
+    for first in (0..CELLS).step_by(LANES) {
+        let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
+        let asked = reused & cells.eight(first);
+        if asked != 0 {
+            for lane in set_bits(asked & back_facing_bits(frame, tile, first, flags)) {
+                tile.status[first + lane] = Status::Obscured;
+            }
+        }
+    }
+    if frame.view.camera.is_orthographic() {
+        give_up_background(frame, tile, request);
+    }
+    let may_be_hidden = || match bounds {
+        Some(bounds) => bounds.may_be_hidden(frame, request.number),
+        None => TileBounds::samples(frame, tile).may_be_hidden(frame, request.number),
+    };
+    if frame.plan.sight_check(false) == SightCheck::Moved && may_be_hidden() {
+        verify_against(SightCheck::Moved, &[Occluders::Moved], frame, tile, request, scratch);
+    }
+    let occluders: &[Occluders] = match among {
+        SceneSubset::All => &[Occluders::Still, Occluders::Movable],
+        SceneSubset::Still => &[Occluders::Still],
+    };
+    verify_against(SightCheck::Everything, occluders, frame, tile, request, scratch);
+}
+
+/// Samples of the background have no place in an orthographic view by which they could be verified: where anything may hide
+/// them, their cells are traced, which takes a ray as well.
+fn give_up_background(frame: &FrameView, tile: &mut Tile, request: &Request) {
+    let is_in_doubt = match frame.plan.sight_check(false) {
+        SightCheck::Everything => true,
+        SightCheck::Moved => {
+            let sights = frame.view.sights_of_tile(request.number);
+            frame.moved_bounds.may_meet_sweep(&sights)
+        }
+        SightCheck::Nothing => false,
+    };
+    if !is_in_doubt {
+        return;
+    }
+    for first in (0..CELLS).step_by(LANES) {
+        let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
+        let background = !surface_bits(&tile.model[first..first + LANES]);
+        for lane in set_bits(reused & background & request.cells.eight(first)) {
+            tile.status[first + lane] = Status::Obscured;
+        }
+    }
+}
+
+/// Sends the segments of all samples whose check is `check` against `occluders`.
+fn verify_against(
+    check: SightCheck,
+    occluders: &[Occluders],
+    frame: &FrameView,
+    tile: &mut Tile,
+    request: &Request,
+    scratch: &mut TraceScratch,
+) {
+    let Request { cells, flags, .. } = *request;
+    let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
+    let any_unseen = flags.has(Flags::UNSEEN);
+    let for_unseen = any_unseen && check == SightCheck::Everything;
+    // what is left of it cannot be hidden
+    let asks_background = !frame.view.camera.is_orthographic();
+    if !for_still && !for_moved && !for_unseen {
+        return;
+    }
+    scratch.begin_rays();
+    let asked: [u16; CELLS / BLOCK] = std::array::from_fn(|block| {
+        let bits = |half: usize| {
+            let first = block * BLOCK + half;
+            let moved = frame.moved_bits(&tile.model[first..first + LANES]);
+            let unseen = if any_unseen { tile.flagged(first, Flags::UNSEEN) } else { 0 };
+            let seen = if for_still { !moved } else { 0 } | if for_moved { moved } else { 0 };
+            let checked = seen & !unseen | if for_unseen { unseen } else { 0 };
+            let checked = if asks_background {
+                checked
+            } else {
+                checked & surface_bits(&tile.model[first..first + LANES])
+            };
+            let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
+            may_be_hidden_bits(check, frame, tile, first, reused & cells.eight(first))
+        };
+        u16::from_le_bytes([bits(0), bits(LANES)])
+    });
+    push_segments(frame, tile, &asked, scratch);
+    scratch.tally.counts.verification += scratch.rays.count();
+    scratch.begin_answers();
+    for by in occluders {
+        let blocked = &mut scratch.blocked;
+        frame.tracer.blocked(&scratch.rays, *by, Purpose::Sight, Coherence::Coherent, blocked);
+    }
+    for (owners, blocked) in
+        scratch.owners.chunks(BLOCK).zip(&scratch.blocked).filter(|(_, blocked)| **blocked != 0)
+    {
+        for (_, cell) in owners.iter().enumerate().filter(|(lane, _)| blocked >> lane & 1 != 0) {
+            tile.status[*cell as usize] = Status::Obscured;
+        }
+    }
+    if for_unseen {
+        for first in (0..CELLS).step_by(LANES) {
+            tile.unflag(first, (asked[first / BLOCK] >> (first % BLOCK)) as u8, Flags::UNSEEN);
+        }
+    }
+}
+
+/// Of eight samples those that are `asked` for and may be hidden.
+#[inline]
+fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: usize, asked: u8) -> u8 {
+    if check != SightCheck::Moved || asked == 0 {
+        return asked;
+    }
+    let ([origins, sights], far) =
+        (sights(frame, tile, first), segment_ends(&tile.model[first..first + LANES]));
+    asked & frame.moved_bounds.may_meet(origins, sights, far)
+}
+
+/// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
+/// packets that they are, and what is left one after the other.
+fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], scratch: &mut TraceScratch) {
+    // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
+    const LEAST_WHOLE: u32 = 12;
+    for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
+        for half in [0, LANES] {
+            let bits = (asked >> half) as u8;
+            count_bits(bits, &mut scratch.tally.cells.verification[first + half..first + half + LANES]);
+        }
+        if asked.count_ones() >= LEAST_WHOLE {
+            let ways = [first, first + LANES].map(|first| {
+                let [origins, sights] = sights(frame, tile, first);
+                (origins, sights, segment_ends(&tile.model[first..first + LANES]))
+            });
+            let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);
+            let own = [&tile.model[first..first + BLOCK], &triangles];
+            scratch.rays.push_packet_to_samples(&ways, own, *asked);
+            scratch.owners.extend(first as u32..(first + BLOCK) as u32);
+        }
+    }
+    for (first, asked) in
+        (0..CELLS).step_by(BLOCK).zip(asked).filter(|(_, asked)| asked.count_ones() < LEAST_WHOLE)
+    {
+        for half in [0, LANES] {
+            let bits = (asked >> half) as u8;
+            if bits != 0 {
+                segments(frame, tile, first + half, bits, &mut scratch.rays);
+                scratch.owners.extend(set_bits(bits).map(|lane| (first + half + lane) as u32));
+            }
+        }
+    }
+}

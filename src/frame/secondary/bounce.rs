@@ -1,0 +1,566 @@
+//! Rays beyond the first surface: what mirrors, glass and rough surfaces show. They depend on the eye and are traced anew, unless
+//! they are known to bring what they brought ([`ray_trees`](super::ray_trees)); breadth first: all rays of a tile that have
+//! bounced equally often go together.
+
+use glam::Vec3;
+use wide::u32x8;
+
+use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
+use super::parts;
+use super::ray_trees::TreeScratch;
+use super::rough_sky::RoughSky;
+use super::tree_times::TreeTimes;
+use crate::changes::Until;
+use crate::frame::grid::bits::set_bits;
+use crate::frame::light::light_paths::{PathScratch, trace_paths};
+use crate::frame::light::lighting::{
+    Places, add_light, emitted_and_ambient, radiance_of_area, shows_highlight,
+};
+use crate::frame::light::occlusion::{self, Look, OcclusionScratch};
+use crate::frame::light::path_ends::PathStart;
+use crate::frame::light::shadow::{ShadowQueue, facing};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::hits::{Hits8, surfaces};
+use crate::frame::surface::radiance::Radiance;
+use crate::frame::surface::ray_tally::RayTally;
+use crate::frame::surface::trace_scratch::TraceScratch;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::layers::Layers;
+use crate::pose::LightPose;
+use crate::samples::Tag;
+use crate::shade::coat::{CountRays, SeenBy, SeenCoat, SeenCoats};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
+use crate::shade::optics::{Branches, branch};
+use crate::shade::sampling::{PathRandom, PathSequence, orthonormal, seed_of};
+use crate::shade::surface::off_surfaces;
+use crate::shade::{Surface, phong};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
+
+/// What a ray met.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    bounce: Bounce,
+    surface: Surface,
+    light: Vec3,
+}
+
+impl Met {
+    /// The first path by which it gathers; `owner` is its number.
+    fn start(&self, owner: u32) -> PathStart {
+        let Surface { point, normal, geometric_normal, material, .. } = self.surface;
+        let sequence = PathSequence::of_seed(seed_of(point, material.into()));
+        let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
+        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal }
+    }
+
+    /// By how many it gathers where samples gather by so many.
+    fn share_of(&self, count: u32) -> u32 {
+        count.div_ceil(SHARE_OF_PATHS).div_ceil(self.bounce.shared)
+    }
+}
+
+/// A worker's memory for this phase.
+#[derive(Debug, Default)]
+pub struct Bounces {
+    now: Vec<Bounce>,
+    next: Vec<Bounce>,
+    met: Vec<Met>,
+    /// The same, side by side.
+    eights: Vec<MetLanes>,
+    /// Layers of some of these.
+    coats: Vec<SeenCoats>,
+    rough_sky: RoughSky,
+    queue: ShadowQueue,
+    /// Of `met`: which points of the light at hand reach it, a bit each.
+    lit: Vec<u16>,
+    /// The segments of shadow rays, if anybody wants to know until when their answers hold.
+    to_light: Vec<(Vec3, Vec3, f32)>,
+    gathering: PathScratch,
+    occlusion: OcclusionScratch,
+    /// Until when the rays of the tile at work bring what they bring, if that is found out.
+    pub times: TreeTimes,
+    /// What they have brought.
+    pub trees: TreeScratch,
+}
+
+impl Bounces {
+    /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
+    pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
+        grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
+    }
+
+    /// Starts a ray of a map's texel that is kept as that of `cell`, from `origin` (world space) along `direction`, of unit length.
+    pub fn start_from(&mut self, cell: u32, origin: Vec3, direction: Vec3) {
+        self.next.push(Bounce { origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+    }
+
+    /// Adds to `radiance` what the map of `model` has where rays would leave the sample of `cell`.
+    pub fn look_up(
+        &mut self,
+        frame: &FrameView,
+        (cell, model): (u32, u32),
+        branches: Branches,
+        radiance: &mut Radiance,
+    ) {
+        for (kind, ray) in [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)]
+        {
+            let Some(ray) = ray else { continue };
+            if let Some(light) = frame.maps.look_up(model, ray.direction) {
+                add(
+                    radiance,
+                    &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) },
+                    ray.weight * light,
+                );
+                // it is another one when anything has moved
+                self.times.note(cell, Until::UNKNOWN);
+            }
+        }
+    }
+
+    /// Starts the rays by which the sample of `cell` reflects off the layer that the eye has `seen`; `seed` is of its place.
+    pub fn start_rough(
+        &mut self,
+        frame: &FrameView,
+        cell: u32,
+        guides: bool,
+        surface: &Surface,
+        (seen, seed): (&SeenCoat, u32),
+    ) {
+        let first = Bounce::from_sample(cell, Kind::Reflection);
+        let rays = rays_of_sample(frame, seen);
+        let first = Bounce { shared: rays, weight: Vec3::ONE / rays.max(1) as f32, guides, ..first };
+        reflect(frame, &first, surface, seen, (rays, seed), (&mut self.next, &mut self.rough_sky));
+    }
+}
+
+/// Rays by which a sample reflects: one off what is smooth; else by how much the surface reflects, so that a
+/// weak reflection costs less than a strong one and is no noisier.
+pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
+    if frame.depth == 0 || seen.albedo.max_element() < LEAST_WEIGHT {
+        return 0;
+    }
+    if seen.is_smooth() {
+        return 1;
+    }
+    let share = seen.albedo.max_element().clamp(0.0, 1.0);
+    (frame.reflections as f32 * share).ceil() as u32
+}
+
+/// Follows the rays that were [started](Bounces::start), up to the frame's depth, and adds what they bring
+/// to the cells' radiance.
+pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
+    let shows_guides = frame.layers.has(Layers::GUIDES);
+    for bounce in 0..frame.depth {
+        std::mem::swap(&mut bounces.now, &mut bounces.next);
+        bounces.next.clear();
+        group(&mut bounces.now);
+        bounces.rough_sky.cast(frame, radiance, &mut bounces.times, &mut scratch.tally);
+        if bounces.now.is_empty() {
+            break;
+        }
+        meet(frame, bounces, radiance, scratch);
+        let is_last = bounce + 1 == frame.depth;
+        light(frame, is_last, bounces, &mut scratch.tally);
+        gather(frame, bounces, &mut scratch.tally);
+        for met in &bounces.met {
+            let emission = frame.scene.materials[usize::from(met.surface.material)].emission;
+            add(radiance, &met.bounce, met.bounce.shows_surface(frame, met.light, emission));
+            if shows_guides {
+                let Bounce { cell, weight, guides, .. } = met.bounce;
+                parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
+            }
+            if !is_last {
+                go_on(frame, met, (&mut bounces.next, &mut bounces.rough_sky));
+            }
+        }
+    }
+    bounces.next.clear();
+    bounces.rough_sky.clear();
+}
+
+/// Puts rays side by side that came the same way: what a surface reflects and what it lets through part there, and
+/// in one packet neither would have a neighbour. The order within a cell, in which light is added up, stays: in
+/// `rays` those of one cell are in the order of their paths, all of which are equally long.
+fn group(rays: &mut [Bounce]) {
+    rays.sort_by_key(|ray| ray.path);
+}
+
+/// Finds what the rays meet; those that meet nothing see the background.
+fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
+    scratch.begin_rays();
+    for bounce in &bounces.now {
+        scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
+        count(bounce, &mut scratch.tally);
+    }
+    // trees that do not hold any more are traced among others than those that do
+    let coherence = if frame.keeps_trees { Coherence::BouncedAlone } else { Coherence::Bounced };
+    frame.tracer.closest(&scratch.rays, SceneSubset::All, coherence, &mut scratch.hits);
+    bounces.met.clear();
+    for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
+        let (packet, from) =
+            (&scratch.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
+        let models = &packet.model[from..from + LANES];
+        for (lane, (bounce, model)) in bounce.iter().zip(models).enumerate() {
+            let is_hit = *model != NO_HIT;
+            let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
+            bounces.times.note_met(frame, bounce.cell, *model);
+            bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
+            let of_lights = bounce.light_of_lights(frame, far);
+            let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
+            if !is_hit || of_lights != Vec3::ZERO {
+                add(radiance, bounce, bounce.shows(frame, of_lights + of_sky));
+            }
+        }
+        meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
+    }
+}
+
+/// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
+fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
+    let hits = Hits8::of(hits, from);
+    let direction = |lane: usize| bounces[lane].direction;
+    surfaces(frame, &hits, bounces.len(), direction, |lane, surface| {
+        met.push(Met { bounce: bounces[lane], surface, light: Vec3::ZERO });
+    });
+}
+
+/// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
+#[derive(Debug)]
+struct MetLanes {
+    point: Vec3x8,
+    normal: Vec3x8,
+    geometric_normal: Vec3x8,
+    reflectance: Vec3x8,
+    view: Vec3x8,
+    /// Of the places in area lights that they ask.
+    seeds: u32x8,
+    materials: [u16; LANES],
+    /// What they show, as far as it is summed.
+    light: Vec3x8,
+    /// Number of their layers, if any has one.
+    coats: Option<usize>,
+    /// Lanes in use.
+    used: u8,
+}
+
+impl MetLanes {
+    fn of(met: &[Met]) -> Self {
+        let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
+        let each = |value: fn(&Met) -> Vec3| {
+            let mut all = Vec3x8::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
+            all
+        };
+        let point = each(|met| met.surface.point);
+        Self {
+            point,
+            seeds: seeds_of_places(point),
+            normal: each(|met| met.surface.normal),
+            geometric_normal: each(|met| met.surface.geometric_normal),
+            reflectance: each(|met| met.surface.reflectance),
+            view: each(|met| -met.bounce.direction),
+            materials: std::array::from_fn(|lane| at(lane).surface.material),
+            light: Vec3x8::ZERO,
+            coats: None,
+            used: u8::MAX >> (LANES - met.len()),
+        }
+    }
+}
+
+/// Lights what was met, highlights included.
+fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut RayTally) {
+    bounces.eights.clear();
+    bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
+    bounces.coats.clear();
+    look_around(frame, bounces, tally);
+    for (first, (eight, met)) in
+        (0..).step_by(LANES).zip(bounces.eights.iter_mut().zip(bounces.met.chunks(LANES)))
+    {
+        let share = |lane: usize| if lane < met.len() { bounces.occlusion.share(first + lane) } else { 0.0 };
+        let openness = || F32x8::of(std::array::from_fn(share));
+        eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
+        let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
+        let normals = [normal, geometric_normal];
+        let rays = |lane: usize, seen: &SeenCoat| match met.get(lane) {
+            Some(met) => rays_onwards(frame, &met.bounce, seen),
+            None => 0,
+        };
+        let rays: Option<CountRays> = if is_last { None } else { Some(&rays) };
+        let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
+        if let Some(coats) = coats {
+            eight.light = coats.show(eight.light);
+            eight.coats = Some(bounces.coats.len());
+            bounces.coats.push(coats);
+        }
+    }
+    for light in frame.pose.lights.iter().filter(|light| !light.is_dark()) {
+        ask_light(frame, light, bounces, tally);
+        shine(frame, light, bounces);
+    }
+    for (met, eight) in bounces.met.chunks_mut(LANES).zip(&bounces.eights) {
+        met.iter_mut().enumerate().for_each(|(lane, met)| met.light = eight.light.lane(lane));
+    }
+}
+
+/// Finds out how open the surfaces are that were met, where that dims their ambient light: by fewer rays than samples have.
+fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
+    let Bounces { met, occlusion: scratch, times, .. } = bounces;
+    scratch.looks.clear();
+    scratch.looks.extend((0..).zip(&*met).map(|(number, met)| {
+        let is_dimmed = frame.palette.has_ambient(met.surface.material);
+        Look { start: met.start(number), rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 } }
+    }));
+    occlusion::look_around(frame, scratch, tally);
+    let found = scratch.looks.iter().zip(&scratch.found);
+    found.for_each(|(look, found)| times.note(look.start.cell, found.until));
+}
+
+/// Adds what the surfaces that were met gather from all around. It is made anew for each frame in which they are seen, by
+/// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
+fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Bounces { met, gathering, times, .. } = bounces;
+    let count = |met: &Met| met.share_of(frame.first_paths as u32);
+    let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
+    for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
+        gathering.starts.clear();
+        for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
+            let start = met.start(number);
+            gathering.starts.extend((0..count(met)).map(|index| PathStart { index, ..start }));
+        }
+        trace_paths(frame, gathering, tally);
+        let brought = gathering.starts.iter().zip(&gathering.brought);
+        for (start, brought) in brought {
+            let met = &mut some[(start.owner - first) as usize];
+            let Surface { normal, geometric_normal, material, reflectance, .. } = met.surface;
+            let albedo = frame.palette.albedo_of(material, reflectance);
+            let normals = [normal, geometric_normal];
+            let seen =
+                frame.palette.coats.seen(material, reflectance, normals, met.bounce.direction, SeenBy::Eye);
+            let albedo = seen.map_or(albedo, |seen| albedo * seen.through);
+            met.light += albedo * brought.radiance / count(met) as f32;
+            times.note(start.cell, brought.until);
+        }
+    }
+}
+
+/// Of a sample's paths, and of its rays of ambient occlusion, one in so many is traced where a mirror or glass shows a surface;
+/// where several rays show one in its stead, they share them.
+const SHARE_OF_PATHS: u32 = 4;
+
+/// Surfaces that gather light at once.
+const GATHER_AT_ONCE: usize = 256;
+
+/// Finds out whether `light`, or which of its points, reach what was met.
+fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Bounces { met, eights, queue, lit, to_light, times, .. } = bounces;
+    queue.clear();
+    to_light.clear();
+    lit.clear();
+    lit.resize(met.len(), 0);
+    let mut count = |number: usize, rays: u32| {
+        let counted = &mut tally.cells.shadow[met[number].bounce.cell as usize];
+        // many panes under many panels may be more than a word holds
+        *counted = counted.saturating_add(rays as u16);
+    };
+    for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
+        let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
+        if light.points == 1 {
+            let light_sample = light_sample(light, 0, &pattern, eight.point);
+            let asked =
+                phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
+            queue.push_from(origins, &light_sample, asked, first as u32);
+            for lane in set_bits(asked) {
+                count(first + lane, 1);
+                if times.are_asked() {
+                    to_light.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                }
+            }
+            continue;
+        }
+        for lane in set_bits(eight.used) {
+            let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
+            let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
+            queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
+            count(first + lane, asked.count_ones());
+            for point in set_bits(if times.are_asked() { asked } else { 0 }) {
+                let way = light_samples[point / LANES].to_light.lane(point % LANES);
+                to_light.push((origins.lane(lane), way, light_samples[0].far));
+            }
+        }
+    }
+    tally.counts.shadow += queue.count();
+    let check = ShadowCheck::StillThenMovable;
+    // in the order of the answers; what is still stays in the way, whatever else comes there or goes
+    let mut to_light = to_light.iter();
+    let mut note = |owner: u32, by_still: bool| {
+        if let Some((origin, way, far)) = to_light.next().filter(|_| !by_still) {
+            times.note_segment(frame, met[owner as usize].bounce.cell, *origin, *way, *far);
+        }
+    };
+    if light.points > 1 {
+        queue.answer_sixteen(
+            check,
+            SceneSubset::All,
+            Coherence::SharedOrigin,
+            frame.tracer,
+            |owner, shadows| {
+                lit[owner as usize] = shadows.asked & !shadows.blocked;
+                let by_still = shadows.blocked & !shadows.by_dynamic;
+                set_bits(shadows.asked).for_each(|point| note(owner, by_still >> point & 1 != 0));
+            },
+        );
+    } else {
+        queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
+            lit[owner as usize] = u16::from(tag.is_lit());
+            note(owner, tag == Tag::StaticOccluder);
+        });
+    }
+}
+
+/// Adds the light of those points of `light` that reach what was met.
+fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
+    let eights = bounces.eights.iter_mut().zip(bounces.lit.chunks(LANES));
+    for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
+        let gloss = frame.palette.gloss(&eight.materials);
+        let coats = eight.coats.map(|number| &bounces.coats[number]);
+        let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
+        let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
+        let stands_for = shows_highlight(frame, light, &gloss);
+        let radiance = radiance_of_area(light);
+        let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
+        let mut points = [0; LANES];
+        points[..lit.len()].copy_from_slice(lit);
+        let places = Places { point: eight.point, seeds: eight.seeds };
+        let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
+        eight.light = add_light(eight.light, light, places, reached, |light_sample| {
+            let mut light = phong::diffuse(albedo, eight.normal, light_sample);
+            if let Some(coats) = coats {
+                light = light * coats.through + coats.highlight(light_sample, radiance);
+            }
+            if !may_shine {
+                return light;
+            }
+            let highlight = phong::specular(&gloss, eight.normal, eight.view, light_sample);
+            light + stands_for.select3(highlight, Vec3x8::ZERO)
+        });
+    }
+}
+
+/// Rays by which what a ray met reflects: one at most, because breadth is the sample's business.
+fn rays_onwards(frame: &FrameView, bounce: &Bounce, seen: &SeenCoat) -> u32 {
+    let is_followed = seen.is_smooth() || frame.reflections > 0;
+    u32::from(is_followed && bounce.is_worth(seen.albedo * bounce.weight))
+}
+
+/// Starts the rays that leave what was met.
+fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
+    let Met { surface, bounce, .. } = met;
+    let optics = frame.scene.materials[usize::from(surface.material)].optics;
+    let branches = branch(optics, surface, bounce.direction);
+    let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
+    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(frame, kind, surface.material) });
+    let normals = [surface.normal, surface.geometric_normal];
+    let seen = frame.palette.coats.seen(
+        surface.material,
+        surface.reflectance,
+        normals,
+        bounce.direction,
+        SeenBy::Eye,
+    );
+    if let Some(seen) = seen {
+        let rays = rays_onwards(frame, bounce, &seen);
+        let seed = seed_of(surface.point, surface.material.into());
+        let onwards = Bounce { guides, ..bounce.onwards(frame, Kind::Reflection, surface.material) };
+        reflect(frame, &onwards, surface, &seen, (rays, seed), (next, rough_sky));
+    }
+}
+
+/// Adds to `next` those of `branches` that are worth following; `bounce` is what they have in common with the ray that met
+/// `surface`.
+fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: impl Fn(Kind) -> Bounce) {
+    let kinds = [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)];
+    for (kind, ray) in kinds {
+        let Some(ray) = ray else { continue };
+        let bounce = bounce(kind);
+        let weight = ray.weight * bounce.weight;
+        if bounce.is_worth(weight) {
+            next.push(Bounce {
+                weight,
+                origin: surface.leave(ray.direction),
+                direction: ray.direction,
+                ..bounce
+            });
+        }
+    }
+}
+
+/// Adds to `next` the rays by which the layer of `surface` reflects, as many as there are `rays`, and to the rays that wait
+/// as many to the sky. `bounce` is what they have in common.
+fn reflect(
+    frame: &FrameView,
+    bounce: &Bounce,
+    surface: &Surface,
+    seen: &SeenCoat,
+    (rays, seed): (u32, u32),
+    (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky),
+) {
+    let way = if seen.is_smooth() { bounce.way } else { bounce.way_off_rough() };
+    for index in 0..rays {
+        // seeds of paths are of the same place
+        let random = PathRandom { seed: seed.wrapping_add(OTHER_SEED), index };
+        let [along, above, across, up] = random.four(0);
+        let reflected = seen.reflect([along, above]);
+        let leaves = |direction| surface.geometric_normal.dot(direction) > 0.0;
+        if let Some(reflected) = reflected.filter(|reflected| leaves(reflected.direction)) {
+            let origin = surface.leave(reflected.direction);
+            next.push(Bounce {
+                weight: bounce.weight * reflected.weight,
+                density: reflected.density,
+                asked_from: origin,
+                asked_sky: frame.sky.is_uneven(),
+                origin,
+                direction: reflected.direction,
+                way,
+                ..*bounce
+            });
+        }
+        rough_sky.ask(frame, (surface, seen), bounce, [across, up]);
+    }
+}
+
+/// So far are the seeds of reflections from those of paths.
+const OTHER_SEED: u32 = 0x632b_e5ab;
+
+fn count(bounce: &Bounce, tally: &mut RayTally) {
+    let counted = &mut tally.cells.secondary[bounce.cell as usize];
+    *counted = counted.saturating_add(1);
+    match bounce.kind {
+        Kind::Reflection => tally.counts.reflection += 1,
+        Kind::Refraction => tally.counts.refraction += 1,
+    }
+}
+
+/// Adds `light` to what the cell of a ray shows.
+fn add(radiance: &mut Radiance, bounce: &Bounce, light: Vec3) {
+    radiance.add_secondary(bounce.layer, bounce.cell as usize, light);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_that_came_the_same_way_go_together_and_cells_keep_their_order() {
+        // two rays on the way from each cell: off its glass, and through it and off what is behind
+        let ray = |cell: u32, path: u64| Bounce { path, ..Bounce::from_sample(cell, Kind::Reflection) };
+        let mut rays: Vec<Bounce> = (0..20).flat_map(|cell| [ray(cell, 0b01), ray(cell, 0b10)]).collect();
+        group(&mut rays);
+        let sorted: Vec<(u64, u32)> = rays.iter().map(|ray| (ray.path, ray.cell)).collect();
+        let expected: Vec<(u64, u32)> =
+            [0b01, 0b10].into_iter().flat_map(|path| (0..20).map(move |cell| (path, cell))).collect();
+        assert_eq!(sorted, expected);
+    }
+}

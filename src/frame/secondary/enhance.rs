@@ -1,0 +1,215 @@
+//! Enhancement: what depends on the eye is made anew for every sample, reused or not (the paper's
+//! "Enhancement Phase"): highlights, reflections, refractions. Tiles that the film shows already need none.
+
+use super::bounce::{self, Bounces};
+use super::parts;
+use super::ray_trees::TileTrees;
+use super::tree_times::Asks;
+use crate::frame::grid::bits::{set_bits, surface_bits};
+use crate::frame::light::lighting::{Places, add_light, radiance_of_area, shows_highlight};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::{Placed, PlacedTile};
+use crate::frame::surface::radiance::{Light, Radiance, cut};
+use crate::frame::surface::trace_scratch::TraceScratch;
+use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::layers::Layers;
+use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
+use crate::shade::coat::{CountRays, SeenBy, SeenCoats};
+use crate::shade::light::{LightSample, way};
+use crate::shade::optics::branch;
+use crate::shade::phong::Gloss;
+use crate::shade::sampling::seed_of;
+use crate::shade::{Surface, phong};
+
+/// Writes what each cell of `tile` shows into `radiance`. The tags must be up to date. `kept`: of its ray trees, which is brought
+/// up to date; without it all are traced. Whether any tree was traced.
+pub fn enhance(
+    frame: &FrameView,
+    tile: &Tile,
+    radiance: &mut Radiance,
+    bounces: &mut Bounces,
+    mut kept: Option<&mut TileTrees>,
+    placed: &mut PlacedTile,
+    scratch: &mut TraceScratch,
+) -> bool {
+    radiance.begin_tile();
+    bounces.times.begin(frame, kept.as_ref().map_or(Asks::Nothing, |kept| kept.asks(frame)));
+    bounces.trees.begin();
+    let mut any_traced = false;
+    let shows_parts = frame.layers.has(Layers::PARTS);
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let surfaces = surface_bits(models);
+        let lit = Mask::less(models, EMPTY).select3(tile.kept_light(first), Vec3x8::ZERO);
+        let [r, g, b] = &mut radiance.diffuse;
+        cut(lit).store([r, g, b], first);
+        let shows_background = frame.shows_background || frame.layers.has(Layers::BACKGROUND);
+        if surfaces != u8::MAX && shows_background {
+            show_background(frame, tile, first, &mut radiance.diffuse);
+        }
+        if shows_parts {
+            parts::split(frame, tile, first, placed, radiance);
+        }
+        // its layer has it now
+        if surfaces != u8::MAX && shows_background && !frame.shows_background {
+            hide_background(tile, first, &mut radiance.diffuse);
+        }
+        if surfaces != 0 {
+            let materials = tile.materials(first);
+            let gloss = frame.palette.gloss(&materials);
+            let has_coats = frame.palette.coats.any(&materials);
+            let goes_on = if frame.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
+            if gloss.is_any || has_coats || goes_on != 0 {
+                let placed = placed.get(frame, tile, first);
+                let offsets = placed.point - Vec3x8::splat(frame.view.camera.eye);
+                let incoming = frame.view.sights(offsets).normalize();
+                let normals = [placed.normal, placed.geometric_normal];
+                let reflectance = tile.reflectances(first);
+                let rays = |_: usize, seen: &_| bounce::rays_of_sample(frame, seen);
+                let rays: Option<CountRays> = if frame.depth > 0 { Some(&rays) } else { None };
+                let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
+                if let Some(coats) = &coats {
+                    show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
+                }
+                if gloss.is_any || coats.is_some() {
+                    let shine = (&gloss, coats.as_ref());
+                    let light = highlights(frame, tile, first, shine, &placed, incoming, |_| true);
+                    if frame.layers.has(Layers::LIGHT) {
+                        for (group, shown) in radiance.parts.groups.iter_mut().enumerate() {
+                            let of_group = |light: usize| frame.light_groups.of[light] == group;
+                            let more = highlights(frame, tile, first, shine, &placed, incoming, of_group);
+                            let diffuse = Vec3x8::load(shown.each_ref().map(Column::as_slice), first);
+                            let [r, g, b] = shown;
+                            cut(diffuse + more).store([r, g, b], first);
+                        }
+                    }
+                    radiance.open_specular();
+                    let [r, g, b] = &mut radiance.specular;
+                    cut(light).store([r, g, b], first);
+                }
+                if goes_on != 0 {
+                    radiance.open_secondary();
+                    let traced = match &kept {
+                        Some(kept) => bounces.trees.show(frame, kept, (first, goes_on), radiance),
+                        None => goes_on,
+                    };
+                    any_traced |= traced != 0;
+                    start_rays(frame, tile, first, traced, &placed, incoming, (bounces, radiance));
+                }
+            }
+        }
+    }
+    bounce::follow(frame, bounces, radiance, scratch);
+    if radiance.has_secondary {
+        radiance.cut_secondary();
+    }
+    if let Some(kept) = &mut kept {
+        bounces.trees.keep(frame, kept, &bounces.times, radiance);
+    }
+    any_traced
+}
+
+/// Dims what eight samples show to what their layers let through, where there `is_surface`.
+fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mut Radiance) {
+    let show = |[r, g, b]: &mut Light, dims: &dyn Fn(Vec3x8) -> Vec3x8| {
+        let light = Vec3x8::load([&*r, &*g, &*b].map(|column| column.as_slice()), first);
+        is_surface.select3(cut(dims(light)), light).store([r, g, b], first);
+    };
+    let Radiance { diffuse, parts, .. } = radiance;
+    show(diffuse, &|light| coats.show(light));
+    // those that no layer shows mean nothing
+    show(&mut parts.emission, &|light| coats.show(light));
+    show(&mut parts.direct, &|light| light * coats.through);
+    show(&mut parts.indirect, &|light| light * coats.through);
+    parts.groups.iter_mut().for_each(|group| show(group, &|light| light * coats.through));
+}
+
+fn hide_background(tile: &Tile, first: usize, [r, g, b]: &mut Light) {
+    for cell in (first..first + LANES).filter(|cell| tile.model[*cell] == BACKGROUND) {
+        [r[cell], g[cell], b[cell]] = [0.0; 3];
+    }
+}
+
+fn show_background(frame: &FrameView, tile: &Tile, first: usize, [r, g, b]: &mut Light) {
+    for cell in (first..first + LANES).filter(|cell| tile.model[*cell] == BACKGROUND) {
+        [r[cell], g[cell], b[cell]] = frame.sky.seen(tile.point(cell).normalize()).to_array();
+    }
+}
+
+/// Starts the rays that go on from those of eight samples whose bit is set in `goes_on`.
+fn start_rays(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    goes_on: u8,
+    placed: &Placed,
+    incoming: Vec3x8,
+    (bounces, radiance): (&mut Bounces, &mut Radiance),
+) {
+    for lane in set_bits(goes_on) {
+        let cell = first + lane;
+        let surface = Surface {
+            point: placed.point.lane(lane),
+            normal: placed.normal.lane(lane),
+            geometric_normal: placed.geometric_normal.lane(lane),
+            reflectance: full_color(tile.record[cell].reflectance),
+            material: tile.record[cell].material,
+            from_behind: tile.record[cell].is_from_behind(),
+        };
+        let optics = frame.scene.materials[usize::from(surface.material)].optics;
+        let incoming = incoming.lane(lane);
+        let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
+        let branches = branch(optics, &surface, incoming);
+        if frame.maps.has(tile.model[cell]) {
+            bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
+        } else {
+            bounces.start(cell as u32, &surface, guides, branches);
+        }
+        let normals = [surface.normal, surface.geometric_normal];
+        if let Some(seen) =
+            frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)
+        {
+            let seed = seed_of(tile.point(cell), tile.model[cell]);
+            bounces.start_rough(frame, cell as u32, guides, &surface, (&seen, seed));
+        }
+    }
+}
+
+/// The highlights of all lights that reach the samples and are `among` those asked for.
+fn highlights(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    (gloss, coats): (&Gloss, Option<&SeenCoats>),
+    placed: &Placed,
+    incoming: Vec3x8,
+    among: impl Fn(usize) -> bool,
+) -> Vec3x8 {
+    let models = &tile.model[first..first + LANES];
+    let is_surface = Mask::less(models, EMPTY);
+    let mut sum = Vec3x8::ZERO;
+    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
+    for (_, (light, slot)) in lights.filter(|(number, (light, _))| !light.is_dark() && among(*number)) {
+        let to_centre = way(light, placed.point).0;
+        let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
+        if !shines && coats.is_none() {
+            continue;
+        }
+        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+        let (shows, radiance) = (shows_highlight(frame, light, gloss), radiance_of_area(light));
+        let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
+        let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
+        let shade = |light_sample: &LightSample| {
+            let highlight = || phong::specular(gloss, placed.normal, -incoming, light_sample);
+            match coats {
+                None => highlight(),
+                Some(coats) if !shines => coats.highlight(light_sample, radiance),
+                Some(coats) => {
+                    shows.select3(highlight(), Vec3x8::ZERO) + coats.highlight(light_sample, radiance)
+                }
+            }
+        };
+        sum = add_light(sum, light, places, reached, shade);
+    }
+    sum
+}

@@ -1,0 +1,10 @@
+//! Light that depends on the eye: highlights, and what mirrors, glass and rough surfaces show. Made anew for every sample.
+
+pub mod bounce;
+pub mod bounced_ray;
+pub mod enhance;
+pub mod parts;
+pub mod ray_trees;
+pub mod rough_sky;
+pub mod surroundings;
+pub mod tree_times;

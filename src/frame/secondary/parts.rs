@@ -1,0 +1,136 @@
+//! What the `diffuse` layer is the sum of, and what denoisers are guided by: made for those layers alone that somebody asked
+//! for. Samples keep nothing more for it.
+
+use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::PlacedTile;
+use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::layers::Layers;
+use crate::samples::{EMPTY, Tile};
+use crate::shade::{Surface, phong};
+
+/// Those layers that are made of single samples' light.
+const LIGHT: Layers =
+    Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::BACKGROUND).with(Layers::LIGHT);
+
+/// Writes the parts of what eight cells show, from `first` on, into `radiance`, whose `diffuse` must be there. The tags must
+/// be up to date.
+pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, radiance: &mut Radiance) {
+    let (layers, Radiance { diffuse, parts, .. }) = (frame.layers, radiance);
+    let is_surface = Mask::less(&tile.model[first..first + LANES], EMPTY);
+    let write = |light: Vec3x8, [r, g, b]: &mut Light| {
+        cut(is_surface.select3(light, Vec3x8::ZERO)).store([r, g, b], first);
+    };
+    if layers.has(LIGHT) {
+        let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
+        if layers.has(Layers::EMISSION) {
+            let openness = || tile.gathered.opennesses(first);
+            write(emitted_and_ambient(frame, (&materials, reflectance), openness), &mut parts.emission);
+        }
+        let albedo = frame.palette.albedo(&materials, reflectance);
+        if layers.has(Layers::INDIRECT) {
+            write(albedo * tile.gathered.means(first), &mut parts.indirect);
+        }
+        if layers.has(Layers::DIRECT) {
+            write(direct(frame, tile, first, placed, albedo, |_| true), &mut parts.direct);
+        }
+        if layers.has(Layers::LIGHT) {
+            let groups = frame.light_groups;
+            parts.groups.resize(groups.names.len(), DARK);
+            for (group, light) in parts.groups.iter_mut().enumerate() {
+                let of_group = |light: usize| groups.of[light] == group;
+                write(direct(frame, tile, first, placed, albedo, of_group), light);
+            }
+        }
+        if layers.has(Layers::BACKGROUND) {
+            // samples of the background have nothing else
+            let [r, g, b] = diffuse;
+            let shown = Vec3x8::load([r, g, b], first);
+            let [r, g, b] = &mut parts.sky;
+            is_surface.select3(Vec3x8::ZERO, shown).store([r, g, b], first);
+        }
+    }
+    if layers.has(Layers::GUIDES) {
+        guide(frame, tile, first, placed, parts);
+    }
+}
+
+/// The diffuse light of all lights that reach eight samples and are `among` those asked for. It is summed anew, and not what is left of the light that
+/// samples keep: that is rounded as a whole, and a shadow would show what the sum of the others lost.
+fn direct(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    placed: &mut PlacedTile,
+    albedo: Vec3x8,
+    among: impl Fn(usize) -> bool,
+) -> Vec3x8 {
+    if frame.pose.lights.is_empty() || !tile.model[first..first + LANES].iter().any(|model| *model < EMPTY) {
+        return Vec3x8::ZERO;
+    }
+    let placed = placed.get(frame, tile, first);
+    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
+    lights.filter(|(number, _)| among(*number)).fold(Vec3x8::ZERO, |sum, (_, (light, slot))| {
+        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+        let reached = |point| tile.tags.lit(*slot, point, first);
+        add_light(sum, light, places, reached, |light_sample| {
+            phong::diffuse(albedo, placed.normal, light_sample)
+        })
+    })
+}
+
+/// The albedo and the normals of eight samples, for denoisers. Mirrors and glass have none of their own: rays that go on
+/// bring those of what is [seen by way of them](see).
+fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, parts: &mut Parts) {
+    let models = &tile.model[first..first + LANES];
+    let is_surface = Mask::less(models, EMPTY);
+    let (mut albedo, mut normal) = (Vec3x8::ZERO, Vec3x8::ZERO);
+    if is_surface.any() {
+        let materials = tile.materials(first);
+        albedo = frame.palette.albedo(&materials, tile.reflectances(first));
+        let shows_itself = Mask::of(|lane| shows_itself(frame, materials[lane])) & is_surface;
+        normal = shows_itself.select3(placed.get(frame, tile, first).normal, Vec3x8::ZERO);
+        albedo = is_surface.select3(most_is_one(albedo), Vec3x8::ZERO);
+    }
+    let [r, g, b] = &mut parts.guide_albedo;
+    albedo.store([r, g, b], first);
+    let [x, y, z] = &mut parts.guide_normal;
+    normal.store([x, y, z], first);
+}
+
+fn most_is_one(color: Vec3x8) -> Vec3x8 {
+    let cut = |value: F32x8| value.min(F32x8::splat(1.0));
+    Vec3x8 { x: cut(color.x), y: cut(color.y), z: cut(color.z) }
+}
+
+/// Whether a surface of this material is what denoisers are told of, and not what is seen by way of it.
+pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
+    frame.depth == 0
+        || frame.palette.is_diffuse(material)
+        || frame.palette.coats.is_rough(material)
+        || !frame.palette.goes_on(material)
+}
+
+/// Adds what the sample in `cell` shows of `surface` by way of mirrors and glass, which let `weight` of its light through.
+/// `with_normal`: none of the surfaces before [shows itself](shows_itself).
+pub fn see(
+    frame: &FrameView,
+    parts: &mut Parts,
+    cell: usize,
+    surface: &Surface,
+    weight: glam::Vec3,
+    with_normal: bool,
+) {
+    let materials = [surface.material; LANES];
+    let albedo = frame.palette.albedo(&materials, Vec3x8::splat(surface.reflectance)).lane(0);
+    for (column, share) in parts.guide_albedo.iter_mut().zip((albedo * weight).to_array()) {
+        column[cell] = (column[cell] + share).clamp(0.0, 1.0);
+    }
+    if with_normal && shows_itself(frame, surface.material) {
+        let normal = surface.normal * weight.element_sum() / 3.0;
+        for (column, share) in parts.guide_normal.iter_mut().zip(normal.to_array()) {
+            column[cell] = (column[cell] + share).clamp(-1.0, 1.0);
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Where models are, and in which shape: the one way from object space, where samples are kept, to world space.
+
+use glam::Vec3;
+
+use crate::animation::Transform;
+use crate::frame::grid::bits::set_bits;
+use crate::lanes::{Mask, Vec3x8};
+use crate::scene::{Mesh, Scene};
+use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
+use crate::shade::surface::{corners_of, meet_exactly};
+
+/// Where the primitives of a model are at one time. Object space is that of the shape at rest, where the model deforms: a point on one
+/// of its triangles goes where the same weights of the corners lead in the shape that it has.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    transform: &'a Transform,
+    deformed: Option<(&'a Deformed, &'a Mesh)>,
+}
+
+impl<'a> Place<'a> {
+    /// Of `model`, where models are at `places`, in these shapes.
+    #[inline]
+    pub fn of(scene: &'a Scene, places: &'a [Transform], shapes: &'a Deformations, model: u32) -> Self {
+        let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
+        Self { transform: &places[model as usize], deformed }
+    }
+
+    /// A point of a triangle, object to world. Which `triangle` it is, is only asked where the model deforms: elsewhere nobody need
+    /// look it up.
+    #[inline(always)]
+    pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
+        match self.deformed {
+            None => self.transform.point(point),
+            Some((deformed, mesh)) => self.transform.point(deformed.point(mesh, triangle(), point)),
+        }
+    }
+
+    /// A point of `triangle` and the normals there, for shading and of the triangle, on either side: object to world. Normals have unit
+    /// length, but that of a deformed triangle without an area is zero.
+    #[inline]
+    pub fn surface(&self, triangle: u32, [point, normal, geometric_normal]: [Vec3; 3]) -> [Vec3; 3] {
+        let transform = self.transform;
+        let Some((deformed, mesh)) = self.deformed else {
+            return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
+        };
+        let side = side(mesh, triangle, geometric_normal);
+        let DeformedPlace { point, normal, geometric_normal } = deformed.place(mesh, triangle, point);
+        let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
+        [transform.point(point), normal, geometric_normal]
+    }
+
+    /// The normal of `triangle`, on either side: object to world, of any length; zero if it is deformed and has no area.
+    #[inline]
+    pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
+        match self.deformed {
+            None => self.transform.geometric_normal(geometric_normal),
+            Some((deformed, mesh)) => {
+                let side = side(mesh, triangle, geometric_normal);
+                self.transform.geometric_normal(deformed.geometric_normal(mesh, triangle) * side)
+            }
+        }
+    }
+
+    /// [`point`](Self::point) of those of eight that are `of_model`; `triangle`: that of a lane.
+    #[inline(always)]
+    pub fn points(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, points: &mut Vec3x8) {
+        if self.deformed.is_none() {
+            *points = of_model.select3(self.transform.points(*points), *points);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            points.set_lane(lane, self.point(|| triangle(lane), points.lane(lane)));
+        }
+    }
+
+    /// The same for [`surface`](Self::surface).
+    #[inline(always)]
+    pub fn surfaces(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, surfaces: [&mut Vec3x8; 3]) {
+        let [point, normal, geometric_normal] = surfaces;
+        if self.deformed.is_none() {
+            let transform = self.transform;
+            *point = of_model.select3(transform.points(*point), *point);
+            *normal = of_model.select3(transform.normals(*normal), *normal);
+            *geometric_normal = of_model.select3(transform.normals(*geometric_normal), *geometric_normal);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            let object = [&*point, &*normal, &*geometric_normal].map(|all| all.lane(lane));
+            let world = self.surface(triangle(lane), object);
+            point.set_lane(lane, world[0]);
+            normal.set_lane(lane, world[1]);
+            geometric_normal.set_lane(lane, world[2]);
+        }
+    }
+
+    /// The same for [`geometric_normal`](Self::geometric_normal).
+    #[inline(always)]
+    pub fn geometric_normals(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, normals: &mut Vec3x8) {
+        if self.deformed.is_none() {
+            *normals = of_model.select3(self.transform.geometric_normals(*normals), *normals);
+            return;
+        }
+        for lane in set_bits(of_model.bits()) {
+            normals.set_lane(lane, self.geometric_normal(triangle(lane), normals.lane(lane)));
+        }
+    }
+
+    /// A direction in the plane of `triangle`, object to world, of any length.
+    pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
+        let deformed =
+            self.deformed.and_then(|(deformed, mesh)| deformed.direction(mesh, triangle, direction));
+        self.transform.direction(deformed.unwrap_or(direction))
+    }
+
+    /// See [`meet_exactly`]: what is met is a point in object space, at rest.
+    pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
+        match self.deformed {
+            None => meet_exactly(self.transform, primitive, ray, about),
+            Some((deformed, mesh)) => deformed.meet(mesh, primitive.1, self.transform.line_to_object(ray)),
+        }
+    }
+
+    /// The corners of `triangle` of `mesh`, the model's: world space.
+    pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+        let corners = match self.deformed {
+            None => corners_of(mesh, triangle),
+            Some((deformed, mesh)) => deformed.corners(mesh, triangle),
+        };
+        corners.map(|corner| self.transform.point(corner.as_vec3()))
+    }
+}
+
+/// 1 for the outside of a triangle at rest, by a normal of either side of it; -1 for its inside.
+#[inline]
+fn side(mesh: &Mesh, triangle: u32, geometric_normal: Vec3) -> f32 {
+    let [a, b, c] = corners_of(mesh, triangle);
+    if (b - a).cross(c - a).dot(geometric_normal.as_dvec3()) < 0.0 { -1.0 } else { 1.0 }
+}

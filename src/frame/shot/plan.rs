@@ -1,0 +1,412 @@
+//! What a frame may skip: the paper's rules, decided once from two poses, before any ray is traced.
+//!
+//! The rows of [`Plan::sight_check`] and [`Plan::shadow_check`] are the paper's "Verification Phase",
+//! read from top to bottom. Where the paper tests a sample against *the* object that shadowed it, we test
+//! against the half of the scene (still or movable) that it is in: the tag is one byte, and the answer is
+//! the same.
+
+use crate::pose::{CameraPose, LightPose, Pose};
+use crate::samples::{Flags, Tag};
+
+/// How the camera differs from that of the frame before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CameraChange {
+    /// Not at all: nothing has to be projected.
+    None,
+    /// It stands where it stood, and turned or zoomed.
+    SamePlace,
+    /// It moved.
+    Moved,
+}
+
+/// How a light differs from that of the frame before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightChange {
+    /// Not at all.
+    None,
+    /// Only in colour or power: visibility is kept, light is computed anew.
+    Strength,
+    /// In place, direction or cone.
+    Moved,
+}
+
+/// What a segment from the eye to a sample is tested against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SightCheck {
+    /// The sample is visible, as it was.
+    Nothing,
+    /// Models that moved, at their new place.
+    Moved,
+    /// All of the scene.
+    Everything,
+}
+
+/// What a sample's shadow ray is tested against, in this order; the first that blocks ends it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShadowCheck {
+    /// Nothing: the tag holds.
+    Keep,
+    /// Models that moved, at their new place.
+    Moved,
+    /// All that never moves, then the rest.
+    StillThenMovable,
+    /// All that may move, then the rest: for samples that a movable model shadowed.
+    MovableThenStill,
+}
+
+/// A part of a sample's colour (the paper's "Color Calculation").
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Term {
+    /// Of the light that reaches everything. As far as occlusion dims it, see [`Until`](crate::changes::Until).
+    Ambient,
+    /// What a light sends, scattered evenly.
+    Diffuse,
+    /// What a light sends, as the eye sees it reflected.
+    Specular,
+}
+
+/// What changed since the frame before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The eye.
+    pub camera: CameraChange,
+    /// For each model, whether it is elsewhere now.
+    pub moved: Vec<bool>,
+    /// Whether any model is.
+    pub any_moved: bool,
+    /// For each light.
+    pub lights: Vec<LightChange>,
+}
+
+impl Plan {
+    /// Compares the poses of two frames, exactly.
+    pub fn between(before: &Pose, now: &Pose) -> Self {
+        let moved: Vec<bool> = before.models.iter().zip(&now.models).map(|(old, new)| old != new).collect();
+        Self {
+            camera: camera_change(&before.camera, &now.camera),
+            any_moved: moved.contains(&true),
+            moved,
+            lights: before.lights.iter().zip(&now.lights).map(|(old, new)| light_change(old, new)).collect(),
+        }
+    }
+
+    /// For a frame that has none before it: nothing is known to have stayed.
+    pub fn of_base_frame(pose: &Pose) -> Self {
+        Self {
+            camera: CameraChange::Moved,
+            moved: vec![true; pose.models.len()],
+            any_moved: !pose.models.is_empty(),
+            lights: vec![LightChange::Moved; pose.lights.len()],
+        }
+    }
+
+    /// What must be asked before a sample counts as visible. `moved`: its model did.
+    pub fn sight_check(&self, moved: bool) -> SightCheck {
+        match (self.camera, moved) {
+            (CameraChange::Moved, _) | (_, true) => SightCheck::Everything,
+            (_, false) if self.any_moved => SightCheck::Moved,
+            (_, false) => SightCheck::Nothing,
+        }
+    }
+
+    /// What must be asked before a sample's `tag` for `light` can be trusted. `moved`: its model did.
+    pub fn shadow_check(&self, light: usize, moved: bool, tag: Tag) -> ShadowCheck {
+        let light_moved = self.lights[light] == LightChange::Moved;
+        match tag {
+            Tag::BackFacing | Tag::StaticOccluder if !moved && !light_moved => ShadowCheck::Keep,
+            Tag::Lit | Tag::DynamicOccluder if !moved && !light_moved && !self.any_moved => ShadowCheck::Keep,
+            Tag::Lit if !moved && !light_moved => ShadowCheck::Moved,
+            Tag::DynamicOccluder => ShadowCheck::MovableThenStill,
+            _ => ShadowCheck::StillThenMovable,
+        }
+    }
+
+    /// What is not known any more of a sample that nobody looks at in this frame. `moved`: its model did.
+    pub fn doubts(&self, moved: bool) -> Flags {
+        let unseen = Flags::UNSEEN.when(self.sight_check(moved) != SightCheck::Nothing);
+        unseen.with(Flags::STALE.when(self.light_changes(moved)))
+    }
+
+    /// Whether all tags for `light` hold without a question.
+    pub fn keeps_all_tags(&self, light: usize) -> bool {
+        !self.any_moved && self.lights[light] != LightChange::Moved
+    }
+
+    /// Whether a `term` of a sample's colour stays what it was, as far as one light brings it. `moved`: the sample's model did;
+    /// `reached`: whether the light reached the sample in the frame before, and does now.
+    ///
+    /// Samples keep ambient and diffuse light of all lights as one sum, and highlights stay in the film, tile by tile; so what is
+    /// kept is what [`keeps_all`](Self::keeps_all) says. What a sample has gathered and how open it is last as long as
+    /// [`Until`](crate::changes::Until) says.
+    pub fn keeps(&self, term: Term, light: usize, moved: bool, reached: [bool; 2]) -> bool {
+        let [before, now] = reached;
+        let rests = !moved && self.lights[light] == LightChange::None && before == now;
+        let stays_dark = !before && !now;
+        match term {
+            Term::Ambient => true,
+            Term::Diffuse => stays_dark || rests,
+            Term::Specular => stays_dark || rests && self.camera == CameraChange::None,
+        }
+    }
+
+    /// Whether a `term` of a sample's colour stays what it was if each light reaches it as before. `moved`: its model did.
+    pub fn keeps_all(&self, term: Term, moved: bool) -> bool {
+        // without lights, too: what a surface has gathered depends on where it is
+        let rests = term == Term::Ambient || !moved;
+        rests && (0..self.lights.len()).all(|light| self.keeps(term, light, moved, [true; 2]))
+    }
+
+    /// Whether the light on a sample must be summed anew even if all of its tags hold.
+    pub fn light_changes(&self, moved: bool) -> bool {
+        !self.keeps_all(Term::Diffuse, moved)
+    }
+}
+
+fn camera_change(before: &CameraPose, now: &CameraPose) -> CameraChange {
+    if before == now {
+        CameraChange::None
+    } else if before.eye == now.eye && (!now.is_orthographic() || before.forward == now.forward) {
+        CameraChange::SamePlace
+    } else {
+        CameraChange::Moved
+    }
+}
+
+fn light_change(before: &LightPose, now: &LightPose) -> LightChange {
+    if before == now {
+        LightChange::None
+    } else if before.shape == now.shape {
+        LightChange::Strength
+    } else {
+        LightChange::Moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::animation::{Transform, TransformTrack};
+    use crate::frame::grid::view::tests::camera;
+    use crate::pose::LightShape;
+    use glam::Vec3;
+
+    fn pose() -> Pose {
+        let lamp = |x| LightPose {
+            shape: LightShape::Point { position: Vec3::new(x, 0.0, 0.0) },
+            strength: Vec3::ONE,
+            points: 1,
+        };
+        Pose {
+            frame: 1,
+            moment: 1,
+            camera: camera(Vec3::ZERO),
+            models: vec![Transform::IDENTITY; 2],
+            lights: vec![lamp(0.0), lamp(5.0)],
+        }
+    }
+
+    fn moved_model() -> Pose {
+        let mut pose = pose();
+        let track = TransformTrack {
+            translate: crate::animation::Track::constant(glam::DVec3::X),
+            ..TransformTrack::identity()
+        };
+        pose.models[1] = track.at(0.0);
+        pose
+    }
+
+    fn change(edit: impl FnOnce(&mut Pose)) -> Plan {
+        let mut now = pose();
+        edit(&mut now);
+        Plan::between(&pose(), &now)
+    }
+
+    // One test a row of the first table.
+
+    #[test]
+    fn a_static_camera_and_a_still_world_need_nothing() {
+        let plan = change(|_| ());
+        assert_eq!(plan.sight_check(false), SightCheck::Nothing);
+    }
+
+    #[test]
+    fn a_turned_or_zoomed_camera_hides_nothing_that_is_still() {
+        let turned = change(|now| (now.camera.right, now.camera.forward) = (Vec3::Z, Vec3::X));
+        let zoomed = change(|now| now.camera.half_height = 0.5);
+        for plan in [turned, zoomed] {
+            assert_eq!(plan.camera, CameraChange::SamePlace);
+            assert_eq!(plan.sight_check(false), SightCheck::Nothing);
+        }
+    }
+
+    #[test]
+    fn from_the_same_place_only_what_moved_can_hide_a_still_sample() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!((plan.camera, plan.moved.as_slice()), (CameraChange::None, &[false, true][..]));
+        assert_eq!(plan.sight_check(false), SightCheck::Moved);
+    }
+
+    #[test]
+    fn from_the_same_place_everything_can_hide_a_moved_sample() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.sight_check(true), SightCheck::Everything);
+    }
+
+    #[test]
+    fn from_a_new_place_everything_can_hide_any_sample() {
+        let plan = change(|now| now.camera.eye = Vec3::X);
+        assert_eq!(plan.sight_check(false), SightCheck::Everything);
+        assert_eq!(plan.sight_check(true), SightCheck::Everything);
+    }
+
+    // One test a row of the second table.
+
+    #[test]
+    fn a_still_sample_in_the_shadow_of_itself_or_of_a_still_model_stays_there() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.shadow_check(0, false, Tag::BackFacing), ShadowCheck::Keep);
+        assert_eq!(plan.shadow_check(0, false, Tag::StaticOccluder), ShadowCheck::Keep);
+    }
+
+    #[test]
+    fn a_still_lit_sample_is_tested_against_what_moved() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.shadow_check(0, false, Tag::Lit), ShadowCheck::Moved);
+        assert_eq!(change(|_| ()).shadow_check(0, false, Tag::Lit), ShadowCheck::Keep);
+    }
+
+    #[test]
+    fn a_still_sample_shadowed_by_a_movable_model_asks_there_first() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.shadow_check(0, false, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
+        assert_eq!(change(|_| ()).shadow_check(0, false, Tag::DynamicOccluder), ShadowCheck::Keep);
+    }
+
+    #[test]
+    fn a_moved_shadowed_sample_asks_its_occluder_first() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.shadow_check(0, true, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
+        assert_eq!(plan.shadow_check(0, true, Tag::StaticOccluder), ShadowCheck::StillThenMovable);
+        assert_eq!(plan.shadow_check(0, true, Tag::BackFacing), ShadowCheck::StillThenMovable);
+    }
+
+    #[test]
+    fn a_moved_lit_sample_asks_everything() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert_eq!(plan.shadow_check(0, true, Tag::Lit), ShadowCheck::StillThenMovable);
+    }
+
+    #[test]
+    fn under_a_moved_light_every_sample_asks_its_occluder_first() {
+        let plan = change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y });
+        assert_eq!(plan.lights, [LightChange::None, LightChange::Moved]);
+        for moved in [false, true] {
+            for tag in [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::Unknown] {
+                assert_eq!(plan.shadow_check(1, moved, tag), ShadowCheck::StillThenMovable);
+            }
+            assert_eq!(plan.shadow_check(1, moved, Tag::DynamicOccluder), ShadowCheck::MovableThenStill);
+        }
+        assert_eq!(plan.shadow_check(0, false, Tag::Lit), ShadowCheck::Keep, "the other light stands still");
+    }
+
+    #[test]
+    fn a_recoloured_light_keeps_its_shadows_and_is_summed_anew() {
+        let plan = change(|now| now.lights[0].strength = Vec3::X);
+        assert_eq!(plan.lights, [LightChange::Strength, LightChange::None]);
+        for tag in [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::DynamicOccluder] {
+            assert_eq!(plan.shadow_check(0, false, tag), ShadowCheck::Keep);
+        }
+        assert!(plan.light_changes(false));
+        assert!(!change(|_| ()).light_changes(false) && change(|_| ()).light_changes(true));
+    }
+
+    // One test a row of the third table.
+
+    const LIT: [bool; 2] = [true, true];
+    const STAYS_DARK: [bool; 2] = [false, false];
+    const FALLS_DARK: [bool; 2] = [true, false];
+    const COMES_TO_LIGHT: [bool; 2] = [false, true];
+
+    #[test]
+    fn ambient_light_stays_whatever_changes() {
+        for reached in [LIT, STAYS_DARK, FALLS_DARK, COMES_TO_LIGHT] {
+            for plan in [Plan::of_base_frame(&pose()), change(|now| now.lights[0].strength = Vec3::X)] {
+                assert!(plan.keeps(Term::Ambient, 0, true, reached) && plan.keeps_all(Term::Ambient, true));
+            }
+        }
+    }
+
+    #[test]
+    fn diffuse_light_stays_while_light_sample_and_shadow_do() {
+        let camera = change(|now| now.camera.eye = Vec3::X);
+        for plan in [change(|_| ()), Plan::between(&pose(), &moved_model()), camera] {
+            assert!(plan.keeps(Term::Diffuse, 0, false, LIT) && plan.keeps_all(Term::Diffuse, false));
+        }
+    }
+
+    #[test]
+    fn diffuse_light_of_what_stays_dark_stays_whatever_moves() {
+        let light = change(|now| now.lights[0].shape = LightShape::Point { position: Vec3::Y });
+        for (plan, moved) in [(Plan::between(&pose(), &moved_model()), true), (light, false)] {
+            assert!(plan.keeps(Term::Diffuse, 0, moved, STAYS_DARK), "another blocker is as dark");
+            assert!(plan.keeps(Term::Specular, 0, moved, STAYS_DARK), "and as dull");
+        }
+    }
+
+    #[test]
+    fn diffuse_light_is_new_where_a_shadow_comes_or_goes() {
+        for reached in [FALLS_DARK, COMES_TO_LIGHT] {
+            assert!(!change(|_| ()).keeps(Term::Diffuse, 0, false, reached));
+            assert!(!change(|_| ()).keeps(Term::Specular, 0, false, reached));
+        }
+    }
+
+    #[test]
+    fn tags_say_whether_a_shadow_comes_or_goes() {
+        let tags = [Tag::BackFacing, Tag::Lit, Tag::StaticOccluder, Tag::DynamicOccluder];
+        let plan = change(|_| ());
+        for (before, now) in tags.into_iter().flat_map(|before| tags.map(|now| (before, now))) {
+            let reached = [before, now].map(Tag::is_lit);
+            assert_eq!(before.changes_light_to(now), !plan.keeps(Term::Diffuse, 0, false, reached));
+        }
+    }
+
+    #[test]
+    fn diffuse_light_is_new_on_what_moved() {
+        let plan = Plan::between(&pose(), &moved_model());
+        assert!(!plan.keeps(Term::Diffuse, 0, true, LIT) && !plan.keeps_all(Term::Diffuse, true));
+        let unlit = Plan { lights: vec![], ..plan };
+        assert!(!unlit.keeps_all(Term::Diffuse, true), "what it has gathered depends on its place");
+    }
+
+    #[test]
+    fn diffuse_light_is_new_under_a_light_that_moved_or_has_another_colour() {
+        for plan in [
+            change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y }),
+            change(|now| now.lights[1].strength = Vec3::X),
+        ] {
+            assert!(!plan.keeps(Term::Diffuse, 1, false, LIT) && plan.keeps(Term::Diffuse, 0, false, LIT));
+            assert!(!plan.keeps_all(Term::Diffuse, false), "they are kept as one sum");
+        }
+    }
+
+    #[test]
+    fn highlights_stay_while_camera_light_and_sample_rest() {
+        assert!(change(|_| ()).keeps_all(Term::Specular, false));
+        assert!(Plan::between(&pose(), &moved_model()).keeps_all(Term::Specular, false));
+        assert!(!Plan::between(&pose(), &moved_model()).keeps_all(Term::Specular, true));
+        for plan in [
+            change(|now| now.camera.eye = Vec3::X),
+            change(|now| now.camera.half_height = 0.5),
+            change(|now| now.lights[1].strength = Vec3::X),
+            change(|now| now.lights[1].shape = LightShape::Point { position: Vec3::Y }),
+        ] {
+            assert!(!plan.keeps_all(Term::Specular, false), "{plan:?}");
+        }
+    }
+
+    #[test]
+    fn a_fresh_sample_asks_everything_whatever_stood_still() {
+        assert_eq!(change(|_| ()).shadow_check(0, false, Tag::Unknown), ShadowCheck::StillThenMovable);
+    }
+}

@@ -1,0 +1,156 @@
+//! A shot made ready: what all of its frames read.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::frame_view::Occlusion;
+use crate::changes::{Direction, Motion};
+use crate::cryptomatte::Mattes;
+use crate::exposure::Clock;
+use crate::frame::planes::channels::{Channel, channels};
+use crate::frame::watcher::{Stop, Watcher};
+use crate::geometry::Bounds;
+use crate::layers::Layers;
+use crate::samples::TagLayout;
+use crate::scene::{LightGroups, Material, Mesh, Scene};
+use crate::settings::{Backdrop, Settings};
+use crate::shade::emitters::Emitters;
+use crate::shade::phong::Palette;
+use crate::shade::sky::SkyLight;
+
+/// Made of a scene and settings once, before the first frame.
+pub struct Prepared<'s> {
+    pub scene: &'s Scene,
+    pub settings: Settings,
+    pub sky: SkyLight,
+    pub emitters: Emitters,
+    pub palette: Palette,
+    /// Of the store's tags.
+    pub layout: TagLayout,
+    pub occlusion: Option<Occlusion>,
+    /// If a layer shows any.
+    pub mattes: Option<Mattes>,
+    /// What headers say of layers.
+    pub about_layers: Arc<[(String, String)]>,
+    /// The planes of the picture.
+    pub channels: Vec<Channel>,
+    pub light_groups: LightGroups,
+    /// Of each model, object space.
+    pub bounds: Vec<Bounds>,
+    /// For each model whether it is an endless plane; nothing where none is.
+    pub endless: Vec<bool>,
+    /// Whether rays go on from surfaces of the shot.
+    pub has_trees: bool,
+    /// The moments that it counts.
+    clock: Clock,
+    /// All that moves in the shot, once anybody asks when. Nothing before.
+    pub motion: Motion,
+    /// Whether that is known. It always is where samples gather light or find out how open they are.
+    knows_motion: bool,
+    /// The same with time running backwards, once a frame was inferred so.
+    motion_back: Option<Motion>,
+    /// Who wants to know how far frames are.
+    pub watcher: Option<Watcher>,
+    /// Who may want no more of them.
+    pub stop: Option<Stop>,
+}
+
+impl<'s> Prepared<'s> {
+    /// For frames of `scene` with `settings`, which are seen at the moments of `clock`.
+    pub fn new(scene: &'s Scene, settings: &Settings, clock: Clock) -> Self {
+        let motion = || Motion::in_direction(scene, &clock, Direction::Forward);
+        let layout = TagLayout::for_scene(scene, settings);
+        let occlusion = occlusion(scene, settings, &layout);
+        let keeps_answers = layout.paths > 0 || occlusion.is_some();
+        let mattes = mattes(scene, settings);
+        let mut about_layers =
+            mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
+        about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
+        let light_groups = LightGroups::of(&scene.lights);
+        Self {
+            scene,
+            settings: settings.clone(),
+            sky: SkyLight::of(scene),
+            emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
+            palette: Palette::of(scene),
+            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
+            motion: if keeps_answers { motion() } else { Motion::default() },
+            knows_motion: keeps_answers,
+            clock,
+            motion_back: None,
+            watcher: None,
+            stop: None,
+            layout,
+            occlusion,
+            mattes,
+            about_layers: about_layers.into(),
+            channels: channels(settings.layers, &light_groups).collect(),
+            light_groups,
+            bounds: bounds_of_models(scene),
+            endless: endless(scene),
+        }
+    }
+
+    /// Has [`motion`](Self::motion) know the shot, if ray trees are to be kept.
+    pub fn look_ahead(&mut self) {
+        if self.has_trees && !self.knows_motion {
+            self.motion = Motion::in_direction(self.scene, &self.clock, Direction::Forward);
+            self.knows_motion = true;
+        }
+    }
+
+    /// Has [`motion_back`](Self::motion_back) know the shot.
+    pub fn look_back(&mut self) {
+        if self.knows_motion {
+            let motion = || Motion::in_direction(self.scene, &self.clock, Direction::Backward);
+            self.motion_back.get_or_insert_with(motion);
+        }
+    }
+
+    /// All that moves in the shot with time running backwards, if anybody has [asked](Self::look_back).
+    pub fn motion_back(&self) -> &Motion {
+        self.motion_back.as_ref().unwrap_or(&self.motion)
+    }
+}
+
+/// For each model whether it is an endless plane; nothing where none is.
+fn endless(scene: &Scene) -> Vec<bool> {
+    let all: Vec<bool> = scene.models.iter().map(|model| is_endless(&model.mesh)).collect();
+    if all.contains(&true) { all } else { Vec::new() }
+}
+
+/// Boxes around the meshes of all models. A mesh is looked through once, however many share it.
+fn bounds_of_models(scene: &Scene) -> Vec<Bounds> {
+    let mut known: HashMap<*const Mesh, Bounds> = HashMap::new();
+    let mut bounds = |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh));
+    scene.models.iter().map(|model| bounds(&model.mesh)).collect()
+}
+
+fn is_endless(mesh: &Mesh) -> bool {
+    mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
+}
+
+/// How samples of `scene` find out how open they are, if anybody asks for it.
+fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<Occlusion> {
+    /// Far beyond every shot in the space in which it is rendered, and far below what overflows.
+    const FARTHEST: f32 = 1e30;
+    let radius = scene.space.length(settings.occlusion_radius).clamp(f32::MIN_POSITIVE, FARTHEST);
+    let dims_ambient = scene.occludes_ambient();
+    (layout.occlusion_rays > 0).then_some(Occlusion {
+        rays: layout.occlusion_rays as u32,
+        radius,
+        dims_ambient,
+    })
+}
+
+/// The names of the materials in the order of their numbers, for headers: JSON.
+fn numbers_of_materials(scene: &Scene) -> (String, String) {
+    let names = scene.materials.iter().map(|material| material.name.clone().into());
+    (String::from("materials"), serde_json::Value::Array(names.collect()).to_string())
+}
+
+/// What the mattes of `scene` are, if a layer shows any.
+fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
+    let shows_background = settings.background == Backdrop::Visible;
+    settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
+}

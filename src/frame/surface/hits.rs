@@ -1,0 +1,198 @@
+//! What rays met, as surfaces: eight hits at a time. Here alone hits become surfaces.
+
+use glam::Vec3;
+
+use crate::frame::shot::frame_view::FrameView;
+use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
+use crate::prefetch::prefetch;
+use crate::scene::Mesh;
+use crate::shade::Surface;
+use crate::shade::surface::{Corners, of_quadrics, reflectance, uv_at};
+use crate::trace::{HitPacket, NO_HIT};
+
+/// Eight hits. What is said of a lane without one means nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Hits8<'a> {
+    /// [`NO_HIT`] where nothing was met.
+    pub models: &'a [u32],
+    /// Of the models' meshes.
+    pub triangles: &'a [u32],
+    /// Barycentric weights of the second and third corner, as the tracer rounds them.
+    pub weights: [F32x8; 2],
+}
+
+impl<'a> Hits8<'a> {
+    /// Those from lane `from` of a packet on.
+    #[inline(always)]
+    pub fn of(hits: &'a HitPacket, from: usize) -> Self {
+        Self {
+            models: &hits.model[from..from + LANES],
+            triangles: &hits.triangle[from..from + LANES],
+            weights: [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)],
+        }
+    }
+
+    /// Whether something was met in a lane.
+    #[inline(always)]
+    pub fn is_hit(&self, lane: usize) -> bool {
+        self.models[lane] != NO_HIT
+    }
+
+    /// The mesh that was met in a lane, which must have a hit.
+    #[inline(always)]
+    pub fn mesh<'s>(&self, frame: &FrameView<'s>, lane: usize) -> &'s Mesh {
+        &frame.scene.models[self.models[lane] as usize].mesh
+    }
+
+    /// The material that was met in a lane, which must have a hit.
+    #[inline(always)]
+    pub fn material(&self, frame: &FrameView, lane: usize) -> u16 {
+        self.mesh(frame, lane).material_of[self.triangles[lane] as usize]
+    }
+
+    /// Has the numbers of what was met fetched: the triangles' corners and materials. Hits of rays that go all around lie
+    /// all over the scene, and each waits for memory otherwise.
+    #[inline(always)]
+    pub fn prefetch_triangles(&self, frame: &FrameView) {
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane] as usize);
+            prefetch(&mesh.triangles[triangle..=triangle]);
+            prefetch(&mesh.material_of[triangle..=triangle]);
+        }
+    }
+
+    /// Has the corners of what was met fetched, whose numbers should be there.
+    #[inline(always)]
+    pub fn prefetch_corners(&self, frame: &FrameView) {
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let mesh = self.mesh(frame, lane);
+            let positions = mesh.positions.as_slice();
+            for corner in mesh.triangles[self.triangles[lane] as usize].map(|corner| corner as usize) {
+                prefetch(&positions[corner..=corner]);
+                if let Some(normal) = mesh.normals.get(corner..=corner) {
+                    prefetch(normal);
+                }
+                if let Some(uv) = mesh.uvs.get(corner..=corner) {
+                    prefetch(uv);
+                }
+            }
+        }
+    }
+
+    /// The triangles that were met.
+    #[inline(always)]
+    pub fn corners(&self, frame: &FrameView) -> Corners {
+        if are_same(self.triangles) && are_same(self.models) && self.is_hit(0) {
+            return Corners::all(self.mesh(frame, 0), self.triangles[0]);
+        }
+        let mut corners = Corners::NONE;
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            corners.set(lane, self.mesh(frame, lane), self.triangles[lane]);
+        }
+        corners
+    }
+
+    /// Puts the points of quadrics among eight hits, at their weights, into `points`.
+    #[inline(always)]
+    pub fn put_quadric_points(&self, frame: &FrameView, quadrics: u8, points: &mut Vec3x8) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        let at = |lane: usize| self.weights.map(|weight| weight.lane(lane));
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            points.set_lane(lane, quadric.point(piece, at(lane)))
+        });
+    }
+
+    /// Puts the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.
+    #[inline(always)]
+    pub fn put_quadric_normals(
+        &self,
+        frame: &FrameView,
+        quadrics: u8,
+        weights: [F32x8; 2],
+        mut normals: [&mut Vec3x8; 2],
+    ) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            let normal = quadric.normal(piece, weights.map(|weight| weight.lane(lane)));
+            normals.iter_mut().for_each(|normals| normals.set_lane(lane, normal));
+        });
+    }
+
+    /// Puts the weights of `points` on quadrics among eight hits into `weights`.
+    #[inline(always)]
+    pub fn put_quadric_weights(
+        &self,
+        frame: &FrameView,
+        quadrics: u8,
+        points: &Vec3x8,
+        weights: &mut [F32x8; 2],
+    ) {
+        let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
+        of_quadrics(quadrics, of, |lane, quadric, piece| {
+            let at = quadric.weights(piece, points.lane(lane));
+            weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
+        });
+    }
+
+    /// Materials, and reflectances at the points with these barycentric `weights`.
+    #[inline(always)]
+    pub fn reflectances(&self, frame: &FrameView, weights: [F32x8; 2]) -> ([u16; LANES], Vec3x8) {
+        let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane]);
+            numbers[lane] = mesh.material_of[triangle as usize];
+            let material = &frame.scene.materials[usize::from(numbers[lane])];
+            let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
+            colors.set_lane(lane, reflectance(frame.scene, material, uv));
+        }
+        (numbers, colors)
+    }
+}
+
+/// Calls `each` with the lanes and surfaces of those of `count` hits where something was met, seen along `directions` (world
+/// space): their normals point to the side from which they are seen.
+#[inline(always)]
+pub fn surfaces(
+    frame: &FrameView,
+    hits: &Hits8,
+    count: usize,
+    directions: impl Fn(usize) -> Vec3,
+    mut each: impl FnMut(usize, Surface),
+) {
+    let corners = hits.corners(frame);
+    let mut point = corners.point(hits.weights);
+    let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
+    hits.put_quadric_points(frame, corners.quadrics(), &mut point);
+    let normals = [&mut normal, &mut geometric_normal];
+    hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
+    let triangle = |lane: usize| hits.triangles[lane];
+    place(frame, hits.models, triangle, [&mut point, &mut normal, &mut geometric_normal]);
+    let (materials, reflectances) = hits.reflectances(frame, hits.weights);
+    for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
+        let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
+        let side = if from_behind { -1.0 } else { 1.0 };
+        let surface = Surface {
+            point: point.lane(lane),
+            normal: normal.lane(lane) * side,
+            geometric_normal: geometric_normal.lane(lane) * side,
+            reflectance: reflectances.lane(lane),
+            material: materials[lane],
+            from_behind,
+        };
+        each(lane, surface);
+    }
+}
+
+/// Takes eight surfaces of `models` from object to world space; `triangle`: that of a lane. Normals have unit length. What is in a lane
+/// without a surface stays.
+#[inline(always)]
+pub fn place(
+    frame: &FrameView,
+    models: &[u32],
+    triangle: impl Fn(usize) -> u32,
+    [point, normal, geometric_normal]: [&mut Vec3x8; 3],
+) {
+    frame.each_displaced(models, |place, of_model| {
+        place.surfaces(of_model, &triangle, [&mut *point, &mut *normal, &mut *geometric_normal]);
+    });
+}

@@ -1,0 +1,7 @@
+//! Surfaces and samples as the phases handle them: eight at a time.
+
+pub mod hits;
+pub mod placed;
+pub mod radiance;
+pub mod ray_tally;
+pub mod trace_scratch;
