@@ -4,13 +4,12 @@
 //! is a regular file where links end. (EXR files are opened by OpenEXR's wrapper, in the same way. What the system tells of
 //! itself, in `/proc`, is no input.)
 
-use std::fmt;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Read};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
-use std::thread;
 use std::time::Duration;
+use std::{fmt, thread};
 
 use rustix::fs::OFlags;
 

@@ -5,9 +5,8 @@
 //! its size and what to do. The limits are those of the process (`ulimit -v`, `ulimit -d`), of its control groups, and
 //! what the machine has left. A system that tells none of them has none.
 
-use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fmt, fs};
 
 use crate::stats::entry;
 

@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 
+use super::args::Job;
 use super::failure::one_line;
-use super::paths;
-use super::shot_args::Job;
-use super::target::Target;
-use super::terminal::{Terminal, duration};
+use super::frames::paths;
+use super::frames::target::Target;
+use super::say::terminal::{Terminal, duration};
 use crate::frame::{self, Aside, Renderer};
 use crate::layers::Layers;
 use crate::memory;

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
+use super::args::Job;
 use super::failure::{Failure, one_line};
-use super::shot_args::Job;
-use super::writing::Seen;
+use super::frames::writing::Seen;
 use crate::denoise::{self, DenoiseError, Denoiser};
 use crate::memory::Need;
 use crate::settings::Settings;

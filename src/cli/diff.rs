@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::args::on_threads;
 use super::failure::Failure;
-use super::frame_list;
-use super::shot_args::on_threads;
-use super::terminal::{ProgressKind, Terminal};
+use super::frames::frame_list;
+use super::say::terminal::{ProgressKind, Terminal};
 use crate::memory::{self, Need, Part};
 use crate::output::{self, OutputPattern, exr, false_color, png};
 use crate::report::file_difference::{self, FileDifference, LayerDifference, Picture};

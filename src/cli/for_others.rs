@@ -7,9 +7,8 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 
 use super::failure::Failure;
-use super::terminal::Terminal;
-use crate::output;
-use crate::scene;
+use super::say::terminal::Terminal;
+use crate::{output, scene};
 
 /// As typed.
 #[derive(Debug, Clone, Args)]

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::args::on_threads;
 use super::bare_model::{UpArg, is_model, turntable_options};
 use super::failure::Failure;
-use super::shot_args::on_threads;
-use super::terminal::Terminal;
+use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
 use crate::scene::turntable;
 

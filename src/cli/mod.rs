@@ -3,38 +3,21 @@
 //! Arguments are parsed as typed (`…Args`), then turned into options that make sense; only those reach
 //! the rest of the program. Results go to stdout, everything else to stderr.
 
-mod backend_table;
+pub mod args;
 mod bare_model;
-mod blur_args;
 mod coarse;
 pub mod compare;
-mod compare_table;
 mod denoising;
 pub mod diff;
-mod extras;
 pub mod failure;
 pub mod for_others;
-mod frame_list;
+pub mod frames;
 pub mod info;
-mod info_exr;
 pub mod init;
-pub mod paths;
 pub mod preview;
-pub mod reference;
 pub mod render;
-mod resume;
-mod samples_args;
+pub mod say;
 pub mod schedule;
-pub mod shot_args;
-mod shown;
-pub mod steps;
-mod store;
-pub mod table;
-pub mod target;
-pub mod terminal;
-mod two_eyes;
-mod values;
-mod writing;
 
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
@@ -45,7 +28,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::report::versions::AFTERIMAGE;
 use crate::visible::visible;
 use failure::Failure;
-use terminal::{ProgressKind, Terminal};
+use say::terminal::{ProgressKind, Terminal};
 
 /// A ray tracer for animations that reuses the previous frame's samples, exactly.
 ///

@@ -5,9 +5,8 @@
 
 mod blend;
 
-use std::env;
-use std::fmt;
 use std::path::{Path, PathBuf};
+use std::{env, fmt};
 
 use blend::Blend;
 

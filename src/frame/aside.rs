@@ -5,16 +5,12 @@
 
 use std::time::Instant;
 
-use super::Finished;
-use super::RenderError;
-use super::Renderer;
 use super::eyes::{EyeMemory, Source};
 use super::picture::{self, Order};
 use super::shot::plan::CameraChange;
 use super::shot::prepared::Prepared;
 use super::shot::reflection_maps::ReflectionMaps;
-use super::stats;
-use super::turn;
+use super::{Finished, RenderError, Renderer, stats, turn};
 use crate::changes::Direction;
 use crate::exposure::Clock;
 use crate::layers::Layers;

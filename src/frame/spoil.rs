@@ -6,10 +6,9 @@ use std::sync::Arc;
 use glam::Vec3;
 use half::f16;
 
-use super::RenderError;
-use super::Renderer;
 use super::blur::Blur;
 use super::tiles::FrameBuffers;
+use super::{RenderError, Renderer};
 use crate::changes::Until;
 use crate::film::Film;
 use crate::lanes::Vec3x8;

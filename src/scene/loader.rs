@@ -4,9 +4,9 @@ use std::path::Path;
 
 use memchr::memchr_iter;
 
-use super::copies::MOST_ADDED;
+use super::keys::toml_text::TomlText;
+use super::model::copies::MOST_ADDED;
 use super::shot::{self, Shot};
-use super::toml_text::TomlText;
 use super::{SceneError, turntable};
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};

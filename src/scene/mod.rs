@@ -3,50 +3,24 @@
 //! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space.
 //! Units are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
-mod assemble;
-mod bake;
 pub mod camera;
-mod camera_table;
-pub mod caustics;
-mod copies;
-mod darkness;
 pub mod environment;
 pub mod error;
-mod floor;
 pub mod frames;
+mod keys;
 pub mod light;
-pub mod limits;
-mod lines;
 mod loader;
 pub mod material;
 pub mod mesh;
-mod mtl;
+mod model;
 pub mod obj;
-mod orbit;
 mod paths;
-mod pictures;
-mod point_cache;
-mod polygon;
-mod quadric_table;
 pub mod render_space;
-mod samples_table;
-mod shape_files;
 pub mod shapes;
-mod shapes_table;
-pub mod shot;
-mod shot_environment;
-mod shot_file;
-mod shot_lens;
-mod shot_model;
-mod shot_quadric;
-mod shot_shapes;
-mod shot_tracks;
-mod shot_values;
-mod spelling;
+pub(crate) mod shot;
 pub mod texture;
-mod toml_text;
 pub mod turntable;
-mod unused_statements;
+pub mod warnings;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -58,6 +32,7 @@ pub use camera::CameraTrack;
 pub use environment::{Environment, LightFrom};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
+pub use keys::schema;
 pub use light::{Light, LightGroups, LightKind};
 #[doc(hidden)]
 pub use loader::load_sharing;
@@ -67,7 +42,6 @@ pub use mesh::Mesh;
 pub use render_space::RenderSpace;
 pub use shapes::Shapes;
 pub use shot::Shot;
-pub use shot_file::schema;
 pub use texture::Texture;
 
 use crate::animation::TransformTrack;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::cli::args::values::{ViewArg, exposure, settled_look, size, threads};
 use crate::cli::bare_model::UpArg;
-use crate::cli::values::{ViewArg, exposure, settled_look, size, threads};
 use crate::settings::{Look, MOST_PATHS, MOST_SAMPLES};
 
 /// As typed.

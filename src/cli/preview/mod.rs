@@ -20,10 +20,10 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
 use std::thread;
 
+use super::args::pool;
 use super::bare_model::turntable_options;
 use super::failure::Failure;
-use super::shot_args;
-use super::terminal::Terminal;
+use super::say::terminal::Terminal;
 pub use args::PreviewArgs;
 use board::Board;
 use request::Door;
@@ -35,7 +35,7 @@ impl PreviewArgs {
     pub fn execute(self, terminal: &mut Terminal) -> Result<(), Failure> {
         // what makes no sense whatever the files say
         turntable_options(&self.shot, self.up, self.size)?;
-        let pool = shot_args::pool(self.threads)?;
+        let pool = pool(self.threads)?;
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).map_err(|error| {
             let port = self.port;
             Failure::Failed(format!(

@@ -1,8 +1,7 @@
 //! What the address of the page has in it and nobody else knows.
 
-use std::fmt;
 use std::hint::black_box;
-use std::io;
+use std::{fmt, io};
 
 /// Bytes of a token: nobody guesses so many.
 const BYTES: usize = 16;

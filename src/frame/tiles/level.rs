@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::contrast;
-use super::{FrameBuffers, Reused, Shows, Start, TileSum, run_tiles};
+use super::{FrameBuffers, Reused, Shows, Start, TileSum, contrast, run_tiles};
 use crate::changes::Until;
 use crate::film::Film;
 use crate::frame::grid::Grid;

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::join::{Run, Use, split};
-use crate::scene::polygon::Cutter;
+use super::polygon::Cutter;
 
 /// Triangles of a file, in the order of its faces.
 #[derive(Debug, Default)]

@@ -1,8 +1,8 @@
 //! Finds out where a text is wrong that is known to be wrong: line by line, on one thread.
 
+use super::lines::{Lines, split_keyword, words};
 use super::number::parsed;
 use super::statement::{self, Corner, MOST_CORNERS, shown};
-use crate::scene::lines::{Lines, split_keyword, words};
 
 /// Coordinates beyond this are refused: Embree passes over such triangles without a word.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;

@@ -14,11 +14,13 @@ mod column;
 mod cut;
 mod fault;
 mod join;
+pub mod lines;
 mod number;
 #[cfg(test)]
 mod oracle;
 mod piece;
 mod plain;
+pub mod polygon;
 mod positions;
 mod share;
 mod source;
@@ -31,8 +33,8 @@ use bytemuck::cast_vec;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use self::lines::{Lines, split_keyword};
 use super::SceneError;
-use super::lines::{Lines, split_keyword};
 use crate::digest::Digest;
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};

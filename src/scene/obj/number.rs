@@ -2,7 +2,7 @@
 
 use std::str;
 
-use crate::scene::lines::NON_FINITE;
+use super::lines::NON_FINITE;
 
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 

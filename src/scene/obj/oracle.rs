@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
 
+use super::lines::{Lines, readable, split_keyword, words};
+use super::polygon::Cutter;
 use super::source::Source;
 use super::{ObjFile, PIECE, parse};
-use crate::scene::lines::{Lines, readable, split_keyword, words};
-use crate::scene::polygon::Cutter;
 
 /// Bits of position, texture coordinate and normal; zeros for absent ones.
 type Corner = [u32; 8];

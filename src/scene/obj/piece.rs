@@ -12,10 +12,10 @@ use glam::Vec3;
 use memchr::memchr;
 
 use super::column::Column;
+use super::lines::{Lines, split_keyword, words};
 use super::number::{Cursor, is_blank};
 use super::plain::{self, Face};
 use super::statement::{self, MOST_CORNERS};
-use crate::scene::lines::{Lines, split_keyword, words};
 
 /// Indices of position, texture coordinate and normal: from 1, negative ones count back, 0 is absent.
 type Corner = [i32; 3];

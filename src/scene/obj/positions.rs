@@ -4,11 +4,11 @@ use std::io;
 use std::path::Path;
 
 use super::join::concatenated;
+use super::lines::{Lines, split_keyword};
 use super::source::Source;
 use super::{PIECE, faulty, look_for_fault, open, pieces, unreadable};
 use crate::digest::Digest;
 use crate::scene::SceneError;
-use crate::scene::lines::{Lines, split_keyword};
 
 /// The positions (`v`) of the OBJ file at `path` in its order, and a digest of its text. They may be not finite.
 ///

@@ -12,8 +12,8 @@ use std::os::unix::fs::FileExt;
 
 use memchr::memchr_iter;
 
+use super::lines::{readable, starts_with_mark};
 use crate::input::Input;
-use crate::scene::lines::{readable, starts_with_mark};
 
 /// First look for a line's end, in bytes; twice as much each time that there is none.
 const WINDOW: u64 = 1 << 12;

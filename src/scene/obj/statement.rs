@@ -1,8 +1,8 @@
 //! The statements of an OBJ file, read with care: any spelling that the format allows, and for all else
 //! a message that says what is wrong and what to do.
 
+use super::lines::words;
 use super::number::parsed;
-use crate::scene::lines::words;
 
 /// Most corners of one face: cutting up a tangled one takes time with the square of their number.
 pub(super) const MOST_CORNERS: usize = 20_000;

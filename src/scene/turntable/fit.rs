@@ -139,7 +139,7 @@ fn axis(corners: &Corners<'_>, up: Up, (low, high): (DVec3, DVec3)) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::orbit;
+    use crate::scene::shot::orbit;
 
     /// How far from the middle of the picture corners come on a whole turn: at most 1, at its rim.
     fn reach(points: &[[f32; 3]], up: Up, aspect: f64) -> DVec2 {

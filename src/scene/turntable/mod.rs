@@ -10,10 +10,10 @@ mod up;
 use std::path::Path;
 
 use super::SceneError;
-use super::assemble::ReadModel;
-use super::copies::MOST_ADDED;
+use super::keys::toml_text::TomlText;
+use super::model::assemble::ReadModel;
+use super::model::copies::MOST_ADDED;
 use super::shot::{self, Shot};
-use super::toml_text::TomlText;
 use corners::Corners;
 pub use fit::Fit;
 pub use text::text;

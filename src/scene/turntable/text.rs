@@ -6,7 +6,7 @@ use glam::DVec3;
 use toml::Value;
 
 use super::{FRAMES, Look, Up};
-use crate::scene::orbit;
+use crate::scene::shot::orbit;
 
 /// What black materials are shown as: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];

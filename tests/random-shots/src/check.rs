@@ -13,12 +13,13 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
+use afterimage::cli::schedule::steps::Walk;
 use afterimage::cli::schedule::{self, Rule, Step};
-use afterimage::cli::steps::Walk;
 use afterimage::frame::{Renderer, Snapshot};
 use afterimage::lanes::LANES;
 use afterimage::samples::{EMPTY, SampleStore, Tile};
-use afterimage::scene::{self, Shot, limits};
+use afterimage::scene::warnings::limits;
+use afterimage::scene::{self, Shot};
 use afterimage::settings::{Budget, Mode, Settings};
 use rayon::ThreadPool;
 

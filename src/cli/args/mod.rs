@@ -1,0 +1,368 @@
+//! Options of both `render` and `compare`: as typed, and validated.
+
+pub mod blur;
+pub mod samples;
+pub mod two_eyes;
+pub mod values;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rayon::ThreadPool;
+
+use self::blur::BlurArgs;
+use self::samples::SamplesArg;
+use self::two_eyes::StereoArgs;
+use self::values::{
+    BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, ClampArg, CompressionArg, FilterArg, ReuseArg,
+    ViewArg, clamp, crop, exposure, filter_radius, radius, settled_look, size, threads,
+};
+use crate::cli::bare_model::{UpArg, is_model, turntable_options};
+use crate::cli::failure::Failure;
+use crate::cli::frames::target::Target;
+use crate::cli::say::terminal::ProgressKind;
+use crate::layers::Layers;
+use crate::memory::{self, Need, Part};
+use crate::scene::frames::Frames;
+use crate::scene::{self, Shot, load_turntable, turntable};
+use crate::settings::{
+    Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
+    Settings,
+};
+use crate::trace::BackendKind;
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+pub struct ShotArgs {
+    /// A shot (TOML), or a model (OBJ), rendered on a turntable
+    #[arg(value_name = "SHOT.toml|MODEL.obj")]
+    pub shot: PathBuf,
+
+    /// Frames to render, for example 1-100, 1-100x2 (every second) or 1-10,150 [default: the shot's]
+    #[arg(long, value_name = "RANGE", allow_hyphen_values = true, value_parser = Frames::parse)]
+    pub frames: Option<Frames>,
+
+    /// Size of the pictures in pixels, for example 1280x720 [default: the shot's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// Render only these pixels of the picture: width, height, and how far right and down they begin, for example
+    /// 320x180+640+400. Files keep the picture's size as their display window
+    #[arg(long, value_name = "WxH+X+Y", value_parser = crop)]
+    pub crop: Option<PixelRect>,
+
+    /// Render so many pixels more on each side of the picture. Files keep the picture's size as their display window
+    /// [default: the shot's]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_OVERSCAN)))]
+    pub overscan: Option<u32>,
+
+    /// N, for N x N samples a pixel; or two, like 1-4: the fewest, and the most in pixels that differ from their neighbours
+    /// [default: the shot's]
+    #[arg(long, value_name = "N|MIN-MAX", value_parser = samples::samples)]
+    pub samples: Option<SamplesArg>,
+
+    /// Contrast of colours from which on pixels with adaptive samples get more, above 0 and below 1 [default: the shot's,
+    /// or 0.1]
+    #[arg(long, value_name = "CONTRAST", value_parser = samples::threshold)]
+    pub threshold: Option<f32>,
+
+    /// Pixel filter [default: the shot's]
+    #[arg(long, value_enum)]
+    pub filter: Option<FilterArg>,
+
+    /// How far the filter reaches, in pixels, 0.5 to 4; not for the box [default: the shot's, or by the filter]
+    #[arg(long, value_name = "PIXELS", value_parser = filter_radius)]
+    pub filter_radius: Option<f32>,
+
+    /// Maximum number of mirror reflections and refractions along a camera path [default: the shot's]
+    #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub depth: Option<u32>,
+
+    /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not [default: the shot's]
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_REFLECTIONS)))]
+    pub reflections: Option<u32>,
+
+    /// Light by way of clear glass [default: the shot's]
+    #[arg(long, value_enum)]
+    pub caustics: Option<CausticsArg>,
+
+    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most (radiance, above 0): fewer sparks, and less
+    /// light; `none`: whatever it finds [default: the shot's]
+    #[arg(long, value_name = "RADIANCE|none", value_parser = clamp)]
+    pub clamp: Option<ClampArg>,
+
+    /// Memory for what mirrors and glass show while the camera rests, so that only what changes is traced again; 0: none [default:
+    /// the shot's]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_TREE_MEMORY)))]
+    pub tree_memory: Option<u32>,
+
+    /// Paths by which each sample gathers light from the sky and from other surfaces; 0: none [default: the shot's]
+    #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
+    pub paths: Option<u32>,
+
+    /// What each frame spends on paths, so that kept samples get more of them: `full` for as many as a frame that is traced
+    /// in full, or a number of rays. A new sample gets its --paths-per-frame at once [default: the shot's]
+    #[arg(long, value_name = "full|RAYS", value_parser = Budget::parse)]
+    pub budget: Option<Budget>,
+
+    /// With --budget: paths that a new sample gets at once [default: the shot's]
+    #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PATHS)))]
+    pub paths_per_frame: Option<u32>,
+
+    /// Maximum number of surfaces that such a path meets [default: the shot's]
+    #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub bounces: Option<u32>,
+
+    /// How far away surfaces occlude, in the units of the models: for the layer `occlusion`, and for ambient light that is
+    /// `occluded` [default: the shot's]
+    #[arg(long, value_name = "LENGTH", value_parser = radius)]
+    pub occlusion_radius: Option<f64>,
+
+    /// Rays of ambient occlusion of each sample [default: the shot's]
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_OCCLUSION_RAYS)))]
+    pub occlusion_rays: Option<u32>,
+
+    /// Two eyes, or one.
+    #[command(flatten)]
+    pub stereo: StereoArgs,
+
+    /// Motion blur and depth of field.
+    #[command(flatten)]
+    pub blur: BlurArgs,
+
+    /// Which kept samples a cell shows [default: the shot's]
+    #[arg(long, value_enum, value_name = "RULE")]
+    pub reuse: Option<ReuseArg>,
+
+    /// Trace every K-th frame in full, counted from the shot's first; 0: only the first. For chunks of a farm
+    /// [default: the shot's]
+    #[arg(long, value_name = "K")]
+    pub base_every: Option<u32>,
+
+    /// Which of each K frames is traced in full: the first, or the one in the middle. Those before it are made backwards in time
+    /// [default: the shot's]
+    #[arg(long, value_enum, value_name = "WHERE")]
+    pub base_place: Option<BasePlaceArg>,
+
+    /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
+    /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
+    /// forward, backward, CryptoObject, CryptoMaterial, CryptoGroup, light, depth, material, uv, denoise_variance; or of `all`,
+    /// `usual` (Z, object, status) and `none` [default: the shot's]
+    #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
+    pub layers: Option<Layers>,
+
+    /// What becomes of the background where the camera sees it [default: the shot's]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub background: Option<BackdropArg>,
+
+    /// Write each layer as a part of its own into the EXR files [default: the shot's]
+    #[arg(long)]
+    pub multipart: bool,
+
+    /// Lossless compression of the EXR files [default: the shot's]
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub compression: Option<CompressionArg>,
+
+    /// Trace every sample of every frame again and count differences; any difference is a failure
+    #[arg(long)]
+    pub audit: bool,
+
+    /// Also write an 8-bit sRGB PNG beside each EXR; `render` does so for a bare model in any case
+    #[arg(long)]
+    pub png: bool,
+
+    /// Stops by which pictures for screens are brighter, as 1 or -2.5: those of --png, contact sheets, movies and reports. EXR
+    /// files stay as they are [default: the shot's, or 0]
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+
+    /// View transform of the same pictures [default: the shot's, or standard]
+    #[arg(long, value_enum)]
+    pub view: Option<ViewArg>,
+
+    /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
+
+    /// Treat missing textures, materials and MTL files, and invalid MTL values, as errors
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Ray-tracing backend [default: embree; `compare`: all]
+    #[arg(long, value_enum)]
+    pub backend: Option<Backend>,
+
+    /// Build quality of Embree's BVH
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub build: BuildArg,
+
+    /// Number of rendering threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
+
+    /// Progress on stderr
+    #[arg(long, value_enum, default_value_t, value_name = "KIND")]
+    pub progress: ProgressKind,
+
+    /// Print only errors and warnings
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A shot that is loaded, with settings and frames that are settled.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// As it was named.
+    pub path: PathBuf,
+    /// Its `settings`, `frames` and `output` are what the file says, not what holds.
+    pub shot: Shot,
+    /// What holds.
+    pub settings: Settings,
+    /// Asked for; the chains of a schedule need the runs.
+    pub frames: Frames,
+    /// How files are made.
+    pub format: FileFormat,
+    /// How pictures for screens show frames.
+    pub look: Look,
+    /// Ray-tracing backend, if one was given.
+    pub backend: Option<BackendKind>,
+    /// With what quality frames are denoised as well, if they are.
+    pub denoise: Option<DenoiseQuality>,
+}
+
+impl ShotArgs {
+    /// Loads the shot. The command line beats the file.
+    pub fn load(&self) -> Result<Job, Failure> {
+        let mut shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
+        let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
+        two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
+        let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
+        let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
+        Ok(Job {
+            path: self.shot.clone(),
+            denoise: shot.denoise.then_some(shot.denoise_quality),
+            format: FileFormat {
+                multipart: self.multipart || shot.format.multipart,
+                compression: self.compression.map_or(shot.format.compression, Compression::from),
+            },
+            look: settled_look((self.exposure, self.view), shot.look),
+            shot,
+            settings,
+            frames,
+            backend: self.backend.map(BackendKind::from),
+        })
+    }
+
+    /// `settings` with what the command line says instead, but for how to build: that depends on the shot, too.
+    fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
+        let (width, height) = self.size.unwrap_or((settings.width, settings.height));
+        let filter = self.filter.map(Filter::from);
+        // the radius of the shot is that of the shot's filter
+        let of_shot =
+            settings.filter_radius.filter(|_| filter.is_none_or(|filter| filter == settings.filter));
+        let filter = filter.unwrap_or(settings.filter);
+        if filter == Filter::Box && self.filter_radius.is_some() {
+            return Err(Failure::Usage(String::from(
+                "--filter-radius means nothing for the box, which is a pixel: add --filter",
+            )));
+        }
+        let (samples, refinement) = samples::settled(self.samples, self.threshold, settings, filter)?;
+        let settled = Settings {
+            width,
+            height,
+            overscan: self.overscan.unwrap_or(settings.overscan),
+            crop: self.crop.or(settings.crop),
+            samples,
+            refinement,
+            filter,
+            filter_radius: self.filter_radius.or(of_shot),
+            depth: self.depth.unwrap_or(settings.depth),
+            reflections: self.reflections.unwrap_or(settings.reflections),
+            paths: self.paths.unwrap_or(settings.paths),
+            paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
+            budget: self.budget.unwrap_or(settings.budget),
+            bounces: self.bounces.unwrap_or(settings.bounces),
+            caustics: self.caustics.map_or(settings.caustics, Caustics::from),
+            clamp: self.clamp.map_or(settings.clamp, |limit| limit.0),
+            occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
+            occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
+            tree_memory: self.tree_memory.unwrap_or(settings.tree_memory),
+            stereo: self.stereo.settle(settings.stereo)?,
+            base_every: self.base_every.unwrap_or(settings.base_every),
+            base_place: self.base_place.map_or(settings.base_place, BasePlace::from),
+            layers: self.layers.unwrap_or(settings.layers),
+            background: self.background.map_or(settings.background, Backdrop::from),
+            audit: self.audit || settings.audit,
+            reuse: self.reuse.map_or(settings.reuse, Reuse::from),
+            ..settings.clone()
+        };
+        samples::check_window(&settled)?;
+        samples::check_samples(&settled, "--samples")?;
+        Ok(settled)
+    }
+}
+
+impl Job {
+    /// The files that `pattern` names, or the shot's `output`, or `out/NAME/NAME.####.exr`.
+    pub fn target(&self, pattern: Option<&str>, png: bool) -> Result<Target, Failure> {
+        let text = pattern.map(String::from).or_else(|| self.shot.output.clone());
+        let text = text.unwrap_or_else(|| default_output(&self.path));
+        Target::new(
+            &text,
+            &name_of(&self.path),
+            self.frames.list(),
+            png,
+            self.shot.rate,
+            (&self.settings, self.format, self.look),
+        )
+    }
+}
+
+/// Loads a shot, or a model as a turntable.
+pub fn open(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, Failure> {
+    /// What any shot takes while it is loaded.
+    const LEAST_BYTES: u64 = 24 << 20;
+    let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
+    least.check(&memory::left()).map_err(Failure::of)?;
+    let load =
+        |path| if is_model(path) { load_turntable(path, strict, options) } else { scene::load(path, strict) };
+    load(path).map_err(Failure::of)
+}
+
+/// Runs `work` on so many threads, all cores where none are given.
+pub fn on_threads<T: Send>(
+    threads: Option<NonZeroUsize>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    pool(threads)?.install(work)
+}
+
+/// So many threads, all cores where none are given.
+pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, NonZeroUsize::get))
+        .thread_name(|index| format!("afterimage-{index}"))
+        .build()
+        .map_err(|error| Failure::Failed(format!("cannot start threads: {error}; try fewer --threads")))?;
+    // the C library reserves addresses for each thread that begins to allocate: what is left is asked for after that
+    pool.broadcast(|_| drop(std::hint::black_box(Box::new(0_u8))));
+    Ok(pool)
+}
+
+/// The names of a shot's frames where neither the shot nor the command line say them.
+pub fn default_output(shot: &Path) -> String {
+    let name = name_of(shot);
+    format!("out/{name}/{name}.####.exr")
+}
+
+/// What a shot is called in file names: its own file's name without its ending.
+fn name_of(shot: &Path) -> String {
+    let stem = shot.file_stem().map_or_else(|| "frame".into(), |stem| stem.to_string_lossy());
+    // in a pattern, # and % stand for the number
+    stem.replace(['#', '%'], "_")
+}
+
+#[cfg(test)]
+mod tests;

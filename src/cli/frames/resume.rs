@@ -1,0 +1,166 @@
+//! Which frames of an earlier run are those that this run would make: they are kept by `--resume`.
+//!
+//! Each frame has a [`Fingerprint`] of what it was made from. Its settings are those that change pixels, and how the frame
+//! came about: which base frame it was inferred from, and in which steps. So kept and new frames are, pixel by pixel, those of
+//! one run without an interruption.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use super::frame_list;
+use super::target::{Left, Target};
+use crate::cli::args::Job;
+use crate::cli::failure::Failure;
+use crate::cli::schedule::{self, Ancestry, Rule};
+use crate::digest::Digest;
+use crate::frame;
+use crate::output::Fingerprint;
+use crate::report::versions;
+use crate::settings::{Budget, FileFormat, Mode, Settings};
+use crate::trace::BackendKind;
+
+/// What each frame of a run is made from.
+#[derive(Debug, Clone)]
+pub struct Fingerprints {
+    /// But for the ancestry.
+    all: Fingerprint,
+    ancestries: BTreeMap<i32, Ancestry>,
+}
+
+impl Fingerprints {
+    /// Of the frames that `job` asks for, by the schedule's `rule`.
+    pub fn of(job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
+        let ancestries = schedule::ancestries(job.frames.runs(), rule);
+        let ancestries = ancestries.map_err(|error| Failure::Usage(error.to_string()))?;
+        Ok(Self { all: Self::of_all_frames(job), ancestries })
+    }
+
+    /// What all frames of `job` have in common.
+    pub fn of_all_frames(job: &Job) -> Fingerprint {
+        Fingerprint {
+            version: version(job.backend.unwrap_or_default()),
+            shot: job.shot.content.shot,
+            inputs: job.shot.content.inputs,
+            settings: settings(job),
+        }
+    }
+
+    /// How a frame that was asked for comes about.
+    pub fn ancestry(&self, frame: i32) -> Ancestry {
+        self.ancestries.get(&frame).copied().unwrap_or(Ancestry::Base)
+    }
+
+    /// Of a frame that was asked for.
+    pub fn at(&self, frame: i32) -> Fingerprint {
+        let ancestry = self.ancestry(frame).to_string();
+        let settings = Digest::of_all([self.all.settings, Digest::of(ancestry.as_bytes())]);
+        Fingerprint { settings, ..self.all }
+    }
+}
+
+fn version(backend: BackendKind) -> Digest {
+    let library = match backend {
+        BackendKind::Embree => versions::embree(),
+        BackendKind::Rust => String::new(),
+    };
+    Digest::of(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
+}
+
+/// What changes pixels, the header's frame rate, or how files are made. Each setting is named here, or left out for a reason: a new one does not
+/// compile until somebody has decided.
+fn settings(job: &Job) -> Digest {
+    let Settings {
+        width,
+        height,
+        overscan: _, // stands in the data window, and changes no pixel of it
+        crop: _,
+        samples,
+        refinement,
+        filter,
+        filter_radius: _, // of which it follows how far the filter reaches
+        depth,
+        reflections,
+        paths,
+        paths_per_frame,
+        budget,
+        bounces,
+        caustics,
+        clamp,
+        occlusion_rays,
+        occlusion_radius,
+        tree_memory: _, // kept or traced again, trees bring the same
+        stereo,
+        shutter: _, // these say how a frame is exposed, if it is blurred
+        exposures: _,
+        mode,
+        reuse,
+        base_every: _, // says which ancestry a frame has, which stands apart
+        base_place,
+        layers,
+        background,
+        audit: _, // looks, and changes nothing
+        build,
+    } = &job.settings;
+    let backend = job.backend.unwrap_or_default().name();
+    let FileFormat { multipart, compression } = job.format;
+    // without reuse its rule does not matter
+    let reuses = *mode != Mode::Full;
+    let reuse = reuses.then_some(reuse);
+    // and that of occlusion, where nobody asks for it, follows from the models alone
+    let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
+    // answers of base frames in the middle are asked again sooner: where paths share a budget, that is seen
+    let base_place = (reuses && *paths > 0 && *budget != Budget::None).then_some(base_place);
+    let exposures = frame::exposures(&job.shot.scene, &job.settings);
+    let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
+    let text = format!(
+        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {caustics:?} {clamp:?} \
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?}",
+        job.denoise, job.shot.rate
+    );
+    Digest::of(text.as_bytes())
+}
+
+/// Looks at frames of an earlier run, and remembers why some of them are not kept.
+pub struct Review<'a> {
+    target: &'a Target,
+    fingerprints: &'a Fingerprints,
+    /// Frames by reason.
+    refused: RefCell<BTreeMap<String, Vec<i32>>>,
+}
+
+impl<'a> Review<'a> {
+    /// Of what lies at `target`.
+    pub fn new(target: &'a Target, fingerprints: &'a Fingerprints) -> Self {
+        Self { target, fingerprints, refused: RefCell::default() }
+    }
+
+    /// Whether `frame` is there, whole, and what this run would make.
+    pub fn keeps(&self, frame: i32) -> bool {
+        let why = match self.target.left(frame, &self.fingerprints.at(frame)) {
+            Left::Nothing => return false,
+            Left::Finished => return true,
+            Left::Damaged => String::from("not whole"),
+            Left::NoPreview => String::from("without the preview that is asked for"),
+            Left::Unknown => {
+                String::from("without a fingerprint: another version made them, or another program")
+            }
+            Left::Other(kinds) => {
+                let kinds: Vec<&str> = kinds.into_iter().map(|kind| kind.other()).collect();
+                format!("made with {}", kinds.join(", and "))
+            }
+        };
+        self.refused.borrow_mut().entry(why).or_default().push(frame);
+        false
+    }
+
+    /// Why frames that are there are rendered again, each reason once.
+    pub fn note(self) -> Option<String> {
+        let refused = self.refused.into_inner();
+        let reasons = refused.into_iter().map(|(why, mut frames)| {
+            frames.sort_unstable();
+            format!("{} ({why})", frame_list::frames(&frames))
+        });
+        let reasons: Vec<String> = reasons.collect();
+        (!reasons.is_empty()).then(|| format!("resume: rendering again {}", reasons.join("; ")))
+    }
+}

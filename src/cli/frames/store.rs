@@ -1,0 +1,264 @@
+//! `--save-store` and `--load-store`: samples that go from one run to the next.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::changes::Direction;
+use crate::cli::args::Job;
+use crate::cli::failure::Failure;
+use crate::cli::frames::resume::Fingerprints;
+use crate::cli::say::terminal::Terminal;
+use crate::cli::schedule::{Ancestry, Rule, Saved, TooLong};
+use crate::digest::Digest;
+use crate::exposure::Shutter;
+use crate::frame::{self, Holds, Moment, Renderer, Snapshot};
+use crate::memory::Bytes;
+use crate::output::Fingerprint;
+use crate::output::fingerprint::Kind;
+use crate::output::store_file::{self, Header, StoreError, StoreErrorKind, StoreFile};
+use crate::report::file::Destination;
+use crate::settings::{BasePlace, Mode, Refinement, Settings};
+use crate::stereo::Stereo;
+
+/// As typed.
+#[derive(Debug, Clone, Default, Args)]
+pub struct StoreArgs {
+    /// Write the samples of the last frame to this file at the end: a run with --load-store goes on from them
+    #[arg(long, value_name = "FILE")]
+    save_store: Option<PathBuf>,
+
+    /// Go on from samples that a run of the same shot with the same settings has saved: instead of rendering from the last base
+    /// frame on
+    #[arg(long, value_name = "FILE")]
+    load_store: Option<PathBuf>,
+}
+
+/// A store that a run goes on from.
+#[derive(Debug)]
+pub struct Loaded {
+    path: PathBuf,
+    header: Header,
+    ancestry: Ancestry,
+}
+
+impl StoreArgs {
+    /// The file that is written, as a report.
+    pub fn report(&self) -> Option<(&'static str, &Path)> {
+        Some(("--save-store", self.save_store.as_deref()?))
+    }
+
+    /// The file that is read, if it is there and not the one that is written: no other may replace it.
+    pub fn input(&self) -> Option<(&'static str, &Path)> {
+        let load = self.load_store.as_deref().filter(|load| self.save_store.as_deref() != Some(*load));
+        Some(("--load-store", load.filter(|load| load.is_file())?))
+    }
+
+    /// That what is asked for makes sense.
+    pub fn check(&self, job: &Job) -> Result<(), Failure> {
+        let option = match (&self.save_store, &self.load_store) {
+            (None, None) => return Ok(()),
+            (_, Some(_)) => "--load-store",
+            (Some(_), None) => "--save-store",
+        };
+        if job.settings.mode == Mode::Full {
+            return Err(Failure::Usage(format!(
+                "{option}: in `full` mode no frame is made of the samples of another; leave it out"
+            )));
+        }
+        match self.save_store.as_deref().map(destination) {
+            Some(Err(error)) => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// The store that is to be gone on from, if there is one: of this shot, with these settings, in a chain of `rule`.
+    pub fn open(&self, job: &Job, rule: &Rule<'_>) -> Result<Option<Loaded>, Failure> {
+        let Some(path) = &self.load_store else { return Ok(None) };
+        let file = StoreFile::open(path).map_err(Failure::of)?;
+        let header = file.header().clone();
+        let changes = fingerprint(job).changes(&header.fingerprint);
+        if !changes.is_empty() {
+            let [theirs, ours] = [&header.sampling, &sampling(job)];
+            let differ =
+                if theirs == ours { String::new() } else { format!(" ({theirs}; this run has {ours})") };
+            return Err(Failure::Failed(format!(
+                "{}: this sample store was made with {}{differ}; run what made it again with --save-store, or go on without --load-store",
+                path.display(),
+                changes.into_iter().map(Kind::other).collect::<Vec<_>>().join(", and ")
+            )));
+        }
+        let damaged = || Failure::of(StoreError { path: path.clone(), kind: StoreErrorKind::Damaged });
+        let ancestry: Ancestry = header.ancestry.parse().map_err(|()| damaged())?;
+        let loaded = Loaded { path: path.clone(), header, ancestry };
+        let holds = loaded.saved().holds(rule).map_err(|error: TooLong| Failure::Usage(error.to_string()))?;
+        if !holds {
+            return Err(Failure::Failed(format!(
+                "{}: in this run frame {} comes about in another way than the one of this sample store ({}); take the same \
+                 --base-every and --base-place, and the same cuts",
+                path.display(),
+                loaded.header.frame,
+                loaded.ancestry
+            )));
+        }
+        Ok(Some(loaded))
+    }
+
+    /// Whether the file that is to be written is there already, with the samples of `frame`.
+    pub fn has(&self, job: &Job, fingerprints: &Fingerprints, frame: i32) -> bool {
+        let file = self.save_store.as_deref().and_then(|path| StoreFile::open(path).ok());
+        file.is_some_and(|file| {
+            let Header { fingerprint: made_from, frame: of, ancestry, .. } = file.header();
+            *made_from == fingerprint(job)
+                && *of == frame
+                && *ancestry == fingerprints.ancestry(frame).to_string()
+        })
+    }
+
+    /// Whether a store is gone on from.
+    pub fn loads(&self) -> bool {
+        self.load_store.is_some()
+    }
+
+    /// Whether a store is to be written.
+    pub fn saves(&self) -> bool {
+        self.save_store.is_some()
+    }
+
+    /// Writes the samples of the frame that `renderer` has rendered last.
+    pub fn save(
+        &self,
+        job: &Job,
+        fingerprints: &Fingerprints,
+        renderer: &Renderer<'_>,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        let (Some(path), Some((moment, pictures))) = (&self.save_store, renderer.samples()) else {
+            return Ok(());
+        };
+        let Moment { frame, rendered, holds: _ } = moment; // that follows from the ancestry
+        let ancestry = fingerprints.ancestry(frame).to_string();
+        let header =
+            Header { fingerprint: fingerprint(job), frame, sampling: sampling(job), ancestry, rendered };
+        let written = store_file::write(&destination(path)?, &header, &pictures, renderer.shape().layout);
+        let bytes = Bytes(written.map_err(Failure::of)?);
+        terminal.result(&format!("{:<9}{} ({bytes}, the samples of frame {frame})", "store", path.display()));
+        Ok(())
+    }
+}
+
+/// The regular file that `path` leads to.
+fn destination(path: &Path) -> Result<PathBuf, Failure> {
+    match Destination::of(path).map_err(Failure::of)? {
+        Destination::File(file) => Ok(file),
+        _ => Err(Failure::Usage(format!("--save-store {}: is no file; give a file's name", path.display()))),
+    }
+}
+
+impl Loaded {
+    /// For the schedule.
+    pub fn saved(&self) -> Saved {
+        Saved { frame: self.header.frame, ancestry: self.ancestry }
+    }
+
+    /// Has `renderer` go on from it.
+    pub fn give(&self, job: &Job, renderer: &mut Renderer<'_>) -> Result<(), Failure> {
+        let file = StoreFile::open(&self.path).map_err(Failure::of)?;
+        if *file.header() != self.header {
+            let path = self.path.display();
+            return Err(Failure::Failed(format!("{path}: another run has replaced this file; start again")));
+        }
+        // so that there are never those of two frames
+        renderer.forget();
+        let pictures = file.read(&renderer.shape(), &job.shot.scene).map_err(Failure::of)?;
+        let Header { frame, rendered, .. } = self.header;
+        let holds = match self.ancestry {
+            Ancestry::Base if job.settings.base_place == BasePlace::Middle => Holds::Both,
+            Ancestry::Inferred { from, .. } if from > frame => Holds::To(Direction::Backward),
+            _ => Holds::To(Direction::Forward),
+        };
+        renderer.restore(Snapshot { moment: Moment { frame, rendered, holds }, pictures });
+        Ok(())
+    }
+
+    /// What to say where no frame is made of it.
+    pub fn unused_note(&self) -> String {
+        format!(
+            "--load-store {}: nothing is taken from it, because no frame of this run follows from its frame {}, or it is rendered \
+             in any case",
+            self.path.display(),
+            self.header.frame
+        )
+    }
+}
+
+/// What decides the samples of a job's frames, but for their ancestry.
+fn fingerprint(job: &Job) -> Fingerprint {
+    let of_frames = Fingerprints::of_all_frames(job);
+    Fingerprint { settings: settings(job), ..of_frames }
+}
+
+/// How many samples a job's pictures have, of which eyes and exposures, for people.
+fn sampling(job: &Job) -> String {
+    let Settings { samples, refinement, shutter, stereo, .. } = &job.settings;
+    let mut parts = vec![match refinement {
+        Some(Refinement { most, .. }) => format!("{samples}x{samples} to {most}x{most} samples a pixel"),
+        None => format!("{samples}x{samples} samples a pixel"),
+    }];
+    if let Some(exposures) = frame::exposures(&job.shot.scene, &job.settings) {
+        parts.push(match exposures.all.len() {
+            1 => String::from("1 exposure"),
+            count => format!("{count} exposures"),
+        });
+        parts.extend(shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}")));
+        parts.extend(job.shot.scene.camera.has_lens().then(|| String::from("a lens")));
+    }
+    parts.extend(stereo.map(|Stereo { separation, .. }| format!("two eyes {separation} apart")));
+    parts.join(", ")
+}
+
+/// Settings that decide what samples there are and what they keep. Each is named here, or left out for a reason, as in
+/// [`resume`](crate::cli::frames::resume).
+fn settings(job: &Job) -> Digest {
+    let Settings {
+        width,
+        height,
+        overscan: _, // stands in the data window
+        crop: _,
+        samples,
+        refinement,
+        filter: _, // makes pixels of samples
+        filter_radius: _,
+        depth,
+        reflections,
+        paths,
+        paths_per_frame,
+        budget,
+        bounces,
+        caustics,
+        clamp,
+        occlusion_rays,
+        occlusion_radius,
+        tree_memory: _, // no store has trees
+        mode,
+        reuse,
+        base_every: _, // says which ancestry a frame has, which stands apart
+        base_place,    // the same, and how long answers of base frames hold
+        layers,        // but for what they ask of samples they only show them
+        background: _,
+        stereo,
+        shutter: _, // these say how a frame is exposed, if it is blurred
+        exposures: _,
+        audit: _,
+        build,
+    } = &job.settings;
+    let backend = job.backend.unwrap_or_default().name();
+    let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
+    let window = job.settings.data_window();
+    let exposures = frame::exposures(&job.shot.scene, &job.settings);
+    let text = format!(
+        "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
+         {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
+    );
+    Digest::of(text.as_bytes())
+}

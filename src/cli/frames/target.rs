@@ -1,0 +1,332 @@
+//! Where frames go: one EXR each, and a preview beside it if wanted.
+
+use std::fs::FileType;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::frame_list;
+use super::writing::Seen;
+use crate::cli::failure::Failure;
+use crate::denoise;
+use crate::digest::Digest;
+use crate::layers::Layers;
+use crate::output::exr::{Packing, Windows};
+use crate::output::fingerprint::Kind;
+use crate::output::picture::Picture;
+use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
+use crate::settings::{FileFormat, Look, Settings};
+use crate::stereo::Eye;
+
+/// Names that are fit for the frames of a run.
+#[derive(Debug, Clone)]
+pub struct Target {
+    pattern: OutputPattern,
+    /// One for each eye.
+    previews: Vec<OutputPattern>,
+    has_two_eyes: bool,
+    /// In rising order.
+    frames: Vec<i32>,
+    text: String,
+    shot: String,
+    rate: (i32, u32),
+    layers: Layers,
+    windows: Windows,
+    format: FileFormat,
+    look: Look,
+}
+
+/// What is there of a frame before a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Left {
+    /// No file.
+    Nothing,
+    /// No EXR file, or a part of one.
+    Damaged,
+    /// A picture that does not say what it was made from.
+    Unknown,
+    /// A frame that was made from something else.
+    Other(Vec<Kind>),
+    /// The frame, but not its preview, or not with the look that is asked for.
+    NoPreview,
+    /// All files that the run would write.
+    Finished,
+}
+
+impl Target {
+    /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
+    /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
+    /// frames a second; `settings` say which layers and pixels are written, `format` how, and `look` what
+    /// previews show of them.
+    pub fn new(
+        text: &str,
+        shot: &str,
+        frames: Vec<i32>,
+        png: bool,
+        rate: (i32, u32),
+        (settings, format, look): (&Settings, FileFormat, Look),
+    ) -> Result<Self, Failure> {
+        let pattern = OutputPattern::parse(text, shot, "exr")
+            .map_err(|error| Failure::Usage(format!("`{text}` cannot name the frames: {error}")))?;
+        let first = frames.first().copied().unwrap_or(0);
+        let exr = pattern.at(first).extension().is_some_and(|kind| kind.eq_ignore_ascii_case("exr"));
+        if !exr {
+            return Err(Failure::Usage(format!(
+                "`{text}` does not end in .exr: frames are EXR files; --png writes previews beside them"
+            )));
+        }
+        let has_two_eyes = settings.stereo.is_some();
+        let preview = pattern.with_extension("png");
+        let previews = match (png, has_two_eyes) {
+            (false, _) => Vec::new(),
+            (true, false) => vec![preview],
+            (true, true) => Eye::NAMES.map(|eye| preview.of_view(eye)).into(),
+        };
+        let (text, shot) = (text.to_owned(), shot.to_owned());
+        let (layers, windows) = (settings.layers, Windows::of(settings));
+        Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format, look })
+    }
+
+    /// As it was named.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Those asked for, in rising order.
+    pub fn frames(&self) -> &[i32] {
+        &self.frames
+    }
+
+    /// Frames a second, as a fraction.
+    pub fn rate(&self) -> (i32, u32) {
+        self.rate
+    }
+
+    /// Where a contact sheet goes that nobody has named.
+    pub fn contact_sheet(&self) -> PathBuf {
+        self.folder().join(format!("{}.contact.png", self.shot))
+    }
+
+    /// Where a coarse picture of the first frame goes.
+    pub fn coarse(&self) -> PathBuf {
+        self.folder().join(format!("{}.coarse.png", self.shot))
+    }
+
+    /// Whether previews are written.
+    pub fn has_previews(&self) -> bool {
+        !self.previews.is_empty()
+    }
+
+    /// A frame that is finished, as its preview shows it, whether it has one or not: of two eyes the left one's.
+    pub fn picture(&self, frame: i32, is_denoised: bool) -> Result<Picture, Failure> {
+        let picture = match self.previews.first() {
+            Some(preview) => Picture::of_png(&preview.at(frame)),
+            None => {
+                let channels = if is_denoised { denoise::PLANES } else { ["R", "G", "B"] };
+                let names_views = self.has_two_eyes && !self.format.multipart;
+                let channels = channels.map(|name| match name.split_once('.') {
+                    Some((layer, letter)) if names_views => format!("{layer}.{}.{letter}", Eye::Left.name()),
+                    _ => name.to_owned(),
+                });
+                Picture::of_exr(&self.exr(frame), channels.each_ref().map(String::as_str), self.look)
+            }
+        };
+        picture.map_err(Failure::of)
+    }
+
+    /// The EXR of `frame`.
+    pub fn exr(&self, frame: i32) -> PathBuf {
+        self.pattern.at(frame)
+    }
+
+    /// Where all of them lie.
+    pub fn folder(&self) -> &Path {
+        let folder = self.pattern.folder();
+        if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+    }
+
+    /// Whether `name` in the folder is that of a frame asked for, or of its preview.
+    pub fn has_name(&self, name: &str) -> bool {
+        let frame = |pattern: &OutputPattern| pattern.frame_of(name);
+        let frame = frame(&self.pattern).or_else(|| self.previews.iter().find_map(frame));
+        frame.is_some_and(|frame| self.frames.binary_search(&frame).is_ok())
+    }
+
+    /// That nothing but files stands under the names of frames: others cannot be read to see whether a frame
+    /// is finished (a FIFO may never end), nor replaced without loss.
+    pub fn check(&self) -> Result<(), Failure> {
+        let Ok(entries) = self.folder().read_dir() else { return Ok(()) };
+        for entry in entries.filter_map(Result::ok) {
+            let is_file =
+                |kind: FileType| kind.is_file() || (kind.is_symlink() && leads_to_file(&entry.path()));
+            let is_ours = entry.file_name().to_str().is_some_and(|name| self.has_name(name));
+            if is_ours && !entry.file_type().is_ok_and(is_file) {
+                return Err(Failure::Failed(format!(
+                    "{}: a frame is to have this name, and something stands there that is not a regular file: \
+                     remove it, or choose another name with -o",
+                    self.folder().join(entry.file_name()).display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// That all files of all frames asked for are there, when the run has ended. A folder may be removed or unmounted while frames
+    /// are written into it; then each of them was whole, and some are gone.
+    pub fn check_all_there(&self) -> Result<(), Failure> {
+        let patterns = || [&self.pattern].into_iter().chain(&self.previews);
+        let is_there = |path: &PathBuf| path.metadata().is_ok_and(|found| found.is_file() && found.len() > 0);
+        let has_all = |frame: &i32| patterns().all(|pattern| is_there(&pattern.at(*frame)));
+        let missing: Vec<i32> = self.frames.iter().copied().filter(|frame| !has_all(frame)).collect();
+        let Some(first) = missing.first() else { return Ok(()) };
+        let gone = patterns().map(|pattern| pattern.at(*first)).find(|path| !is_there(path));
+        Err(Failure::Failed(format!(
+            "{} ({} of {}): written and not there at the end, {} for one: another program removed them, or {} was removed or \
+             unmounted; render them again, or what is missing with --resume",
+            frame_list::frames(&missing),
+            missing.len(),
+            self.frames.len(),
+            gone.unwrap_or_else(|| self.exr(*first)).display(),
+            self.folder().display()
+        )))
+    }
+
+    /// Makes the folder and tries it, so that nothing is rendered for a folder that cannot be written; and
+    /// removes what killed runs left of these frames.
+    pub fn prepare(&self) -> Result<(), Failure> {
+        let first = self.frames.first().copied().unwrap_or(0);
+        output::ensure_writable(&self.exr(first)).map_err(Failure::of)?;
+        output::remove_leftovers(self.folder(), |name| self.has_name(name));
+        Ok(())
+    }
+
+    /// What an earlier run left of `frame`, if it is to be what `wanted` says. Pixels are read only where all else fits.
+    pub fn left(&self, frame: i32, wanted: &Fingerprint) -> Left {
+        let path = self.exr(frame);
+        if path.symlink_metadata().is_err() {
+            return Left::Nothing;
+        }
+        match exr::fingerprint(&path) {
+            Err(_) => return Left::Damaged,
+            Ok(None) => return Left::Unknown,
+            Ok(Some(found)) if found != *wanted => return Left::Other(wanted.changes(&found)),
+            Ok(Some(_)) => {}
+        }
+        let of_preview = self.of_preview(*wanted);
+        let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(of_preview);
+        if !self.previews.iter().all(is_wanted) {
+            return Left::NoPreview;
+        }
+        if exr::is_whole(&path) { Left::Finished } else { Left::Damaged }
+    }
+
+    /// Writes a frame as one eye or two have `seen` it, with denoised pictures if there are any, and adds the time this took to
+    /// the statistics of the last one. Returns the EXR's path. Previews show denoised pictures. All files say what the frame was
+    /// `made_from`.
+    ///
+    /// Previews come first: a frame counts as finished by its EXR.
+    pub fn write(
+        &self,
+        seen: &mut [Seen],
+        made_from: Option<Fingerprint>,
+        packing: Packing<'_>,
+    ) -> Result<PathBuf, Failure> {
+        let start = Instant::now();
+        for (preview, seen) in self.previews.iter().zip(&*seen) {
+            self.write_preview(preview, seen, made_from)?;
+        }
+        let frame = seen.first().map_or(0, |seen| seen.finished.stats.frame);
+        let path = self.exr(frame);
+        let views: Vec<exr::View> = seen.iter().map(|seen| self.view(seen, made_from)).collect();
+        exr::write_views(&path, self.windows, &views, self.format, packing).map_err(Failure::of)?;
+        drop(views);
+        if let Some(Seen { finished, .. }) = seen.last_mut() {
+            let seconds = start.elapsed().as_secs_f64();
+            finished.stats.seconds.write += seconds;
+            finished.stats.seconds.total += seconds;
+        }
+        Ok(path)
+    }
+
+    fn write_preview(
+        &self,
+        preview: &OutputPattern,
+        Seen { finished, denoised }: &Seen,
+        made_from: Option<Fingerprint>,
+    ) -> Result<(), Failure> {
+        let planes = match denoised {
+            Some(planes) => planes.each_ref(),
+            None => png::colors(&finished.film).map_err(Failure::of)?,
+        };
+        let size = [finished.film.width, finished.film.height];
+        let made_from = made_from.map(|made_from| self.of_preview(made_from));
+        png::write_colors(&preview.at(finished.stats.frame), size, planes, self.look, made_from)
+            .map_err(Failure::of)
+    }
+
+    /// Of the previews of a frame that is made from this: what they are made from. Nothing is added to it without a look.
+    fn of_preview(&self, made_from: Fingerprint) -> Fingerprint {
+        if self.look == Look::default() {
+            return made_from;
+        }
+        let look = Digest::of(format!("{:?}", self.look).as_bytes());
+        Fingerprint { settings: Digest::of_all([made_from.settings, look]), ..made_from }
+    }
+
+    /// What goes into the file of what an eye has seen.
+    fn view<'s>(
+        &'s self,
+        Seen { finished, denoised }: &'s Seen,
+        fingerprint: Option<Fingerprint>,
+    ) -> exr::View<'s> {
+        let (frame, camera) = (finished.stats.frame, &finished.camera);
+        let [width, height] = self.windows.picture;
+        let meta = FrameMeta {
+            frame,
+            rate: self.rate,
+            world_to_camera: camera.world_to_camera().to_cols_array(),
+            world_to_ndc: camera.world_to_ndc(width as f32 / height as f32).to_cols_array(),
+            comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
+            shot: self.shot.clone(),
+            fingerprint,
+            layers: finished.about_layers.clone(),
+        };
+        // more layers may have been made than are to be written: those that a denoiser needs
+        let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));
+        let planes = planes.chain(denoised.iter().flatten()).collect();
+        exr::View { name: finished.stats.eye.map(Eye::name), planes, meta }
+    }
+}
+
+/// Or to nothing, and is then replaced itself.
+fn leads_to_file(link: &Path) -> bool {
+    link.metadata().map_or(true, |found| found.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn target(text: &str) -> Result<Target, Failure> {
+        Target::new(
+            text,
+            "city",
+            vec![1, 2],
+            false,
+            (24, 1),
+            (&Settings::default(), FileFormat::default(), Look::default()),
+        )
+    }
+
+    #[test]
+    fn frames_get_files_of_their_own() {
+        for (text, file) in [("a.##.exr", "a.02.exr"), ("a.exr", "a.0002.exr"), ("x/", "x/city.0002.exr")] {
+            assert_eq!(target(text).expect(text).exr(2), PathBuf::from(file));
+        }
+    }
+
+    #[test]
+    fn frames_are_exr() {
+        assert!(target("a.####.png").expect_err("no EXR").to_string().contains("--png"));
+        assert!(target("a.##.##.exr").expect_err("twice").to_string().contains("cannot name"));
+    }
+}

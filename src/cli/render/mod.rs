@@ -1,0 +1,522 @@
+//! `afterimage render`: frames of a shot into EXR files.
+
+pub mod extras;
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use rayon::ThreadPool;
+
+use self::extras::{Extras, ExtrasArgs};
+use crate::cli::args::{self, Job, ShotArgs};
+use crate::cli::bare_model::{is_model, turn_note};
+use crate::cli::coarse::{self, CoarseArg};
+use crate::cli::denoising::Denoising;
+use crate::cli::failure::Failure;
+use crate::cli::frames::paths::{self, Report};
+use crate::cli::frames::resume::{Fingerprints, Review};
+use crate::cli::frames::store::{Loaded, StoreArgs};
+use crate::cli::frames::target::Target;
+use crate::cli::frames::writing::{self, Behind, Frame, Seen, Waiting};
+use crate::cli::say::table;
+use crate::cli::say::terminal::Terminal;
+use crate::cli::schedule::steps::Walk;
+use crate::cli::schedule::{self, Origin, Rule, Saved, Step};
+use crate::denoise;
+use crate::frame::{self, Finished, Renderer};
+use crate::memory::{self, Need};
+use crate::output::exr::Packing;
+use crate::report::file::write_json;
+use crate::scene::warnings::{caustics, limits};
+use crate::settings::{Build, DenoiseQuality, Mode, Settings};
+use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
+use crate::stereo::Eye;
+
+/// Below the options in `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  afterimage render city.toml
+      renders the shot's frames to the files that it names, or to out/city/
+  afterimage render statue.obj --frames 1-48 --size 960x540 -o turn/statue.####.exr
+      a model on a turntable, with PNG previews
+  afterimage render statue.obj --contact-sheet --movie statue.mp4
+      a whole turn, all frames in one picture, and a movie (by FFmpeg)
+  afterimage render city.toml --frames 101-200 --resume -o city.%04d.exr --stats city.json
+      a chunk of a farm: complete frames of the same shot are kept; pictures do not depend on the chunk
+
+Table: seconds of rendering, seconds of waiting for files, which are written while the next frame is
+rendered (in --stats, `total` is both); samples reused, percent;
+rays cast, millions by kind; rays saved, percent, against full tracing (estimated: one primary ray a sample,
+shadow rays as in the last base frame, reflection and refraction rays as cast; `afterimage compare` measures
+it).
+
+Files are written under a hidden temporary name (.NAME….part) and renamed when complete. The next run of the
+same frames removes what a killed run left. Exit code: 0 if every requested frame exists and is complete, 1 if
+something failed, 2 if the command line is invalid.";
+
+/// What makes run-ups shorter.
+const FEWER_STEPS: &str = "--mode full needs no run-up, --base-every makes it shorter";
+
+/// As typed.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    shot: ShotArgs,
+
+    /// File names, with #### or %04d for the frame number [default: the shot's, or
+    /// out/NAME/NAME.####.exr]
+    #[allow(rustdoc::broken_intra_doc_links, reason = "a default in brackets is no link")]
+    #[arg(short, long, value_name = "DIR/name.####.exr")]
+    output: Option<String>,
+
+    /// When samples are reused [default: the shot's]
+    #[arg(long, value_enum)]
+    mode: Option<ModeArg>,
+
+    /// Also write a denoised picture, as the layer `denoised`, made by Intel's Open Image Denoise; R G B stays as it is.
+    /// Previews show the denoised picture
+    #[arg(long)]
+    denoise: bool,
+
+    /// Quality of the denoised picture; implies --denoise [default: the shot's]
+    #[arg(long, value_enum, value_name = "QUALITY")]
+    denoise_quality: Option<QualityArg>,
+
+    /// Write statistics of each frame
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+
+    /// Write a coarse picture of the first frame before that is rendered: NAME.coarse.png beside the frames
+    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    coarse: CoarseArg,
+
+    #[command(flatten)]
+    extras: ExtrasArgs,
+
+    #[command(flatten)]
+    store: StoreArgs,
+
+    /// Keep frames that are complete and made from the same shot, inputs, settings and version
+    #[arg(long)]
+    resume: bool,
+}
+
+/// Modes by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ModeArg {
+    /// Reuse where this is estimated to be faster than full tracing
+    Auto,
+    /// Reuse in every frame that has a previous frame
+    Reproject,
+    /// Trace every frame in full
+    Full,
+}
+
+/// Qualities by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityArg {
+    /// For final frames
+    High,
+    /// Less than half the time
+    Balanced,
+    /// A fifth of the time: for previews
+    Fast,
+}
+
+impl From<QualityArg> for DenoiseQuality {
+    fn from(quality: QualityArg) -> Self {
+        match quality {
+            QualityArg::High => Self::High,
+            QualityArg::Balanced => Self::Balanced,
+            QualityArg::Fast => Self::Fast,
+        }
+    }
+}
+
+/// As it holds.
+#[derive(Debug)]
+struct Options {
+    job: Job,
+    target: Target,
+    stats: Option<PathBuf>,
+    coarse: CoarseArg,
+    extras: Extras,
+    store: StoreArgs,
+    resume: bool,
+    threads: Option<NonZeroUsize>,
+}
+
+impl RenderArgs {
+    /// The streams that it asks for.
+    pub fn terminal(&self) -> Terminal {
+        Terminal::new(self.shot.progress, self.shot.quiet)
+    }
+
+    /// Renders.
+    pub fn execute(self, terminal: &mut Terminal) -> Result<(), Failure> {
+        let pool = args::pool(self.shot.threads)?;
+        pool.install(|| render(&self.settle()?, &pool, terminal))
+    }
+
+    fn settle(self) -> Result<Options, Failure> {
+        let mut job = self.shot.load()?;
+        if let Some(mode) = self.mode {
+            job.settings.mode = mode.into();
+        }
+        if self.denoise {
+            job.denoise = Some(job.shot.denoise_quality);
+        }
+        job.denoise = self.denoise_quality.map(DenoiseQuality::from).or(job.denoise);
+        let png = self.shot.png || is_model(&job.path);
+        let target = job.target(self.output.as_deref(), png)?;
+        let extras = self.extras.settle(&target)?;
+        let (stats, store, resume, threads) = (self.stats, self.store, self.resume, self.shot.threads);
+        store.check(&job)?;
+        let options = Options { job, target, stats, coarse: self.coarse, extras, store, resume, threads };
+        let files: Vec<Report<'_>> = reports(&options).into_iter().chain(options.store.input()).collect();
+        paths::check(&options.job, Some(&options.target), &files)?;
+        Ok(options)
+    }
+}
+
+impl From<ModeArg> for Mode {
+    fn from(mode: ModeArg) -> Self {
+        match mode {
+            ModeArg::Auto => Self::Auto,
+            ModeArg::Reproject => Self::Reproject,
+            ModeArg::Full => Self::Full,
+        }
+    }
+}
+
+/// What makes base frames of a job.
+fn rule(job: &Job, full: bool) -> Rule<'_> {
+    Rule {
+        shot_first: job.shot.frames.first(),
+        shot_last: job.shot.says_frames.then(|| job.shot.frames.last()),
+        base_every: job.settings.base_every,
+        base_place: job.settings.base_place,
+        cuts: &job.shot.scene.camera.cuts,
+        full,
+    }
+}
+
+/// The schedule of a job's frames; `saved`: what there is a store of.
+pub fn plan(
+    job: &Job,
+    full: bool,
+    saved: Option<Saved>,
+    finished: impl Fn(i32) -> bool,
+) -> Result<Vec<Step>, Failure> {
+    let steps = schedule::schedule(job.frames.runs(), &rule(job, full), saved, finished);
+    steps.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// Says what the loader found odd.
+pub fn warn_about(job: &Job, terminal: &Terminal) {
+    for warning in &job.shot.warnings {
+        terminal.warn(&warning.0.to_string());
+    }
+    let turned = is_model(&job.path).then(|| turn_note(&job.frames.list())).flatten();
+    for note in job.shot.notes.iter().chain(&turned) {
+        terminal.note(note);
+    }
+    let (scene, settings) = (&job.shot.scene, &job.settings);
+    for warning in limits::of_camera(scene, settings).into_iter().chain(caustics::warning(scene, settings)) {
+        terminal.warn(&warning);
+    }
+}
+
+fn reports(options: &Options) -> Vec<Report<'_>> {
+    let stats = options.stats.as_deref().map(|path| ("--stats", path));
+    stats.into_iter().chain(options.extras.reports()).chain(options.store.report()).collect()
+}
+
+/// `pool` is that of which the caller is a thread.
+fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Result<(), Failure> {
+    let Options { job, target, .. } = options;
+    warn_about(job, terminal);
+    target.check()?;
+    let settings = if job.denoise.is_some() { &denoise::with_guides(&job.settings) } else { &job.settings };
+    let full = job.settings.mode == Mode::Full;
+    let fingerprints = Fingerprints::of(job, &rule(job, full))?;
+    let review = Review::new(target, &fingerprints);
+    let loaded = options.store.open(job, &rule(job, full))?;
+    let saved = loaded.as_ref().map(Loaded::saved);
+    let to_save = to_save(options, &fingerprints, saved)?;
+    let steps =
+        plan(job, full, saved, |frame| options.resume && Some(frame) != to_save && review.keeps(frame))?;
+    if let Some(note) = review.note() {
+        terminal.note(&note);
+    }
+    if let Some(note) = schedule::run_up_note(&steps, FEWER_STEPS) {
+        terminal.note(&note);
+    }
+    let is_taken = steps.is_empty() || steps.iter().any(|step| step.origin == Origin::Saved);
+    if let Some(loaded) = loaded.as_ref().filter(|_| !is_taken) {
+        terminal.note(&loaded.unused_note());
+    }
+    if !steps.is_empty() {
+        need(job, settings, &steps).check(&memory::left()).map_err(Failure::of)?;
+    }
+    options.extras.prepare()?;
+    target.prepare()?;
+    paths::prepare(&reports(options))?;
+    let kept = job.frames.list().len() - steps.iter().filter(|step| step.write).count();
+    if kept > 0 {
+        terminal.note(&format!("resume: {kept} frames are there and whole"));
+    }
+    if steps.is_empty() {
+        // neither build a scene that nothing needs nor replace the statistics of the run that made them
+        let extras = options.extras.write(target, job.denoise.is_some(), terminal);
+        return target.check_all_there().and(extras);
+    }
+
+    // before anything is rendered that it is to denoise
+    let mut denoising = Denoising::of(job).map_err(Failure::of)?;
+    let mut renderer =
+        Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
+    if let Some(settings) = coarse_settings(options, terminal) {
+        coarse::write(&mut renderer, job, &settings, target, terminal);
+    }
+    let mut record = Record::default();
+    renderer.watch(terminal.watcher());
+    terminal.begin(steps.len(), renderer.tiles_a_frame());
+    terminal.result(&table::header(settings.stereo.is_some()));
+    let writer = Writer { target, fingerprints: &fingerprints, pool };
+    let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);
+    let outcome = writing::behind(job.settings.layers, write, |behind| {
+        let mut walk = Walk::default();
+        let load =
+            |renderer: &mut Renderer<'_>| loaded.as_ref().map_or(Ok(()), |loaded| loaded.give(job, renderer));
+        steps.iter().try_for_each(|step| {
+            let eyes = renderer.eyes().iter();
+            let seen =
+                eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
+            denoise_step(*step, seen, &mut denoising, behind)
+        })
+    });
+    terminal.end();
+
+    // what was finished is reported even if a later frame failed
+    let memory = renderer.memory().with_peak();
+    terminal.result(&record.summary(
+        memory,
+        (job.settings.build, renderer.build_seconds()),
+        terminal.elapsed(),
+    ));
+    terminal.result(&format!("{:<9}{}", "files", target.text()));
+    let outcome = outcome.and_then(|()| options.store.save(job, &fingerprints, &renderer, terminal));
+    let stats = write_stats(options, &record, memory);
+    outcome?;
+    let extras = options.extras.write(target, job.denoise.is_some(), terminal);
+    target
+        .check_all_there()
+        .and(extras)
+        .and(stats)
+        .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+}
+
+/// Of a coarse picture that comes before the first frame, if there is to be one.
+fn coarse_settings(options: &Options, terminal: &Terminal) -> Option<Settings> {
+    let Options { job, target, store, coarse, resume, .. } = options;
+    let run = coarse::Run {
+        is_watched: terminal.has_bar(),
+        writes_png: target.has_previews(),
+        goes_on: *resume || store.loads(),
+    };
+    coarse.plan(run, &job.shot, &job.settings, rayon::current_num_threads())
+}
+
+/// The last frame, if it must be rendered whatever is there, because its samples are to be saved and are not.
+fn to_save(
+    options: &Options,
+    fingerprints: &Fingerprints,
+    saved: Option<Saved>,
+) -> Result<Option<i32>, Failure> {
+    if !options.resume || !options.store.saves() {
+        return Ok(None);
+    }
+    let last = plan(&options.job, false, saved, |_| false)?.last().map(|step| step.frame);
+    Ok(last.filter(|last| !options.store.has(&options.job, fingerprints, *last)))
+}
+
+fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
+    let kind = job.backend.unwrap_or_default();
+    let need = frame::need(&job.shot, settings, kind, steps.len(), rayon::current_num_threads());
+    let need =
+        if steps.iter().any(|step| step.keep) { frame::with_kept(need, &job.shot, settings) } else { need };
+    let need = frame::with_writing(need, &job.shot.scene, &job.settings);
+    if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
+}
+
+/// Denoises what the eyes have seen of a frame, if there is a denoiser. It is written while the next one is rendered.
+fn denoise_step(
+    step: Step,
+    all_finished: Vec<Finished>,
+    denoising: &mut Denoising,
+    behind: &mut Behind<'_>,
+) -> Result<(), Failure> {
+    let mut seen: Vec<Seen> = all_finished.into_iter().map(Seen::from).collect();
+    if step.write {
+        seen.iter_mut().try_for_each(|seen| denoising.clean_timed(seen))?;
+    }
+    behind.take(seen, step.write)
+}
+
+/// What frames go through on their way into files.
+struct Writer<'a> {
+    target: &'a Target,
+    fingerprints: &'a Fingerprints,
+    /// The threads that render.
+    pool: &'a ThreadPool,
+}
+
+impl Writer<'_> {
+    /// Writes a frame if it is to be written, adds what rendering waits for that to its statistics, and tells of it.
+    fn write(
+        &self,
+        frame: &mut Frame,
+        waiting: &Waiting,
+        record: &mut Record,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        let start = Instant::now();
+        let Frame { seen, write, copying, packed } = frame;
+        let seconds = seen.last().map_or(Seconds::default(), |seen| seen.finished.stats.seconds);
+        let number = seen.first().map_or(0, |seen| seen.finished.stats.frame);
+        let file = if *write {
+            let made_from = Some(self.fingerprints.at(number));
+            let packing = Packing { threads: Some(self.pool), done: packed.take() };
+            Some(self.target.write(seen, made_from, packing)?)
+        } else {
+            None
+        };
+        // one file has both eyes, and the last one waits for it
+        let waited = *copying + waiting.seconds(start);
+        let (total, waited) = (seconds.total + waited, seconds.write + waited);
+        if let Some(last) = seen.last_mut() {
+            last.finished.stats.seconds = Seconds { total, write: waited, ..seconds };
+        }
+        let mut told = FrameStats::default();
+        for Seen { finished, .. } in seen {
+            let full = record.add(&finished.stats, *write);
+            if *write {
+                terminal.result(&table::row(&finished.stats, full));
+            }
+            let total = told.seconds.total + finished.stats.seconds.total;
+            told = finished.stats.clone();
+            told.seconds.total = total;
+        }
+        terminal.frame_done(&told, file.as_deref());
+        Ok(())
+    }
+}
+
+fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(), Failure> {
+    let Some(path) = &options.stats else { return Ok(()) };
+    let job = &options.job;
+    let settings = RunSettings {
+        picture: job.settings.clone(),
+        backend: job.backend.unwrap_or_default().name(),
+        threads: options.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get),
+    };
+    let stats = RunStats {
+        shot: &job.path.to_string_lossy(),
+        settings: &settings,
+        frames: &record.frames,
+        run_up: (!record.run_up.is_empty()).then(|| Totals::of(&record.run_up)),
+        eyes: Eyes::of(&record.frames),
+        totals: record.totals(),
+        memory,
+    };
+    write_json(path, &stats).map_err(Failure::of)
+}
+
+/// A sample that does not hold breaks the program's promise, so the run has failed.
+pub fn audit_verdict(differing: Option<u64>) -> Result<(), Failure> {
+    match differing {
+        None | Some(0) => Ok(()),
+        Some(count) => Err(Failure::Failed(format!(
+            "audit: {count} samples differ from what their rays see now; please report this with the shot; \
+             --mode full renders without reuse"
+        ))),
+    }
+}
+
+/// What the frames of a run cost.
+#[derive(Default)]
+struct Record {
+    frames: Vec<FrameStats>,
+    run_up: Vec<FrameStats>,
+    full: Option<FullEstimate>,
+    full_rays: f64,
+}
+
+impl Record {
+    /// Keeps `stats`; returns the estimate that goes with the frame.
+    fn add(&mut self, stats: &FrameStats, written: bool) -> Option<FullEstimate> {
+        self.full = FullEstimate::from_base(stats).or(self.full);
+        if written {
+            self.full_rays += self.full.map_or(0.0, |full| full.rays(stats));
+            self.frames.push(stats.clone());
+        } else {
+            self.run_up.push(stats.clone());
+        }
+        self.full
+    }
+
+    fn totals(&self) -> Totals {
+        Totals::of(&self.frames)
+    }
+
+    fn summary(&self, memory: Memory, (build, build_seconds): (Build, f64), wall_seconds: f64) -> String {
+        let run_up = Totals::of(&self.run_up);
+        table::summary(&table::Summary {
+            frames: self.frames.iter().filter(|frame| frame.eye != Some(Eye::Right)).count(),
+            eyes: Eyes::of(&self.frames),
+            totals: &self.totals(),
+            full_rays: self.full_rays,
+            run_up: (!self.run_up.is_empty()).then_some((self.run_up.len(), &run_up)),
+            memory,
+            build,
+            build_seconds,
+            wall_seconds,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{RayCounts, SampleCounts};
+
+    fn stats(base: u64, good: u64, shadow: u64) -> FrameStats {
+        FrameStats {
+            samples: SampleCounts { base, good, ..SampleCounts::default() },
+            rays: RayCounts { primary: base, verification: good, shadow, ..RayCounts::default() },
+            ..FrameStats::default()
+        }
+    }
+
+    #[test]
+    fn run_up_is_apart_but_its_base_frame_serves_the_estimate() {
+        let mut record = Record::default();
+        record.add(&stats(10, 0, 20), false);
+        let full = record.add(&stats(0, 10, 5), true);
+        assert_eq!((record.frames.len(), record.run_up.len()), (1, 1));
+        assert_eq!((full.is_some(), record.full_rays), (true, 30.0));
+        assert_eq!(record.totals().samples.base, 0);
+        assert!(record.summary(Memory::default(), (Build::Best, 0.0), 1.0).contains("about 50.0 %"));
+    }
+
+    #[test]
+    fn an_audit_that_finds_something_fails_the_run() {
+        assert_eq!(audit_verdict(None), Ok(()));
+        assert_eq!(audit_verdict(Some(0)), Ok(()));
+        assert!(matches!(audit_verdict(Some(3)), Err(Failure::Failed(text)) if text.contains("3 samples")));
+    }
+}

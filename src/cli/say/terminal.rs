@@ -1,0 +1,258 @@
+//! What a run says while it works: the table on stdout; progress and warnings on stderr. Names come from files
+//! that others wrote: nothing in them reaches the terminal as a command to it (see [`visible`]).
+
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use serde_json::{Value, json};
+
+use crate::cli::failure::one_line;
+use crate::frame::Watcher;
+use crate::stats::FrameStats;
+use crate::visible::visible;
+
+/// What goes to stderr while frames are rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum ProgressKind {
+    /// A bar when stderr is a terminal, otherwise nothing
+    #[default]
+    Auto,
+    /// One line a frame
+    Plain,
+    /// One JSON object a line: events start, frame, warning, note, error, end
+    Json,
+    /// Nothing
+    None,
+}
+
+enum Progress {
+    Silent,
+    Plain,
+    Json,
+    Bar(ProgressBar),
+}
+
+/// The two streams. Results are dropped without a word once nobody reads them any more (a closed pipe
+/// is no error: the frames are what was asked for).
+pub struct Terminal {
+    progress: Progress,
+    quiet: bool,
+    stdout_open: bool,
+    started: Instant,
+    done: usize,
+    of: usize,
+}
+
+impl Terminal {
+    /// `quiet` leaves errors and warnings.
+    pub fn new(kind: ProgressKind, quiet: bool) -> Self {
+        let progress = match kind {
+            ProgressKind::Json => Progress::Json, // warnings and errors are events, even when quiet
+            _ if quiet => Progress::Silent,
+            ProgressKind::Auto if io::stderr().is_terminal() => Progress::Bar(ProgressBar::hidden()),
+            ProgressKind::Plain => Progress::Plain,
+            ProgressKind::Auto | ProgressKind::None => Progress::Silent,
+        };
+        Self { progress, quiet, stdout_open: true, started: Instant::now(), done: 0, of: 0 }
+    }
+
+    /// Lines of the result.
+    pub fn result(&mut self, text: &str) {
+        if self.quiet || !self.stdout_open {
+            return;
+        }
+        let write = || {
+            let mut stdout = io::stdout().lock();
+            writeln!(stdout, "{}", visible(text)).and_then(|()| stdout.flush())
+        };
+        let outcome = match &self.progress {
+            Progress::Bar(bar) => bar.suspend(write),
+            _ => write(),
+        };
+        self.stdout_open = outcome.is_ok();
+    }
+
+    /// Text that is ours throughout, as it is: for files.
+    pub fn raw(&mut self, text: &[u8]) -> io::Result<()> {
+        let mut stdout = io::stdout().lock();
+        match stdout.write_all(text).and_then(|()| stdout.flush()) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            outcome => outcome,
+        }
+    }
+
+    /// Something that the picture shows a stand-in for, or that is not as the user may think.
+    pub fn warn(&self, message: &str) {
+        self.say("warning", message);
+    }
+
+    /// Something good to know.
+    pub fn note(&self, message: &str) {
+        if !self.quiet {
+            self.say("note", message);
+        }
+    }
+
+    /// What ended the run.
+    pub fn error(&self, message: &str) {
+        self.say("error", message);
+    }
+
+    fn say(&self, event: &str, message: &str) {
+        let message = one_line(message);
+        match &self.progress {
+            Progress::Json => json_line(&json!({"event": event, "message": message})),
+            Progress::Bar(bar) => bar.suspend(|| err_line(&format!("{event}: {message}"))),
+            _ => err_line(&format!("{event}: {message}")),
+        }
+    }
+
+    /// Who shows how far frames are, if anybody does: told of tiles that are done.
+    pub fn watcher(&self) -> Option<Watcher> {
+        let Progress::Bar(bar) = &self.progress else { return None };
+        let bar = bar.clone();
+        // what it shows is drawn by a thread of its own, four times a second
+        Some(Arc::new(move |tiles| bar.inc(tiles as u64)))
+    }
+
+    /// Whether somebody may look at a bar while frames are rendered.
+    pub fn has_bar(&self) -> bool {
+        matches!(self.progress, Progress::Bar(_))
+    }
+
+    /// So many renderings are to come, each of so many tiles.
+    pub fn begin(&mut self, renderings: usize, tiles: usize) {
+        (self.started, self.done, self.of) = (Instant::now(), 0, renderings);
+        match &self.progress {
+            Progress::Bar(bar) => {
+                bar.set_style(style(tiles as u64));
+                bar.set_length((renderings * tiles) as u64);
+                bar.set_prefix(format!("0/{renderings}"));
+                bar.reset_eta();
+                // not before there is something to show
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+                bar.enable_steady_tick(Duration::from_millis(250));
+            }
+            Progress::Json if !self.quiet => {
+                json_line(&json!({"event": "start", "renderings": renderings}));
+            }
+            _ => {}
+        }
+    }
+
+    /// One rendering is done, and in `file` if it was to be written.
+    pub fn frame_done(&mut self, stats: &FrameStats, file: Option<&Path>) {
+        self.done += 1;
+        let left = self.seconds_left();
+        match &self.progress {
+            Progress::Bar(bar) => {
+                bar.set_prefix(format!("{}/{}", self.done, self.of));
+            }
+            Progress::Plain => err_line(&format!(
+                "[{}/{}] frame {}: {}, {:.3} s, about {} left",
+                self.done,
+                self.of,
+                stats.frame,
+                stats.kind(),
+                stats.seconds.total,
+                duration(left)
+            )),
+            Progress::Json if !self.quiet => json_line(&json!({
+                "event": "frame", "frame": stats.frame, "mode": stats.mode,
+                "done": self.done, "of": self.of,
+                "seconds": stats.seconds.total, "seconds_left": left,
+                "file": file.map(|path| path.display().to_string()),
+            })),
+            _ => {}
+        }
+    }
+
+    /// No more frames.
+    pub fn end(&mut self) {
+        match &self.progress {
+            Progress::Bar(bar) => bar.finish_and_clear(),
+            Progress::Json if !self.quiet => json_line(&json!({
+                "event": "end", "done": self.done, "of": self.of,
+                "seconds": self.started.elapsed().as_secs_f64(),
+            })),
+            _ => {}
+        }
+    }
+
+    /// Wall-clock seconds since the first frame began.
+    pub fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// By the mean of what is done.
+    fn seconds_left(&self) -> f64 {
+        let mean = self.elapsed() / self.done.max(1) as f64;
+        mean * self.of.saturating_sub(self.done) as f64
+    }
+}
+
+/// `0.42 s`, `12 s`, `3 min 05 s`, `2 h 07 min`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..=8 => format!("{seconds:.2} s"),
+        9..=119 => format!("{seconds:.1} s"),
+        120..=7199 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+/// Of a bar over the tiles of all frames, so many in each: frames that are done, and tiles of the one at work.
+fn style(tiles: u64) -> ProgressStyle {
+    let template =
+        "{bar:32.green/dim} {prefix} frames, {tiles} tiles  {elapsed_precise} gone, {eta_precise} to go";
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let at_work = move |state: &ProgressState, text: &mut dyn fmt::Write| {
+        // nobody may be there to read it
+        let _ = write!(text, "{}/{tiles}", state.pos() % tiles.max(1));
+    };
+    style.with_key("tiles", at_work).progress_chars("━╸─")
+}
+
+/// Nobody may be there to read it.
+fn err_line(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{}", visible(text));
+}
+
+/// JSON has escapes of its own.
+fn json_line(value: &Value) {
+    let _ = writeln!(io::stderr().lock(), "{value}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_the_unit_that_is_read_best() {
+        let texts: Vec<_> = [0.4211, 9.7, 61.04, 185.0, 7620.0].map(duration).into();
+        assert_eq!(texts, ["0.42 s", "9.7 s", "61.0 s", "3 min 05 s", "2 h 07 min"]);
+    }
+
+    #[test]
+    fn a_bar_moves_within_a_frame() {
+        let mut terminal = Terminal::new(ProgressKind::None, false);
+        assert!(terminal.watcher().is_none(), "nobody looks");
+        let bar = ProgressBar::hidden();
+        terminal.progress = Progress::Bar(bar.clone());
+        terminal.begin(3, 100);
+        let watch = terminal.watcher().expect("there is a bar");
+        watch(40);
+        watch(50);
+        assert_eq!((bar.position(), bar.length(), bar.prefix()), (90, Some(300), String::from("0/3")));
+        watch(10);
+        terminal.frame_done(&FrameStats::default(), None);
+        assert_eq!((bar.position(), bar.prefix()), (100, String::from("1/3")));
+        terminal.end();
+    }
+}

@@ -1,0 +1,52 @@
+//! Takes a renderer through a schedule: samples of base frames are kept and returned to, and stores of earlier runs taken.
+
+use std::time::Instant;
+
+use super::{Origin, Step};
+use crate::cli::failure::{Failure, one_line};
+use crate::frame::{Finished, Renderer, Snapshot};
+use crate::stereo::Eye;
+
+/// Where a renderer is in its schedule.
+#[derive(Debug, Default)]
+pub struct Walk {
+    /// Samples of the last base frame, if they are needed again.
+    kept: Option<Snapshot>,
+}
+
+impl Walk {
+    /// Renders what `eye` sees in the frame of `step`, which comes after those of the steps before; the left eye comes first.
+    /// `load` gives the renderer the samples that an earlier run has saved.
+    pub fn render(
+        &mut self,
+        renderer: &mut Renderer<'_>,
+        eye: Eye,
+        step: Step,
+        load: impl FnOnce(&mut Renderer<'_>) -> Result<(), Failure>,
+    ) -> Result<Finished, Failure> {
+        let start = Instant::now();
+        match step.origin {
+            // it went where it goes on with the left one
+            _ if eye == Eye::Right => {}
+            Origin::Nothing | Origin::Before => {}
+            // in either case nothing that later frames left in the film counts: what is rendered between does not matter
+            Origin::Base => match self.kept.take() {
+                Some(kept) => renderer.restore(kept),
+                None => renderer.forget_film(),
+            },
+            Origin::Saved => load(renderer)?,
+        }
+        let preparing = start.elapsed().as_secs_f64();
+        let mut finished = renderer
+            .render_eye(eye, step.frame, step.reuses())
+            .map_err(|error| Failure::Failed(one_line(&format!("frame {}: {error}", step.frame))))?;
+        let start = Instant::now();
+        if step.keep && renderer.eyes().last() == Some(&eye) {
+            self.kept = renderer.snapshot();
+        }
+        let seconds = preparing + start.elapsed().as_secs_f64();
+        finished.stats.seconds.reproject += seconds;
+        finished.stats.seconds.total += seconds;
+        Ok(finished)
+    }
+}

@@ -1,0 +1,577 @@
+//! The shot file as it is written: tables and keys, nothing checked but names and types. What stands above a key is what
+//! editors show of it: see [`schema`].
+
+pub mod camera;
+pub mod quadric;
+pub mod samples;
+pub mod shapes;
+pub mod spelling;
+pub mod toml_text;
+pub mod values;
+
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde_json::{Value, json};
+
+use self::camera::{CameraTable, ShutterTable, StereoTable};
+use self::quadric::QuadricTable;
+use self::samples::SamplesValue;
+use self::shapes::ShapesTable;
+use self::toml_text::{At, List, Three};
+use crate::animation::Interpolation;
+use crate::exposure::MOST_EXPOSURES;
+use crate::layers::Layers;
+use crate::settings::{
+    Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
+};
+
+/// Texels along an edge of a reflection map.
+pub(crate) const LEAST_MAP: u32 = 8;
+pub(crate) const LARGEST_MAP: u32 = 1024;
+
+/// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
+pub fn schema() -> Value {
+    let generator = SchemaSettings::draft07().into_generator();
+    let mut schema = generator.into_root_schema_for::<ShotFile>().to_value();
+    without_null(&mut schema);
+    schema
+}
+
+/// TOML has no null: a key that may be left out is simply not there.
+fn without_null(schema: &mut Value) {
+    match schema {
+        Value::Object(object) => {
+            if let Some(Value::Array(kinds)) = object.get_mut("type") {
+                kinds.retain(|kind| kind != "null");
+                if let [kind] = &kinds[..] {
+                    let kind = kind.clone();
+                    object.insert("type".into(), kind);
+                }
+            }
+            if let Some(Value::Array(any)) = object.get_mut("anyOf") {
+                any.retain(|one| *one != json!({"type": "null"}));
+                // what is wrong is told of the one that is left
+                if any.len() == 1 {
+                    let one = object.remove("anyOf").expect("it is there");
+                    object.insert("allOf".into(), one);
+                }
+            }
+            if object.get("default").is_some_and(Value::is_null) {
+                object.remove("default");
+            }
+            object.values_mut().for_each(without_null);
+        }
+        Value::Array(list) => list.iter_mut().for_each(without_null),
+        _ => {}
+    }
+}
+
+/// A shot for Afterimage.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["camera", "model"]))]
+pub(crate) struct ShotFile {
+    /// For people; the file's name without it
+    pub title: Option<String>,
+    /// Size, samples, frames, and how they are rendered
+    #[serde(default)]
+    pub render: RenderTable,
+    /// What is written, and where to
+    #[serde(default)]
+    pub output: OutputTable,
+    /// Radiance of rays that hit nothing: a colour, or a gradient
+    pub background: Option<BackgroundTable>,
+    /// Light from all around: a map, a sky with its sun, or the background
+    pub environment: Option<At<EnvironmentTable>>,
+    /// The camera and its keys
+    pub camera: Option<At<CameraTable>>,
+    /// Two eyes instead of one
+    pub stereo: Option<At<StereoTable>>,
+    /// Motion blur: when the shutter is open
+    pub shutter: Option<At<ShutterTable>>,
+    /// Each moves as a rigid whole
+    #[serde(default)]
+    #[schemars(length(min = 1))]
+    pub model: Vec<At<ModelTable>>,
+    /// A level floor under the models
+    pub floor: Option<At<FloorTable>>,
+    /// Light sources
+    #[serde(default)]
+    pub light: Vec<At<LightTable>>,
+    /// Light that reaches everything
+    #[serde(default)]
+    pub ambient: AmbientTable,
+    /// Light that reaches surfaces from the sky and from other surfaces
+    #[serde(default)]
+    pub indirect: IndirectTable,
+    /// How open surfaces are: ambient occlusion
+    #[serde(default)]
+    pub occlusion: OcclusionTable,
+    /// Overrides of MTL materials
+    #[serde(default)]
+    pub material: Vec<MaterialTable>,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RenderTable {
+    /// Width and height in pixels [1280, 720]
+    #[schemars(inner(range(min = 1, max = LONGEST_SIDE)))]
+    pub size: Option<List<At<i64>, 2>>,
+    /// Pixels around the picture, on each side, that are rendered as well (0)
+    #[schemars(range(min = 0, max = MOST_OVERSCAN))]
+    pub overscan: Option<At<i64>>,
+    /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
+    pub samples: Option<At<SamplesValue>>,
+    /// With a shutter or a lens: pictures of which each frame is the mean (16)
+    #[schemars(range(min = 1, max = MOST_EXPOSURES))]
+    pub exposures: Option<At<i64>>,
+    /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
+    pub frames: Option<At<String>>,
+    /// Frames per second, such as 24 or "24000/1001" (24)
+    pub rate: Option<At<Rate>>,
+    /// Pixel filter
+    #[serde(default)]
+    pub filter: Filter,
+    /// How far the filter reaches, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
+    #[schemars(range(min = 0.5, max = 4))]
+    pub filter_radius: Option<At<f64>>,
+    /// Maximum number of mirror reflections and refractions along a camera path (4)
+    #[schemars(range(min = 0, max = 64))]
+    pub depth: Option<At<i64>>,
+    /// Maximum number of rays by which each sample of a rough metal-rough surface reflects the scene (4)
+    #[schemars(range(min = 0, max = MOST_REFLECTIONS))]
+    pub reflections: Option<At<i64>>,
+    /// Light by way of clear glass: "none" lets lights shine through as if it were not there, "paths" has paths find it
+    #[serde(default)]
+    pub caustics: Caustics,
+    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most: radiance above 0 (whatever it finds)
+    #[schemars(range(min = 0))]
+    pub clamp: Option<At<f64>>,
+    /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
+    #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
+    pub tree_memory: Option<At<i64>>,
+    /// Distance between base frames, which are traced in full; 0: only the first (48)
+    #[schemars(range(min = 0, max = 1_000_000))]
+    pub base_every: Option<At<i64>>,
+    /// Which of so many frames is the base frame: those before it are inferred backwards in time
+    #[serde(default)]
+    pub base_place: BasePlace,
+    /// Frames at which a new take begins: the first frame of each
+    pub cuts: Option<Vec<At<i64>>>,
+    /// When samples are reused
+    #[serde(default)]
+    pub mode: Mode,
+    /// Which samples are kept
+    #[serde(default)]
+    pub reuse: Reuse,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct IndirectTable {
+    /// Paths of each sample; 0: no indirect light (0; 16 with an environment)
+    #[schemars(range(min = 0, max = MOST_PATHS))]
+    pub paths: Option<At<i64>>,
+    /// Maximum number of surfaces that a path meets (2)
+    #[schemars(range(min = 0, max = 64))]
+    pub bounces: Option<At<i64>>,
+    /// What each frame spends on paths: "full", or a number of rays
+    pub budget: Option<At<BudgetValue>>,
+    /// With a budget: paths that a new sample gets at once (16)
+    #[schemars(range(min = 1, max = MOST_PATHS))]
+    pub paths_per_frame: Option<At<i64>>,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OcclusionTable {
+    /// How far away surfaces occlude (a tenth of the diagonal of all models at the first frame)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<At<f64>>,
+    /// Rays of each sample (16)
+    #[schemars(range(min = 1, max = MOST_OCCLUSION_RAYS))]
+    pub rays: Option<At<i64>>,
+}
+
+/// `"full"`, or a number of rays.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "it must be `full`, or a number of rays a frame")]
+pub(crate) enum BudgetValue {
+    Rays(u64),
+    Text(String),
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OutputTable {
+    /// File names such as "out/walk.####.exr", or a folder, relative to the current folder
+    pub path: Option<At<String>>,
+    /// Layers beside R G B A, or sets of them (Z, object, status)
+    #[schemars(with = "Option<Vec<LayerName>>")]
+    pub layers: Option<Vec<At<String>>>,
+    /// What becomes of the background where the camera sees it (visible if there is one)
+    pub background: Option<Backdrop>,
+    /// Write each layer as a part of its own
+    #[serde(default)]
+    pub multipart: bool,
+    /// Lossless compression
+    #[serde(default)]
+    pub compression: Compression,
+    /// Stops by which previews, contact sheets and movies are brighter; EXR files stay as they are (0)
+    #[schemars(range(min = -Look::MOST_EXPOSURE, max = Look::MOST_EXPOSURE))]
+    pub exposure: Option<At<f64>>,
+    /// View transform of previews, contact sheets and movies; EXR files stay as they are
+    #[serde(default)]
+    pub view: View,
+    /// Also write a denoised picture, as the layer `denoised`
+    #[serde(default)]
+    pub denoise: bool,
+    /// Quality of the denoised picture
+    #[serde(default)]
+    pub denoise_quality: DenoiseQuality,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BackgroundTable {
+    /// Constant colour, linear RGB; instead of a gradient
+    pub color: Option<Three>,
+    /// Straight up
+    pub zenith: Option<Three>,
+    /// At eye level
+    pub horizon: Option<Three>,
+    /// Straight down
+    pub ground: Option<Three>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EnvironmentTable {
+    /// Latitude-longitude map (.hdr or .exr), relative to the shot file
+    pub map: Option<At<String>>,
+    /// A clear sky with its sun
+    pub sky: Option<SkyTable>,
+    /// Degrees about Y, counter-clockwise as seen from above (0)
+    pub rotation: Option<At<f64>>,
+    /// Factor on all of it (1)
+    #[schemars(range(min = 0))]
+    pub power: Option<At<f64>>,
+    /// Whether the camera sees it instead of the background (true)
+    pub visible: Option<bool>,
+    /// Rays that ask it for light where a path starts (1)
+    #[schemars(range(min = 0, max = 64))]
+    pub samples: Option<At<i64>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SkyTable {
+    /// Of the sun above the horizon, degrees (45)
+    #[schemars(range(min = -6, max = 90))]
+    pub elevation: Option<At<f64>>,
+    /// Of the sun, degrees: 0 is -Z, 90 is +X (135)
+    pub azimuth: Option<At<f64>>,
+    /// Haze: 2 is very clear, 6 hazy (3)
+    #[schemars(range(min = 2, max = 10))]
+    pub turbidity: Option<At<f64>>,
+    /// Albedo of the ground below the horizon [0.2, 0.2, 0.2]
+    pub ground: Option<Three>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["quadric"]}]))]
+pub(crate) struct ModelTable {
+    /// For people; the OBJ's name, or the type of the quadric, without it
+    pub name: Option<String>,
+    /// OBJ file, relative to the shot file
+    pub obj: Option<At<String>>,
+    /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
+    pub quadric: Option<At<QuadricTable>>,
+    /// Files of the shapes between which the model deforms; `obj` is its shape at rest
+    pub shapes: Option<At<ShapesTable>>,
+    /// Applied last [0, 0, 0]
+    pub translate: Option<Three>,
+    /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
+    pub rotate: Option<Three>,
+    /// One factor, or one for each axis; applied first, after the matrix (1)
+    pub scale: Option<At<Scale>>,
+    /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
+    #[schemars(length(min = 3, max = 4))]
+    pub matrix: Option<Rows>,
+    /// Mirrors and glass of the model look up what they show in a cube map of so many texels along each edge, instead of sending rays: an
+    /// approximation (rays)
+    #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
+    pub reflection_map: Option<At<i64>>,
+    /// Whether the model is there, before the first key that says it (true)
+    pub visible: Option<bool>,
+    /// Between keys
+    #[serde(default)]
+    pub interpolation: Interpolation,
+    /// Where the model is
+    #[serde(default)]
+    pub key: Vec<At<ModelKey>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ModelKey {
+    /// Number of the frame; may be fractional
+    pub frame: At<f64>,
+    /// As of the model, at this frame
+    pub translate: Option<Three>,
+    /// As of the model, at this frame
+    pub rotate: Option<Three>,
+    /// As of the model, at this frame
+    pub scale: Option<At<Scale>>,
+    /// As of the model, at this frame
+    #[schemars(length(min = 3, max = 4))]
+    pub matrix: Option<Rows>,
+    /// Whether the model is there, from this frame on; a key that says nothing else says nothing of its place
+    pub visible: Option<bool>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FloorTable {
+    /// Its Y (0)
+    pub height: Option<At<f64>>,
+    /// Reflectance, linear RGB [0.3, 0.3, 0.3]
+    pub color: Option<Three>,
+    /// How far it reaches around the middle of the models (40 times the diagonal of all models at the first frame)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<At<f64>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LightTable {
+    /// For people
+    pub name: Option<String>,
+    /// The kind of light
+    #[serde(rename = "type")]
+    pub kind: LightType,
+    /// Directional: in which the light travels
+    pub direction: Option<Three>,
+    /// Point, spot: position. Rectangle, disk, sphere: centre
+    pub position: Option<Three>,
+    /// Spot, rectangle, disk: the point that the light faces
+    pub target: Option<Three>,
+    /// Spot: full cone angle, degrees (45)
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
+    pub cone: Option<At<f64>>,
+    /// Spot: falloff at the rim, as a fraction of the half angle (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub soft: Option<At<f64>>,
+    /// Rectangle: width and height [1, 1]
+    pub size: Option<At<List<f64, 2>>>,
+    /// Disk, sphere (0.5)
+    pub radius: Option<At<f64>>,
+    /// Directional: diameter of the light, degrees (0)
+    #[schemars(range(min = 0, max = 180))]
+    pub angle: Option<At<f64>>,
+    /// Rectangle, disk, sphere, and directional with an angle: shadow rays of each sample (16)
+    #[schemars(extend("enum" = [1, 4, 16]))]
+    pub samples: Option<At<u32>>,
+    /// Of the layer that shows what its lights add to the picture: letters, digits, `-` and `_`
+    pub group: Option<At<String>>,
+    /// Linear RGB [1, 1, 1]
+    pub color: Option<Three>,
+    /// Directional: irradiance. Others: intensity (1)
+    pub power: Option<At<f64>>,
+    /// Between keys
+    #[serde(default)]
+    pub interpolation: Interpolation,
+    /// How the light changes
+    #[serde(default)]
+    pub key: Vec<At<LightKey>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum LightType {
+    Directional,
+    Point,
+    Spot,
+    Rectangle,
+    Disk,
+    Sphere,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LightKey {
+    /// Number of the frame; may be fractional
+    pub frame: At<f64>,
+    /// As of the light, at this frame
+    pub position: Option<Three>,
+    /// As of the light, at this frame
+    pub direction: Option<Three>,
+    /// As of the light, at this frame
+    pub target: Option<Three>,
+    /// As of the light, at this frame
+    pub color: Option<Three>,
+    /// As of the light, at this frame
+    pub power: Option<At<f64>>,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AmbientTable {
+    /// Linear RGB; multiplied by the material's Ka
+    pub color: Option<Three>,
+    /// Multiply by Kd instead of Ka
+    #[serde(default)]
+    pub everywhere: bool,
+    /// Multiply by how open the surface is: see `[occlusion]`
+    #[serde(default)]
+    pub occluded: bool,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MaterialTable {
+    /// The name after `newmtl`
+    pub name: At<String>,
+    /// Diffuse colour, linear RGB
+    pub kd: Option<Three>,
+    /// Ambient colour
+    pub ka: Option<Three>,
+    /// Specular colour: highlights and mirrors
+    pub ks: Option<Three>,
+    /// Emission
+    pub ke: Option<Three>,
+    /// Highlight exponent
+    #[schemars(range(min = 0))]
+    pub ns: Option<At<f64>>,
+    /// Index of refraction
+    #[schemars(range(min = 0, max = 100))]
+    pub ni: Option<At<f64>>,
+    /// Opacity
+    #[schemars(range(min = 0, max = 1))]
+    pub d: Option<At<f64>>,
+    /// Illumination model
+    #[schemars(range(min = 0, max = 10))]
+    pub illum: Option<At<i64>>,
+    /// Roughness
+    #[schemars(range(min = 0, max = 1))]
+    pub pr: Option<At<f64>>,
+    /// Metallic
+    #[schemars(range(min = 0, max = 1))]
+    pub pm: Option<At<f64>>,
+    /// Texture file, relative to the shot file
+    pub map_kd: Option<At<String>>,
+}
+
+/// Known to the schema alone: what is no layer is told by the loader.
+struct LayerName;
+
+impl JsonSchema for LayerName {
+    fn schema_name() -> Cow<'static, str> {
+        "Layer".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"enum": Layers::SETS.iter().chain(&Layers::NAMES).collect::<Vec<_>>()})
+    }
+}
+
+/// One factor, or one an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale(pub [f64; 3]);
+
+/// Of a matrix.
+pub(crate) type Rows = At<Vec<List<f64, 4>>>;
+
+/// Frames per second as a fraction of whole numbers, or what could not be read as one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Rate {
+    Whole(i64),
+    Text(String),
+}
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ScaleVisitor;
+        impl<'de> Visitor<'de> for ScaleVisitor {
+            type Value = Scale;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or three")
+            }
+            fn visit_f64<E: de::Error>(self, factor: f64) -> Result<Scale, E> {
+                Ok(Scale([factor; 3]))
+            }
+            fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
+                Ok(Scale([factor as f64; 3]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, factors: A) -> Result<Scale, A::Error> {
+                List::deserialize(SeqAccessDeserializer::new(factors)).map(|List(factors)| Scale(factors))
+            }
+        }
+        deserializer.deserialize_any(ScaleVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Rate {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct RateVisitor;
+        impl Visitor<'_> for RateVisitor {
+            type Value = Rate;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a whole number or a fraction in quotes, like \"24000/1001\"")
+            }
+            fn visit_i64<E: de::Error>(self, rate: i64) -> Result<Rate, E> {
+                Ok(Rate::Whole(rate))
+            }
+            fn visit_str<E: de::Error>(self, rate: &str) -> Result<Rate, E> {
+                Ok(Rate::Text(rate.to_string()))
+            }
+        }
+        deserializer.deserialize_any(RateVisitor)
+    }
+}
+
+impl JsonSchema for Scale {
+    fn schema_name() -> Cow<'static, str> {
+        "Scale".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let three = generator.subschema_for::<List<f64, 3>>();
+        json_schema!({"anyOf": [{"type": "number"}, three]})
+    }
+}
+
+impl JsonSchema for Rate {
+    fn schema_name() -> Cow<'static, str> {
+        "Rate".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "integer", "minimum": 1},
+            {"type": "string", "pattern": "^ *[0-9]+ *(/ *[0-9]+ *)?$"},
+        ]})
+    }
+}
+
+impl JsonSchema for BudgetValue {
+    fn schema_name() -> Cow<'static, str> {
+        "Budget".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "integer", "minimum": 0},
+            {"type": "string", "pattern": "^(full|[0-9]+)$"},
+        ]})
+    }
+}

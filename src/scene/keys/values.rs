@@ -1,0 +1,41 @@
+//! Values of a shot file that several of its tables have.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+
+use super::OutputTable;
+use super::toml_text::{At, Three, TomlText};
+use crate::scene::SceneError;
+use crate::scene::paths::find_beside;
+use crate::settings::Look;
+
+/// The file that the key `key` names.
+pub fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
+    let folder = text.path.parent().unwrap_or(Path::new(""));
+    find_beside(folder, name.get_ref()).ok_or_else(|| {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let (file, folder) = (name.get_ref(), folder.display());
+        let message = format!("there is no file `{file}` in `{folder}`: paths are relative to the shot file");
+        text.fault(name.span(), format!("`{key}`: {message}"))
+    })
+}
+
+/// The colour that the key `key` gives, if it is there.
+pub fn optional_color(
+    text: TomlText<'_>,
+    key: &str,
+    value: &Option<Three>,
+) -> Result<Option<Vec3>, SceneError> {
+    value.as_ref().map(|value| text.color(key, value)).transpose()
+}
+
+/// How pictures for screens show frames.
+pub fn look(text: TomlText<'_>, table: &OutputTable) -> Result<Look, SceneError> {
+    let most = Look::MOST_EXPOSURE;
+    let fits = |stops: f64| stops.abs() <= f64::from(most);
+    let wanted = format!("from -{most} to {most} stops");
+    let read = |exposure| text.number("exposure", exposure, &wanted, fits);
+    let exposure = table.exposure.as_ref().map_or(Ok(0.0), read)? as f32;
+    Ok(Look { exposure, view: table.view })
+}

@@ -1,0 +1,483 @@
+//! From files to meshes: each OBJ once, with its materials looked up, overridden and settled.
+
+use std::collections::{HashMap, HashSet};
+use std::iter;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+use glam::Vec3;
+
+use super::mtl::{self, MtlFile, MtlMaterial};
+use super::pictures::Pictures;
+use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
+use crate::digest::Digest;
+use crate::scene::error::Findings;
+use crate::scene::keys::spelling;
+use crate::scene::mesh::Groups;
+use crate::scene::obj::lines::words;
+use crate::scene::obj::{self, Named, ObjFile, OddNormals};
+use crate::scene::paths::find_beside;
+use crate::scene::warnings::limits;
+use crate::scene::{Material, Mesh, SceneError, Texture};
+
+/// Most materials of a shot: a triangle keeps 16 bits of index.
+const MOST_MATERIALS: usize = 1 << 16;
+
+/// Unknown materials, or odd statements, of a file that get a warning each.
+const MOST_NAMED: usize = 10;
+
+/// A `[[material]]` of the shot file: what is not `None` replaces what the MTL file says.
+pub(crate) struct Override {
+    pub values: MtlMaterial,
+    /// The shot file, and the line and column of the entry in it.
+    pub path: PathBuf,
+    pub line: usize,
+    pub column: usize,
+    /// Whether any model has a material of the name.
+    pub used: bool,
+}
+
+/// Models' meshes and what they share.
+#[derive(Default)]
+pub(crate) struct Assembly {
+    findings: Findings,
+    overrides: Vec<Override>,
+    materials: Vec<Material>,
+    pictures: Pictures,
+    meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// Of each of these, from where in its file its vertices come.
+    origins: HashMap<PathBuf, Arc<Origins>>,
+    /// By file and the source of their shapes, meshes that deform.
+    deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
+    /// By name, those of quadrics.
+    of_quadrics: HashMap<String, u16>,
+    /// What was read so far, but for pictures.
+    files: Vec<PathBuf>,
+    /// Of their content.
+    digests: Vec<Digest>,
+    /// All names that MTL files define, for hints.
+    known_names: Vec<String>,
+    /// A model that was read before, and has not been asked for yet.
+    read_before: Option<ReadModel>,
+}
+
+/// An OBJ file that was read.
+pub(crate) struct ReadModel {
+    pub path: PathBuf,
+    pub obj: ObjFile,
+    /// Of the file's text.
+    pub digest: Digest,
+}
+
+impl ReadModel {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// Those of [`obj::read`].
+    pub fn at(path: &Path) -> Result<Self, SceneError> {
+        let (obj, digest) = obj::read_with_digest(path)?;
+        Ok(Self { path: path.to_path_buf(), obj, digest })
+    }
+
+    /// The names of the materials that its faces use, if they are black throughout, as some exporters write them: no colour, no
+    /// texture, no highlight, no light of their own.
+    ///
+    /// # Errors
+    /// An MTL file cannot be read.
+    pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
+        let mut assembly = Assembly::new(false, Vec::new());
+        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
+        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
+        let names: HashSet<&str> =
+            used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
+        let is_black = |name: &&str| {
+            let found = defined.iter().rfind(|defined| defined.material.name == **name);
+            found.is_some_and(|defined| {
+                defined.material.map_kd.is_none() && defined.material.settle().is_black()
+            })
+        };
+        let mut names: Vec<&str> = names.into_iter().collect();
+        names.sort_unstable();
+        let black = names.iter().all(is_black);
+        Ok(black.then(|| names.into_iter().map(String::from).collect()))
+    }
+}
+
+/// What models share, and where it comes from.
+pub(crate) struct Assembled {
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub findings: Findings,
+    /// All that were read.
+    pub files: Vec<PathBuf>,
+    /// Of their content.
+    pub inputs: Digest,
+}
+
+/// A material of an MTL file, with the file.
+struct Defined {
+    material: MtlMaterial,
+    path: PathBuf,
+}
+
+impl Assembly {
+    /// Empty. `strict`: stand-ins are errors.
+    pub fn new(strict: bool, overrides: Vec<Override>) -> Self {
+        Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
+    }
+
+    /// The same, with a model that was read before: it is not read again.
+    pub fn with(self, model: ReadModel) -> Self {
+        Self { read_before: Some(model), ..self }
+    }
+
+    /// The path of a model that was read before, and has not been asked for yet.
+    pub fn path_read_before(&self) -> Option<PathBuf> {
+        self.read_before.as_ref().map(|model| model.path.clone())
+    }
+
+    /// A material beside those of the models; its index.
+    pub fn add_material(&mut self, material: Material) -> Option<u16> {
+        let index = u16::try_from(self.materials.len()).ok()?;
+        self.materials.push(material);
+        Some(index)
+    }
+
+    /// The material of quadrics that the `[[material]]` tables define under `name`, its index or what is wrong with it; without
+    /// a name the one that stands in for none.
+    pub fn material_named(&mut self, name: &str) -> Option<Result<u16, String>> {
+        if !name.is_empty() && !self.is_overridden(name) {
+            return None;
+        }
+        if let Some(known) = self.of_quadrics.get(name) {
+            return Some(Ok(*known));
+        }
+        let line = 1;
+        let shot = self.overrides.iter().find(|entry| entry.values.name == name);
+        let path = shot.map_or(PathBuf::new(), |entry| entry.path.clone());
+        let material = self.settle(&Named { name: name.to_string(), line }, None, &path);
+        Some(material.map_err(|why| why.to_string()).and_then(|material| {
+            let index = self.add_material(material).ok_or("there are too many materials")?;
+            self.of_quadrics.insert(name.to_string(), index);
+            Ok(index)
+        }))
+    }
+
+    /// A name like `name` among those that the `[[material]]` tables define, if there is one, as a question.
+    pub fn hint_at_material(&self, name: &str) -> String {
+        spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
+    }
+
+    /// Whether a material casts shadows.
+    pub fn casts_shadow(&self, material: u16) -> bool {
+        self.materials[usize::from(material)].casts_shadow()
+    }
+
+    /// The mesh of the OBJ file at `path`, in object space.
+    ///
+    /// # Errors
+    /// Where the OBJ is wrong or one of its files cannot be read; in a strict load also where one is missing or odd.
+    pub fn mesh(&mut self, path: &Path) -> Result<Arc<Mesh>, SceneError> {
+        let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let ReadModel { obj, digest, .. } = match self.read_before.take() {
+            Some(model) if model.path == path => model,
+            _ => ReadModel::at(path)?,
+        };
+        self.files.push(path.to_path_buf());
+        self.digests.push(digest);
+        self.origins.insert(key.clone(), Arc::new(Origins::of(&obj)));
+        if let Some(OddNormals { count, line }) = obj.odd_normals {
+            let message = format!(
+                "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"
+            );
+            self.findings.stand_in(SceneError::new(path, message).at_line(line))?;
+        }
+        let (defined, complete) = self.libraries(&obj, path)?;
+        let ids = self.settle_all(&obj, &defined, complete, path)?;
+        let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
+        if let Some(message) = limits::coarse(&mesh) {
+            self.findings.note(SceneError::new(path, message));
+        }
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+
+    /// The mesh of the OBJ file at `path` with the shapes in `source`.
+    ///
+    /// # Errors
+    /// Those of [`mesh`](Self::mesh), and what is wrong with a shape.
+    pub fn deforming(&mut self, path: &Path, source: ShapeSource) -> Result<ReadShapes, SceneError> {
+        let mesh = self.mesh(path)?;
+        let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let origins = Arc::clone(&self.origins[&key]);
+        if let Some(read) = self.deforming.get(&(key.clone(), source.clone())) {
+            return Ok(read.clone());
+        }
+        let read = shape_files::read(&mesh, path, &origins, &source)?;
+        self.files.extend(source.files());
+        self.digests.push(read.digest);
+        self.deforming.insert((key, source), read.clone());
+        Ok(read)
+    }
+
+    /// Reads the MTL files of `obj`. The flag says whether all were found.
+    fn libraries(&mut self, obj: &ObjFile, path: &Path) -> Result<(Vec<Defined>, bool), SceneError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut defined = Vec::new();
+        let mut complete = true;
+        // some writers repeat the line before every object
+        let (mut names, mut files) = (HashSet::new(), HashSet::new());
+        for library in obj.libraries.iter().filter(|library| names.insert(library.name.as_str())) {
+            let (found, missing) = library_files(folder, &library.name);
+            complete &= missing.is_empty();
+            for name in missing {
+                let message =
+                    format!("the material file `{name}` cannot be found; faces that need it are drawn grey");
+                self.findings.stand_in(SceneError::new(path, message).at_line(library.line))?;
+            }
+            for file in found {
+                if !files.insert(file.clone()) {
+                    continue;
+                }
+                let MtlFile { materials, oddities, unused, digest } = mtl::read(&file)?;
+                self.files.push(file.clone());
+                self.digests.push(digest);
+                self.report_oddities(oddities, &file)?;
+                self.note_contradictions(&materials, &file);
+                for (line, message) in unused {
+                    self.findings.note(SceneError::new(&file, message).at_line(line));
+                }
+                self.known_names.extend(materials.iter().map(|material| material.name.clone()));
+                defined
+                    .extend(materials.into_iter().map(|material| Defined { material, path: file.clone() }));
+            }
+        }
+        Ok((defined, complete))
+    }
+
+    fn report_oddities(&mut self, oddities: Vec<(usize, String)>, file: &Path) -> Result<(), SceneError> {
+        let more = oddities.len().saturating_sub(MOST_NAMED);
+        for (line, message) in oddities.into_iter().take(MOST_NAMED) {
+            self.findings.stand_in(SceneError::new(file, message).at_line(line))?;
+        }
+        if more > 0 {
+            self.findings.note(SceneError::new(file, format!("{more} more statements make no sense")));
+        }
+        Ok(())
+    }
+
+    fn note_contradictions(&mut self, materials: &[MtlMaterial], file: &Path) {
+        if let Some(first) = materials.iter().find(|material| material.contradicts_itself()) {
+            let message =
+                format!("`d` and `Tr` of the material `{}` contradict each other: `d` counts", first.name);
+            self.findings.note(SceneError::new(file, message).at_line(first.line));
+        }
+    }
+
+    /// Settles the materials that `obj` uses. Index into all materials for each of its names.
+    fn settle_all(
+        &mut self,
+        obj: &ObjFile,
+        defined: &[Defined],
+        complete: bool,
+        path: &Path,
+    ) -> Result<Vec<u16>, SceneError> {
+        // the last definition of a name counts
+        let by_name: HashMap<&str, &Defined> =
+            defined.iter().map(|defined| (defined.material.name.as_str(), defined)).collect();
+        let mut used = vec![false; obj.materials.len()];
+        obj.uses.iter().for_each(|(_, of)| used[of.material as usize] = true);
+        let mut ids = vec![0; obj.materials.len()];
+        let mut unknown = Vec::new();
+        for (i, named) in obj.materials.iter().enumerate().filter(|(i, _)| used[*i]) {
+            let found = by_name.get(named.name.as_str()).copied();
+            if found.is_none() && complete && !named.name.is_empty() && !self.is_overridden(&named.name) {
+                unknown.push(named);
+            }
+            let material = self.settle(named, found, path)?;
+            if self.materials.len() == MOST_MATERIALS {
+                return Err(SceneError::new(
+                    path,
+                    format!("with this model the shot has more than {MOST_MATERIALS} materials"),
+                ));
+            }
+            ids[i] = self.materials.len() as u16;
+            self.materials.push(material);
+        }
+        self.report_unknown(&unknown, defined, path)?;
+        Ok(ids)
+    }
+
+    fn is_overridden(&self, name: &str) -> bool {
+        self.overrides.iter().any(|entry| entry.values.name == name)
+    }
+
+    fn report_unknown(
+        &mut self,
+        unknown: &[&Named],
+        defined: &[Defined],
+        path: &Path,
+    ) -> Result<(), SceneError> {
+        for named in unknown.iter().take(MOST_NAMED) {
+            let near =
+                spelling::hint(&named.name, defined.iter().map(|defined| defined.material.name.as_str()));
+            let message =
+                format!("no material file defines `{}`; its faces are drawn grey{near}", named.name);
+            self.findings.stand_in(SceneError::new(path, message).at_line(named.line))?;
+        }
+        if unknown.len() > MOST_NAMED {
+            let message = format!("{} more materials are not defined", unknown.len() - MOST_NAMED);
+            self.findings.note(SceneError::new(path, message));
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {
+        let mut stated = match found {
+            Some(defined) => defined.material.clone(),
+            None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
+        };
+        let mut asking = found.map_or(obj, |defined| &defined.path).to_path_buf();
+        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == named.name) {
+            entry.used = true;
+            stated.replace_with(&entry.values);
+            if entry.values.map_kd.is_some() {
+                asking.clone_from(&entry.path);
+            }
+        }
+        let mut material = stated.settle();
+        if named.name.is_empty() {
+            material.name = Material::fallback().name;
+        }
+        if let Some(map) = &stated.map_kd {
+            let folder = asking.parent().unwrap_or(Path::new(""));
+            let index = self.pictures.index_of(map, folder, &asking, &mut self.findings)?;
+            material.diffuse_map = Some(index);
+        }
+        Ok(material)
+    }
+
+    /// Tells of overrides that no model has taken.
+    ///
+    /// # Errors
+    /// One such, in a strict load.
+    pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
+        let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
+        for entry in self.overrides.iter().filter(|entry| !entry.used) {
+            let name = &entry.values.name;
+            let message = if self.known_names.contains(name) {
+                format!("the material `{name}` is defined, but no face uses it")
+            } else {
+                format!(
+                    "no model has a material `{name}`{}",
+                    spelling::hint(name, used.iter().map(String::as_str))
+                )
+            };
+            let finding = SceneError::new(&entry.path, message).at(entry.line, entry.column);
+            self.findings.stand_in(finding)?;
+        }
+        Ok(())
+    }
+
+    /// Makes ambient light take the colours of diffuse light: exporters that know no ambient light write a Ka of 0.
+    pub fn reflect_ambient_light_as_diffuse(&mut self) {
+        self.materials.iter_mut().for_each(|material| material.ambient = material.diffuse);
+    }
+
+    /// Notes it if no material reflects ambient light. `finding` says where, given what is the matter.
+    pub fn note_without_ambient(&mut self, finding: impl FnOnce(&str) -> SceneError) {
+        if self.materials.iter().all(|material| material.ambient == Vec3::ZERO) {
+            self.findings.note(finding("the ambient light shows nowhere: Ka is 0 in all materials"));
+        }
+    }
+
+    /// What was assembled.
+    pub fn finish(mut self) -> Assembled {
+        self.files.extend(self.pictures.files().cloned());
+        let inputs = Digest::of_all(self.digests.into_iter().chain([self.pictures.digest()]));
+        let (materials, textures) = (self.materials, self.pictures.textures);
+        Assembled { materials, textures, findings: self.findings, files: self.files, inputs }
+    }
+}
+
+/// The files that a `mtllib` line means: one name that may hold spaces, or several, or several that may
+/// hold spaces. Then the names for which there is no file.
+fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
+    let words: Vec<String> =
+        words(text.as_bytes()).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    if let Some(path) = find_beside(folder, text) {
+        return (vec![path], missing);
+    }
+    let mut at = 0;
+    while at < words.len() {
+        // the longest name that there is a file for; limited, for lines of a thousand words
+        let longest = words.len().min(at + 16);
+        let file = (at + 1..=longest)
+            .rev()
+            .find_map(|end| Some((end, find_beside(folder, &words[at..end].join(" "))?)));
+        at = match file {
+            Some((end, path)) => {
+                found.push(path);
+                end
+            }
+            None => {
+                missing.push(words[at].clone());
+                at + 1
+            }
+        };
+    }
+    if found.is_empty() && !text.is_empty() {
+        missing = vec![text.to_string()];
+    }
+    (found, missing)
+}
+
+/// Triangles one after the other that have the same material and group.
+struct Stretch {
+    range: Range<usize>,
+    of: obj::Use,
+}
+
+/// Orders the triangles: first those that cast shadows, each kind in the order of the file.
+fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
+    let id = |stretch: &Stretch| ids[stretch.of.material as usize];
+    let casts = |stretch: &Stretch| materials[usize::from(id(stretch))].casts_shadow();
+    let mut stretches = Vec::with_capacity(obj.uses.len());
+    let mut begin = 0;
+    for (count, of) in &obj.uses {
+        stretches.push(Stretch { range: begin..begin + count, of: *of });
+        begin += count;
+    }
+    let casting = stretches.iter().filter(|stretch| casts(stretch));
+    let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
+    let mut triangles = obj.triangles;
+    if shadow_casting > 0 && shadow_casting < triangles.len() {
+        stretches.sort_by_key(|stretch| !casts(stretch));
+        let mut ordered = Vec::with_capacity(triangles.len());
+        stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
+        triangles = ordered;
+    }
+    let mut material_of = Vec::with_capacity(triangles.len());
+    let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
+    for stretch in &stretches {
+        groups.begin(material_of.len() as u32, stretch.of.group);
+        material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
+    }
+    Mesh {
+        positions: Arc::new(VertexBuffer::new(obj.positions)),
+        triangles: Arc::new(triangles),
+        normals: obj.normals,
+        uvs: obj.uvs,
+        material_of,
+        groups: Arc::new(groups),
+        shadow_casting,
+        quadric: None,
+        shapes: None,
+    }
+}

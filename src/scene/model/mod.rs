@@ -1,0 +1,11 @@
+//! From files to meshes and materials: OBJ, MTL, pictures, point caches.
+
+pub mod assemble;
+pub mod bake;
+pub mod copies;
+pub mod map_statement;
+pub mod mtl;
+pub mod pictures;
+pub mod point_cache;
+pub mod shape_files;
+pub mod unused_statements;

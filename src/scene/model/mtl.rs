@@ -1,0 +1,528 @@
+//! Reads MTL files, and settles what their materials mean.
+//!
+//! Not through tobj's reader: that one stops the program at a colour of two numbers, and does not know
+//! the lines. The format's meaning follows Wavefront's description of it (`illum` 0 to 10).
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::map_statement::{MapKd, map_statement};
+use super::unused_statements;
+use crate::digest::Digest;
+use crate::input::{self, InputError, Kind};
+use crate::memory::{self, Need, Part};
+use crate::scene::material::{LARGEST_COLOR, MetalRough, Optics};
+use crate::scene::obj::lines::{Lines, readable, split_keyword, words};
+use crate::scene::{Material, SceneError};
+
+/// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
+const HIGHEST_SHININESS: f32 = 1e5;
+
+/// Pr where a material has Pm alone, as programs with a metal-rough material have it by default.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
+
+/// What a surface that is no metal reflects at right angles, as a fraction, where Ni does not say: an index of 1.5.
+const DEFAULT_HEAD_ON: f32 = 0.04;
+
+/// What a file states of one material. Absent values are not the defaults: which those are depends on
+/// other values.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct MtlMaterial {
+    pub name: String,
+    /// Where `newmtl` stands.
+    pub line: usize,
+    pub kd: Option<Vec3>,
+    pub ka: Option<Vec3>,
+    pub ks: Option<Vec3>,
+    pub ke: Option<Vec3>,
+    pub tf: Option<Vec3>,
+    pub ns: Option<f32>,
+    pub ni: Option<f32>,
+    pub d: Option<f32>,
+    pub tr: Option<f32>,
+    pub illum: Option<u32>,
+    pub pr: Option<f32>,
+    pub pm: Option<f32>,
+    pub map_kd: Option<MapKd>,
+}
+
+/// What an MTL file states.
+#[derive(Debug, Default)]
+pub(crate) struct MtlFile {
+    /// In its order.
+    pub materials: Vec<MtlMaterial>,
+    /// Values that make no sense: the line, and what was done about it.
+    pub oddities: Vec<(usize, String)>,
+    /// Of each kind of statement that changes nothing here, where others would show a difference, the first: its line, and what
+    /// that means.
+    pub unused: Vec<(usize, String)>,
+    /// Of the file's bytes.
+    pub digest: Digest,
+}
+
+/// Reads the MTL file at `path`.
+///
+/// # Errors
+/// Where it cannot be read.
+pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
+    let unreadable =
+        |error: InputError| SceneError::new(path, format!("the MTL file cannot be read: {error}"));
+    let input = input::open(path, Kind::Materials).map_err(unreadable)?;
+    // the text of it, and what is read of it
+    let need = Need::of(Part::new("the MTL file", 2 * input.length, "fewer materials"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
+    let bytes = input.read_all().map_err(unreadable)?;
+    let digest = Digest::of(&bytes);
+    Ok(MtlFile { digest, ..parse(&readable(bytes)) })
+}
+
+/// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the same. So
+/// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
+/// statement is passed over.
+pub(crate) fn parse(text: &[u8]) -> MtlFile {
+    let MtlFile { mut materials, mut oddities, mut unused, digest } = MtlFile::default();
+    let mut told = HashSet::new();
+    for (number, line) in Lines::new(text) {
+        let (keyword, rest) = split_keyword(&line);
+        if keyword.eq_ignore_ascii_case(b"newmtl") {
+            let name = String::from_utf8_lossy(rest).into_owned();
+            materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
+        } else if let Some(material) = materials.last_mut() {
+            let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
+            if let Some((key, message)) = unused_statements::message(&keyword)
+                && told.insert(key)
+            {
+                unused.push((number, message));
+            }
+            let mut replaced = None;
+            let taken = statement(material, &keyword, rest, number, &mut replaced);
+            let passed_over = taken.err().map(|fault| format!("{fault}; the statement is passed over"));
+            oddities.extend(passed_over.or(replaced).map(|message| (number, message)));
+        }
+    }
+    if let Some(material) = materials.iter().find(|material| material.filters_nothing()) {
+        let message = "`Tf` is not used: light passes where `d` is below 1, or `illum` is 4, 6, 7 or 9";
+        unused.push((material.line, format!("material `{}`: {message}", material.name)));
+    }
+    MtlFile { materials, oddities, unused, digest }
+}
+
+/// Takes one statement. Where a number was replaced, `replaced` says so.
+fn statement(
+    material: &mut MtlMaterial,
+    keyword: &str,
+    rest: &[u8],
+    line: usize,
+    replaced: &mut Option<String>,
+) -> Result<(), String> {
+    match keyword {
+        "kd" => material.kd = color("Kd", rest, replaced)?.or(material.kd),
+        "ka" => material.ka = color("Ka", rest, replaced)?.or(material.ka),
+        "ks" => material.ks = color("Ks", rest, replaced)?.or(material.ks),
+        "ke" => material.ke = color("Ke", rest, replaced)?.or(material.ke),
+        "tf" => material.tf = color("Tf", rest, replaced)?.or(material.tf),
+        "ns" => material.ns = Some(number("Ns", rest, replaced)?),
+        "ni" => material.ni = Some(number("Ni", rest, replaced)?),
+        "d" => material.d = Some(number("d", rest, replaced)?),
+        "tr" => material.tr = Some(number("Tr", rest, replaced)?),
+        "illum" => material.illum = Some(illumination(rest)?),
+        "pr" => material.pr = Some(share("Pr", rest, replaced)?),
+        "pm" => material.pm = Some(share("Pm", rest, replaced)?),
+        "map_kd" => material.map_kd = map_statement(&String::from_utf8_lossy(rest), line),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// One number for grey, or three; cut off at [`LARGEST_COLOR`]. `None` for `xyz` and `spectral`, which have no plain RGB.
+fn color(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<Option<Vec3>, String> {
+    let values: Vec<&[u8]> = words(rest).collect();
+    let mut value = |word: &[u8]| {
+        let value = value(key, word, replaced)?;
+        if value > LARGEST_COLOR {
+            *replaced =
+                Some(format!("`{key}` is {value}, but at most {LARGEST_COLOR} can be kept; that is taken"));
+        }
+        Ok::<f32, String>(value.min(LARGEST_COLOR))
+    };
+    match values.as_slice() {
+        [b"xyz" | b"spectral", ..] => Ok(None),
+        [grey] => Ok(Some(Vec3::splat(value(grey)?))),
+        [r, g, b, ..] => Ok(Some(Vec3::new(value(r)?, value(g)?, value(b)?))),
+        _ => Err(format!("`{key}` takes three numbers, red, green and blue")),
+    }
+}
+
+fn number(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
+    let word = words(rest).find(|word| *word != b"-halo").ok_or_else(|| format!("`{key}` takes a number"))?;
+    value(key, word, replaced)
+}
+
+/// A number from 0 to 1.
+fn share(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
+    let value = number(key, rest, replaced)?;
+    if value > 1.0 {
+        *replaced = Some(format!("`{key}` is {value}: it must be from 0 to 1; 1 is taken"));
+    }
+    Ok(value.min(1.0))
+}
+
+fn value(key: &str, word: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
+    let word = String::from_utf8_lossy(word);
+    let fault = || format!("`{key}` is `{word}`: it must be a finite number, not negative");
+    let value = word.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(fault)?;
+    let value = value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+    if value < 0.0 {
+        // an index of 0 means 1: light is not bent
+        let least = if key == "Ni" { 1.0 } else { 0.0 };
+        *replaced = Some(format!("{}; {least} is taken", fault()));
+        return Ok(least);
+    }
+    Ok(value)
+}
+
+fn illumination(rest: &[u8]) -> Result<u32, String> {
+    let word = words(rest).next().ok_or("`illum` takes a number")?;
+    let word = String::from_utf8_lossy(word);
+    let model = word.parse::<f32>().ok().filter(|model| model.fract() == 0.0 && (0.0..=10.0).contains(model));
+    model
+        .map(|model| model as u32)
+        .ok_or_else(|| format!("`illum` is `{word}`: the models are the whole numbers from 0 to 10"))
+}
+
+impl MtlMaterial {
+    /// Whether `d` and `Tr`, which mean the same thing from two sides, say different things.
+    pub fn contradicts_itself(&self) -> bool {
+        matches!((self.d, self.tr), (Some(d), Some(tr)) if (d + tr - 1.0).abs() > 0.01)
+    }
+
+    /// Takes every value that `other` states.
+    pub fn replace_with(&mut self, other: &Self) {
+        self.kd = other.kd.or(self.kd);
+        self.ka = other.ka.or(self.ka);
+        self.ks = other.ks.or(self.ks);
+        self.ke = other.ke.or(self.ke);
+        self.tf = other.tf.or(self.tf);
+        self.ns = other.ns.or(self.ns);
+        self.ni = other.ni.or(self.ni);
+        self.d = other.d.or(self.d);
+        self.tr = other.tr.or(self.tr);
+        self.illum = other.illum.or(self.illum);
+        self.pr = other.pr.or(self.pr);
+        self.pm = other.pm.or(self.pm);
+        self.map_kd = other.map_kd.clone().or(self.map_kd.take());
+    }
+
+    /// What the statements mean together. The texture is left to the caller.
+    pub fn settle(&self) -> Material {
+        let illum = self.illum.unwrap_or(2);
+        let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
+        let is_metal_rough = self.is_metal_rough(illum, solid);
+        // of glass and mirrors metal-rough materials know coverage alone
+        let illum = if is_metal_rough { 2 } else { illum };
+        let (optics, share) = self.optics(illum, solid);
+        let kd = self.kd.unwrap_or_else(|| self.default_diffuse(&optics));
+        if is_metal_rough {
+            return self.settle_metal_rough(kd, optics, share);
+        }
+        let highlight = if illum < 2 { Vec3::ZERO } else { self.ks.unwrap_or(Vec3::ZERO) };
+        Material {
+            name: self.name.clone(),
+            diffuse: kd * share,
+            ambient: self.ka.unwrap_or(kd) * share,
+            specular: highlight,
+            emission: self.ke.unwrap_or(Vec3::ZERO),
+            shininess: self.ns.unwrap_or(1.0).clamp(1.0, HIGHEST_SHININESS),
+            optics,
+            metal_rough: None,
+            diffuse_map: None,
+        }
+    }
+
+    /// Whether it states what comes through it, and nothing does.
+    fn filters_nothing(&self) -> bool {
+        self.tf.is_some_and(|filter| filter != Vec3::ZERO) && self.settle().optics == Optics::Opaque
+    }
+
+    /// Whether it states roughness or metal. Glass stays glass: exporters state both of everything.
+    fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
+        let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
+        (self.pr.is_some() || self.pm.is_some()) && !is_glass
+    }
+
+    fn settle_metal_rough(&self, kd: Vec3, optics: Optics, solid: f32) -> Material {
+        let (roughness, metallic) = (self.pr.unwrap_or(DEFAULT_ROUGHNESS), self.pm.unwrap_or(0.0));
+        // Fresnel's equations at right angles. Files write a Ni of 1, or 0, for "not known"
+        let head_on = |index: f32| ((index - 1.0) / (index + 1.0)).powi(2);
+        let head_on = self.ni.filter(|ni| *ni > 1.0).map_or(DEFAULT_HEAD_ON, head_on);
+        // some files leave Kd black, because metals scatter no light, and give their colour as that of highlights
+        let base = match self.ks {
+            Some(ks) if metallic > 0.0 && kd == Vec3::ZERO => ks,
+            _ => kd,
+        };
+        Material {
+            name: self.name.clone(),
+            diffuse: kd * (1.0 - metallic) * solid,
+            ambient: self.ka.unwrap_or(kd) * solid,
+            specular: Vec3::ZERO,
+            emission: self.ke.unwrap_or(Vec3::ZERO),
+            shininess: 1.0,
+            optics,
+            metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
+            diffuse_map: None,
+        }
+    }
+
+    /// What happens to the ray from the eye, and the share of the light that the surface itself takes.
+    fn optics(&self, illum: u32, solid: f32) -> (Optics, f32) {
+        let tint = self.ks.unwrap_or(Vec3::ONE);
+        let filter = self.tf.unwrap_or(Vec3::ONE).min(Vec3::ONE);
+        // files leave Ni out, or 0, for "does not bend"
+        let index = self.ni.filter(|ni| *ni > 0.0).unwrap_or(1.0);
+        match illum {
+            3 | 5 | 8 => (Optics::Mirror { tint: self.ks.unwrap_or(Vec3::ZERO), fresnel: illum == 5 }, 1.0),
+            // glass by its model alone: the filter says how much comes through
+            4 | 6 | 7 | 9 if solid == 1.0 => {
+                let glass = Optics::Glass { transmission: filter, index, reflection: tint };
+                (glass, 1.0 - filter.max_element())
+            }
+            4 | 6 | 7 | 9 => {
+                (Optics::Glass { transmission: filter * (1.0 - solid), index, reflection: tint }, solid)
+            }
+            _ if solid < 1.0 => {
+                // cut-outs and veils: writers of `Tf 0 0 0` with `d` do not mean black
+                let filter = if filter == Vec3::ZERO { Vec3::ONE } else { filter };
+                let veil = Optics::Glass {
+                    transmission: filter * (1.0 - solid),
+                    index: 1.0,
+                    reflection: Vec3::ZERO,
+                };
+                (veil, solid)
+            }
+            _ => (Optics::Opaque, 1.0),
+        }
+    }
+
+    /// Kd where the file gives none.
+    fn default_diffuse(&self, optics: &Optics) -> Vec3 {
+        match optics {
+            _ if self.map_kd.is_some() => Vec3::ONE, // the picture as it is
+            Optics::Mirror { .. } => Vec3::ZERO,
+            Optics::Glass { index, .. } if *index != 1.0 => Vec3::ZERO,
+            _ => Material::fallback().diffuse,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use glam::Vec2;
+
+    use super::*;
+
+    fn stated(statements: &str) -> MtlMaterial {
+        let file = parse(format!("newmtl m\n{statements}").as_bytes());
+        assert_eq!(file.oddities, [], "{statements}");
+        file.materials.into_iter().next().unwrap()
+    }
+
+    fn settled(statements: &str) -> Material {
+        stated(statements).settle()
+    }
+
+    fn glass(transmission: f32, index: f32, reflection: Vec3) -> Optics {
+        Optics::Glass { transmission: Vec3::splat(transmission), index, reflection }
+    }
+
+    #[test]
+    fn illumination_models_say_what_the_surface_does() {
+        let half = Vec3::splat(0.5);
+        for (statements, optics, specular) in [
+            ("Ks .5 .5 .5\nillum 0", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 1", Optics::Opaque, Vec3::ZERO),
+            ("Ks .5 .5 .5\nillum 2", Optics::Opaque, half),
+            ("Ks .5 .5 .5", Optics::Opaque, half),
+            ("Ks .5 .5 .5\nillum 3", Optics::Mirror { tint: half, fresnel: false }, half),
+            ("Ks .5 .5 .5\nillum 5", Optics::Mirror { tint: half, fresnel: true }, half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 4", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd .25\nillum 6", glass(0.75, 1.5, half), half),
+            ("Ks .5\nNi 1.5\nd 1\nillum 7", glass(1.0, 1.5, half), half),
+            ("Ks .5\nNi 0\nTr .75\nillum 9", glass(0.75, 1.0, half), half),
+            ("d .25\nillum 1", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("Tr .75\nNi 1.5", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d -halo .25\nTr .25", glass(0.75, 1.0, Vec3::ZERO), Vec3::ZERO),
+            ("d 7", Optics::Opaque, Vec3::ZERO),
+        ] {
+            let material = settled(statements);
+            assert_eq!((material.optics, material.specular), (optics, specular), "{statements}");
+        }
+    }
+
+    #[test]
+    fn roughness_or_metal_make_a_metal_rough_material() {
+        let surface = |statements: &str| settled(statements).metal_rough;
+        assert_eq!(surface("Kd 1 0 0\nKs 1 1 1\nNs 9"), None);
+        let plain = MetalRough {
+            base: Vec3::new(0.5, 0.25, 0.0),
+            roughness: 0.3,
+            metallic: 0.0,
+            head_on: 0.04,
+            solid: 1.0,
+        };
+        assert_eq!(surface("Kd .5 .25 0\nPr .3"), Some(plain));
+        assert_eq!(surface("Kd .5 .25 0\nPm 0"), Some(MetalRough { roughness: 0.5, ..plain }));
+        for unknown in ["Ni 1", "Ni 0"] {
+            assert_eq!(surface(&format!("Kd .5 .25 0\nPr .3\n{unknown}")), Some(plain), "{unknown}");
+        }
+        let water = surface("Kd .5 .25 0\nPr .3\nNi 1.33").unwrap().head_on;
+        assert!((water - 0.0201).abs() < 1e-4, "{water}");
+        // metals reflect in their colour, and scatter nothing; models of illumination do not count
+        let metal = settled("Kd .5 .25 0\nKs .5 .5 .5\nPr .3\nPm .75\nillum 3");
+        assert_eq!(metal.metal_rough, Some(MetalRough { metallic: 0.75, ..plain }));
+        assert_eq!((metal.diffuse, metal.specular), (Vec3::new(0.125, 0.0625, 0.0), Vec3::ZERO));
+        assert_eq!((metal.ambient, metal.optics), (plain.base, Optics::Opaque));
+        assert!(metal.has_secondary_rays() && metal.casts_shadow());
+        let black = settled("Kd 0 0 0\nKs .7 .6 .5\nPr .3\nPm 1");
+        assert_eq!(
+            black.metal_rough.unwrap().base,
+            Vec3::new(0.7, 0.6, 0.5),
+            "its colour is that of highlights"
+        );
+        assert_eq!(
+            (black.diffuse, settled("Kd 0\nKs 1\nPr .3").metal_rough.unwrap().base),
+            (Vec3::ZERO, Vec3::ZERO)
+        );
+        // alpha is coverage
+        let veil = settled("Kd .5 .25 0\nPr .3\nNi 1.5\nd .25\nillum 9");
+        assert_eq!(veil.optics, glass(0.75, 1.0, Vec3::ZERO));
+        assert_eq!((veil.diffuse, veil.metal_rough.unwrap().solid), (plain.base * 0.25, 0.25));
+        // and glass is glass
+        let pane = settled("Ks 1\nPr .3\nPm 0\nNi 1.5\nillum 7");
+        assert_eq!((pane.optics, pane.metal_rough), (glass(1.0, 1.5, Vec3::ONE), None));
+    }
+
+    #[test]
+    fn statements_that_change_nothing_are_told_once_each() {
+        let file = parse(
+            b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_D a.png\nmap_d b.png\n",
+        );
+        let told: Vec<(usize, &str)> =
+            file.unused.iter().map(|(line, message)| (*line, &message[..8])).collect();
+        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_d` ")], 0));
+        assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused, []);
+    }
+
+    #[test]
+    fn a_filter_of_what_lets_nothing_through_is_told() {
+        let unused = |statements: &str| parse(format!("newmtl m\n{statements}").as_bytes()).unused;
+        assert!(
+            unused("Kd 1 1 1\nTf 1 1 1\nNi 1.45")
+                .iter()
+                .any(|(line, text)| *line == 1 && text.contains("`Tf`"))
+        );
+        for used in ["Tf 0 0 0", "Tf 1 1 1\nillum 7", "Tf .5 1 1\nd .5", "Kd 1 1 1"] {
+            assert_eq!(unused(used), [], "{used}");
+        }
+    }
+
+    #[test]
+    fn filters_tint_what_comes_through() {
+        let Optics::Glass { transmission, .. } = settled("Tf 1 .5 0\nd .5\nillum 7").optics else {
+            unreachable!("glass by its model")
+        };
+        assert_eq!(transmission, Vec3::new(0.5, 0.25, 0.0));
+    }
+
+    #[test]
+    fn colours_have_defaults_that_fit() {
+        let plain = settled("");
+        assert_eq!((plain.diffuse, plain.ambient), (Vec3::splat(0.6), Vec3::splat(0.6)));
+        assert_eq!(settled("Kd 1 0 0").ambient, Vec3::X);
+        assert_eq!(settled("Kd 1 0 0\nKa 0 1 0").ambient, Vec3::Y);
+        assert_eq!(settled("map_Kd a.png").diffuse, Vec3::ONE);
+        assert_eq!(settled("Ks 1 1 1\nillum 3").diffuse, Vec3::ZERO);
+        assert_eq!(settled("Kd .5\nd .5").diffuse, Vec3::splat(0.25));
+        assert_eq!(settled("Ke 3 2 1").emission, Vec3::new(3.0, 2.0, 1.0));
+        assert_eq!(settled("Ns 1e9").shininess, HIGHEST_SHININESS);
+    }
+
+    #[test]
+    fn knows_contradictions() {
+        assert!(stated("d 1\nTr 1").contradicts_itself());
+        assert!(!stated("d .25\nTr .75").contradicts_itself());
+        assert!(!stated("d .25").contradicts_itself());
+    }
+
+    #[test]
+    fn texture_statements_have_options_before_names_with_spaces() {
+        let map = |statement: &str| stated(&format!("map_Kd {statement}")).map_kd.unwrap();
+        let full = map("-s 2 3 1 -o 0.5 0.25 0 -clamp on -bm 0.2 file name 1.png");
+        assert_eq!(full.file, "file name 1.png");
+        assert_eq!((full.scale, full.offset, full.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.25), true));
+        let partly = map("-s 2 tex.png");
+        assert_eq!((partly.file.as_str(), partly.scale), ("tex.png", Vec2::new(2.0, 1.0)));
+        assert_eq!(map("-blendu on -mm 0 1 -imfchan r -texres 64 a\\b.tga").file, "a\\b.tga");
+        assert_eq!(map("wood.jpg -bm 1.5 -clamp on").file, "wood.jpg");
+        assert_eq!(map("my -odd- name.jpg").file, "my -odd- name.jpg");
+        assert_eq!(map("-o 1 1 1").file, "1");
+        assert_eq!(stated("map_Kd").map_kd, None);
+    }
+
+    #[test]
+    fn names_keep_their_spaces() {
+        let all = parse(b"Kd 9 9 9\nnewmtl  a b \r\n\tKd 1 0 0\r\nnewmtl c").materials;
+        assert_eq!(all.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["a b", "c"]);
+        assert_eq!((all[0].kd, all[1].line), (Some(Vec3::X), 4));
+    }
+
+    #[test]
+    fn numbers_out_of_range_count_as_the_next_in_it_and_are_told() {
+        for (statement, told) in [
+            ("Ns -1.96", "`Ns` is `-1.96`: it must be a finite number, not negative; 0 is taken"),
+            ("Ni -1", "`Ni` is `-1`: it must be a finite number, not negative; 1 is taken"),
+            ("Kd 0.5 -0.1 1", "`Kd` is `-0.1`: it must be a finite number, not negative; 0 is taken"),
+            ("d -1", "`d` is `-1`: it must be a finite number, not negative; 0 is taken"),
+            ("Pr -0.5", "`Pr` is `-0.5`: it must be a finite number, not negative; 0 is taken"),
+            ("Pr 1.5", "`Pr` is 1.5: it must be from 0 to 1; 1 is taken"),
+            ("Pm 100", "`Pm` is 100: it must be from 0 to 1; 1 is taken"),
+            ("Ke 1 7e4 0", "`Ke` is 70000, but at most 65504 can be kept; that is taken"),
+        ] {
+            let file = parse(format!("newmtl m\n\n{statement}").as_bytes());
+            assert_eq!(file.oddities, [(3, told.to_string())]);
+        }
+        let all = parse(b"newmtl m\nNs -1.96\nNi -1\nKd 0.5 -0.1 1\nd -1").materials;
+        let expected = (Some(0.0), Some(1.0), Some(Vec3::new(0.5, 0.0, 1.0)), Some(0.0));
+        assert_eq!((all[0].ns, all[0].ni, all[0].kd, all[0].d), expected);
+    }
+
+    #[test]
+    fn statements_that_make_no_sense_are_passed_over_and_told() {
+        for bad in [
+            "Kd 1 2",
+            "Kd nan 0 0",
+            "Kd",
+            "Ns x",
+            "d inf",
+            "Ns -inf",
+            "illum 11",
+            "illum -1",
+            "illum 1.5",
+            "illum",
+            "Ni",
+            "Pr nan",
+            "Pm rough",
+            "Pr",
+        ] {
+            let file = parse(format!("newmtl m\n\n{bad}").as_bytes());
+            let key = bad.split(' ').next().unwrap();
+            let [(3, told)] = file.oddities.as_slice() else { panic!("{bad}: {:?}", file.oddities) };
+            assert!(told.starts_with(&format!("`{key}`")) && told.ends_with("passed over"), "{told}");
+            let nothing = MtlMaterial { name: "m".into(), line: 1, ..MtlMaterial::default() };
+            assert_eq!(file.materials, [nothing], "{bad}");
+        }
+        assert_eq!(stated("Kd spectral file.rfl 1").kd, None);
+    }
+}

@@ -1,0 +1,195 @@
+//! Reads the pictures of a shot, each file once.
+
+use std::collections::HashMap;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+
+use super::map_statement::MapKd;
+use crate::digest::Digest;
+use crate::input::{self, Input, Kind};
+use crate::memory::{self, Need, Part};
+use crate::scene::error::Findings;
+use crate::scene::paths::find_beside;
+use crate::scene::{SceneError, Texture};
+
+/// Texels along an edge at most.
+const LONGEST_EDGE: u32 = 32_768;
+/// Texels that a byte of a file can hold: deflate makes one byte of 1032 at most, and a byte of a PNG has 8 texels at
+/// most. Others pack less, but for the empty rows of a BMP.
+const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
+
+/// Width, height, texels.
+type Decoded = (u32, u32, Arc<[[u8; 4]]>);
+
+/// The textures that materials have asked for so far.
+#[derive(Default)]
+pub(crate) struct Pictures {
+    /// Their indices are what materials keep.
+    pub textures: Vec<Texture>,
+    decoded: HashMap<PathBuf, Decoded>,
+    /// Of their texels, in the order in which they were asked for.
+    digests: Vec<Digest>,
+    /// By file, and bits of scale, offset and clamp.
+    indices: HashMap<(PathBuf, [u32; 5]), u32>,
+}
+
+impl Pictures {
+    /// Index of the texture that `map` asks for in the file `asking`; names are relative to `folder`.
+    ///
+    /// # Errors
+    /// A picture that is missing or unreadable, where `findings` is strict about stand-ins; in any case one that does
+    /// not fit into memory.
+    pub fn index_of(
+        &mut self,
+        map: &MapKd,
+        folder: &Path,
+        asking: &Path,
+        findings: &mut Findings,
+    ) -> Result<u32, SceneError> {
+        let found = find_beside(folder, &map.file);
+        let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
+        let (width, height, texels) = match self.decoded.get(&path) {
+            Some(known) => known.clone(),
+            None => {
+                let picture = match decode(found.as_deref()) {
+                    Ok(picture) => picture,
+                    Err(Unusable::AsItIs(why)) => {
+                        let message = format!("the texture `{}` {why}; a checker stands in for it", map.file);
+                        findings.stand_in(SceneError::new(asking, message).at_line(map.line))?;
+                        checker()
+                    }
+                    // pictures must not depend on what else the machine does
+                    Err(Unusable::NoRoom(why)) => {
+                        let message = format!("the texture `{}` {why}", map.file);
+                        return Err(SceneError::new(asking, message).at_line(map.line));
+                    }
+                };
+                let (width, _, texels) = &picture;
+                self.digests.push(Digest::of_table(*width, bytemuck::cast_slice(texels)));
+                self.decoded.insert(path.clone(), picture.clone());
+                picture
+            }
+        };
+        let texture =
+            Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
+        Ok(self.place(texture))
+    }
+
+    /// What is in them.
+    pub fn digest(&self) -> Digest {
+        Digest::of_all(self.digests.iter().copied())
+    }
+
+    /// Where pictures were looked for.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.decoded.keys()
+    }
+
+    fn place(&mut self, texture: Texture) -> u32 {
+        let [sx, sy, ox, oy] =
+            [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
+        let key = (texture.path.clone(), [sx, sy, ox, oy, u32::from(texture.clamp)]);
+        *self.indices.entry(key).or_insert_with(|| {
+            self.textures.push(texture);
+            (self.textures.len() - 1) as u32
+        })
+    }
+}
+
+/// Why a picture is not used, as the end of a sentence.
+#[derive(Debug, PartialEq)]
+enum Unusable {
+    /// The file is to blame.
+    AsItIs(String),
+    /// The machine has too little memory.
+    NoRoom(String),
+}
+
+fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
+    let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
+    let unreadable = |error: &dyn std::fmt::Display| Unusable::AsItIs(format!("cannot be read: {error}"));
+    let Input { file, length: file_bytes, .. } =
+        input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
+    // some decoders hold the file
+    let need = Need::of(Part::new("its file", file_bytes, "a smaller picture"));
+    need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
+    let mut reader = ImageReader::new(BufReader::new(file));
+    // files of some kinds have no mark, and are known by their ending alone
+    if let Ok(format) = ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
+    if reader.format() == Some(ImageFormat::Hdr) {
+        // its values are linear and without a bound: as bytes they would be other colours
+        let why = "is a Radiance picture, which only environments take: convert it to PNG";
+        return Err(Unusable::AsItIs(why.into()));
+    }
+    let decoder = reader.into_decoder().map_err(|e| unreadable(&e))?;
+    let (width, height) = decoder.dimensions();
+    check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(&e))?.into_rgba8();
+    Ok((width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
+}
+
+/// Whether a picture of so many texels, which take `decoded` bytes as its decoder has them, is worth decoding.
+fn check_size(
+    [width, height]: [u32; 2],
+    decoded: u64,
+    file_bytes: u64,
+    left: &[memory::Left],
+) -> Result<(), Unusable> {
+    let texels = u64::from(width) * u64::from(height);
+    let of_size = |why: String| format!("of {width}x{height} texels {why}");
+    let refused = |why| Err(Unusable::AsItIs(of_size(why)));
+    if texels == 0 {
+        return refused(String::from("has none"));
+    }
+    if width.max(height) > LONGEST_EDGE {
+        return refused(format!("is too large: an edge may have {LONGEST_EDGE}"));
+    }
+    if texels / MOST_TEXELS_A_BYTE > file_bytes {
+        return refused(format!("cannot be in a file of {file_bytes} bytes"));
+    }
+    // as decoded, then with four bytes a texel, and copied to where it stays
+    let bytes = decoded.max(4 * texels) + 4 * texels;
+    let need = Need::of(Part::new("decoding it", bytes, "a smaller picture"));
+    need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
+}
+
+/// What nobody takes for the real picture.
+fn checker() -> Decoded {
+    const EDGE: u32 = 8;
+    let texel = |i| if (i % EDGE + i / EDGE) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
+    (EDGE, EDGE, (0..EDGE * EDGE).map(texel).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::Limit;
+
+    #[test]
+    fn sizes_are_looked_at_before_anything_is_decoded() {
+        let mib = 1 << 20;
+        let check = |width: u32, height: u32, file_bytes, left: u64| {
+            let decoded = 3 * u64::from(width) * u64::from(height);
+            check_size([width, height], decoded, file_bytes, &[(Limit::Machine, left)])
+        };
+        assert_eq!(check(1024, 1024, mib, 9 * mib), Ok(()));
+        assert_eq!(check(1024, 1024, 128, 9 * mib), Ok(()), "one colour");
+        let little = check(1024, 1024, mib, 6 * mib);
+        let words = "does not fit: about 8 MiB of memory are needed";
+        assert!(matches!(&little, Err(Unusable::NoRoom(why)) if why.contains(words)), "{little:?}");
+        for (width, height, file_bytes, left, words) in [
+            (25_000, 25_000, 1024, u64::MAX, "cannot be in a file of 1024 bytes"),
+            (40_000, 1, mib, u64::MAX, "an edge may have 32768"),
+            (0, 7, mib, u64::MAX, "has none"),
+        ] {
+            let why = check(width, height, file_bytes, left);
+            assert!(matches!(&why, Err(Unusable::AsItIs(why)) if why.contains(words)), "{words}: {why:?}");
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Reads the shapes of a deforming model: files that say where the positions of its OBJ file are.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::point_cache;
+use crate::digest::Digest;
+use crate::memory::{self, Need, Part};
+use crate::scene::obj::{self, ObjFile};
+use crate::scene::{Mesh, SceneError, Shapes};
+
+/// A file of a sequence.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct Numbered {
+    /// In its name.
+    pub number: u64,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// From where in its OBJ file the vertices of a mesh come.
+pub(crate) struct Origins {
+    /// By vertex, the number of its position, from 0.
+    pub of_vertex: Vec<u32>,
+    /// How many positions the file has.
+    pub count: usize,
+}
+
+impl Origins {
+    /// Of a file that was read.
+    pub fn of(obj: &ObjFile) -> Self {
+        let own = || (0..obj.positions.len() as u32).collect();
+        let of_vertex = if obj.sources.is_empty() { own() } else { obj.sources.clone() };
+        Self { of_vertex, count: obj.places }
+    }
+}
+
+/// Where shapes come from.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum ShapeSource {
+    /// A file for each, in the order of their numbers; at least one.
+    Files(Vec<Numbered>),
+    /// A point cache.
+    Cache(PathBuf),
+}
+
+impl ShapeSource {
+    /// The files that are read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        match self {
+            Self::Files(files) => files.iter().map(|file| file.path.clone()).collect(),
+            Self::Cache(path) => vec![path.clone()],
+        }
+    }
+}
+
+/// What was read of a sequence.
+#[derive(Clone)]
+pub(crate) struct ReadShapes {
+    /// With its shapes.
+    pub mesh: Arc<Mesh>,
+    /// In their order, at what times shapes come, in steps of their source, and their numbers: those that are equal have the same.
+    pub keys: Arc<Vec<(f64, u32)>>,
+    /// What a point cache says of its first sample and of the time between two, in frames.
+    pub says: Option<(f64, f64)>,
+    /// Of files and their numbers.
+    pub digest: Digest,
+}
+
+/// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: from where in its file its vertices come.
+///
+/// # Errors
+/// A file that cannot be read, or that has other positions than the mesh.
+pub fn read(
+    mesh: &Mesh,
+    path: &Path,
+    origins: &Origins,
+    source: &ShapeSource,
+) -> Result<ReadShapes, SceneError> {
+    let mut read = Distinct::default();
+    let (mut digests, mut says) = (Vec::new(), None);
+    match source {
+        ShapeSource::Files(files) => {
+            check_memory(path, files.len(), origins)?;
+            for Numbered { number, path: file } in files {
+                let (positions, digest) = obj::read_positions(file)?;
+                digests.extend([Digest::of(&number.to_le_bytes()), digest]);
+                read.add(*number as f64, shape_of(file, &positions, path, origins)?);
+            }
+        }
+        ShapeSource::Cache(file) => {
+            let cache = point_cache::read(file)?;
+            check_memory(path, cache.samples.len(), origins)?;
+            (says, digests) = (Some((cache.first, cache.every)), vec![cache.digest]);
+            for (number, positions) in cache.samples.iter().enumerate() {
+                read.add(number as f64, shape_of(file, positions, path, origins)?);
+            }
+        }
+    }
+    let shapes = Shapes::new(read.list, &mesh.triangles, &mesh.normals, &origins.of_vertex);
+    Ok(ReadShapes {
+        mesh: Arc::new(Mesh { shapes: Some(Arc::new(shapes)), ..mesh.clone() }),
+        keys: Arc::new(read.keys),
+        says,
+        digest: Digest::of_all(digests),
+    })
+}
+
+fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), SceneError> {
+    let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * origins.of_vertex.len() as u64;
+    let need = Need::of(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
+}
+
+/// Shapes, each once.
+#[derive(Default)]
+struct Distinct {
+    list: Vec<Vec<[f32; 3]>>,
+    keys: Vec<(f64, u32)>,
+    /// Numbers by content.
+    known: HashMap<Digest, Vec<u32>>,
+}
+
+impl Distinct {
+    /// Adds the shape of a time.
+    fn add(&mut self, time: f64, shape: Vec<[f32; 3]>) {
+        let Self { list, keys, known } = self;
+        let same = known.entry(Digest::of(bytemuck::cast_slice(&shape))).or_default();
+        let before = same.iter().find(|number| list[**number as usize] == shape).copied();
+        let number = before.unwrap_or(list.len() as u32);
+        if before.is_none() {
+            same.push(number);
+            list.push(shape);
+        }
+        keys.push((time, number));
+    }
+}
+
+/// Where the vertices of the mesh from `rest` are whose file has its positions as `file` has these.
+fn shape_of(
+    file: &Path,
+    positions: &[[f32; 3]],
+    rest: &Path,
+    origins: &Origins,
+) -> Result<Vec<[f32; 3]>, SceneError> {
+    let (count, wanted) = (positions.len(), origins.count);
+    if count != wanted {
+        let message = format!(
+            "this shape has {count} positions, and `{}` has {wanted} (`v`): shapes of a model must have the same positions in the \
+             same order; export all of them at once, with the same settings",
+            rest.display()
+        );
+        return Err(SceneError::new(file, message));
+    }
+    let shape: Vec<[f32; 3]> = origins.of_vertex.iter().map(|at| positions[*at as usize]).collect();
+    if obj::are_within_reach(&shape) {
+        return Ok(shape);
+    }
+    let is_bad = |at: &&u32| !obj::are_within_reach(&positions[**at as usize..=**at as usize]);
+    let first = origins.of_vertex.iter().filter(is_bad).min().map_or(0, |at| *at as usize);
+    let message = format!(
+        "the position {:?} is not finite, or farther than 1e18 from the origin: export the shape again",
+        positions[first]
+    );
+    // a point cache has no lines
+    let line = obj::line_of_position(file, first);
+    let error = SceneError::new(file, message);
+    Err(line.map_or(error.clone(), |line| error.at_line(line)))
+}

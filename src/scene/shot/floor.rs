@@ -1,0 +1,95 @@
+//! The floor of a shot file: a level disk under the models, so large that its rim is far away.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+use glam::{DVec3, Vec3};
+
+use crate::animation::{Track, TransformTrack};
+use crate::scene::keys::FloorTable;
+use crate::scene::keys::toml_text::{At, TomlText};
+use crate::scene::keys::values::optional_color;
+use crate::scene::render_space::Extent;
+use crate::scene::{Material, Mesh, Model, SceneError};
+
+/// Corners of the disk.
+const CORNERS: u32 = 48;
+
+/// Its radius where the shot does not say, in diagonals of the box around all models.
+const USUAL_RADIUS: f64 = 40.0;
+
+/// Reflectance where the shot does not say.
+const USUAL_COLOR: f32 = 0.3;
+
+/// What a `[floor]` asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Floor {
+    /// Space of the files.
+    center: DVec3,
+    radius: f64,
+    color: Vec3,
+}
+
+/// Reads `table`; `extent` is that of all models at the shot's first frame: the floor lies around their middle.
+///
+/// # Errors
+/// With line and column: values that make no sense.
+pub fn of_table(text: TomlText<'_>, table: &FloorTable, extent: &Extent) -> Result<Floor, SceneError> {
+    let number = |key, value: &Option<At<f64>>, default, wanted, fits: fn(f64) -> bool| {
+        value.as_ref().map_or(Ok(default), |value| text.number(key, value, wanted, fits))
+    };
+    let (height, length) = ("from -1e18 to 1e18", "a length above 0, up to 1e18");
+    let height = number("height", &table.height, 0.0, height, |height| height.abs() <= 1e18)?;
+    let usual = (extent.diagonal() * USUAL_RADIUS).clamp(f64::from(f32::MIN_POSITIVE), 1e18);
+    let radius = number("radius", &table.radius, usual, length, |radius| radius > 0.0 && radius <= 1e18)?;
+    let color = optional_color(text, "color", &table.color)?.unwrap_or(Vec3::splat(USUAL_COLOR));
+    match &table.color {
+        Some(stated) if color.max_element() > 1.0 => {
+            Err(text.bad("color", stated, "is a reflectance: none of its three numbers may be above 1"))
+        }
+        _ => Ok(Floor { center: extent.center().with_y(height), radius, color }),
+    }
+}
+
+impl Floor {
+    /// A matt surface.
+    pub fn material(&self) -> Material {
+        Material {
+            name: String::from("floor"),
+            diffuse: self.color,
+            ambient: self.color,
+            ..Material::fallback()
+        }
+    }
+
+    /// The model, in the space of the files, of the shot at `path`; `material` is its index.
+    pub fn model(&self, path: &Path, material: u16) -> Model {
+        let corner = |i: u32| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+            [(self.radius * sin) as f32, 0.0, (self.radius * cos) as f32]
+        };
+        let positions = std::iter::once([0.0; 3]).chain((0..CORNERS).map(corner)).collect();
+        let triangles = (0..CORNERS).map(|i| [0, 1 + i, 1 + (i + 1) % CORNERS]).collect::<Vec<_>>();
+        let mesh = Mesh {
+            positions: Arc::new(VertexBuffer::new(positions)),
+            material_of: vec![material; triangles.len()],
+            groups: Arc::default(),
+            quadric: None,
+            shapes: None,
+            shadow_casting: triangles.len(),
+            triangles: Arc::new(triangles),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+        };
+        let track = TransformTrack { translate: Track::constant(self.center), ..TransformTrack::identity() };
+        Model {
+            name: String::from("floor"),
+            path: path.to_owned(),
+            mesh: Arc::new(mesh),
+            track,
+            reflection_map: None,
+        }
+    }
+}

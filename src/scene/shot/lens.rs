@@ -1,0 +1,113 @@
+//! How the camera is exposed: the keys of a lens that has an opening, the shutter, and two eyes.
+
+use crate::exposure::{LensPose, Shutter};
+use crate::scene::camera::Projection;
+use crate::scene::keys::camera::{CameraKey, ShutterTable, StereoTable};
+use crate::scene::keys::toml_text::{At, TomlText};
+use crate::scene::{CameraTrack, SceneError};
+use crate::stereo::Stereo;
+
+/// Radii and distances, in the units of the files: beyond these, single floats lose them.
+const LEAST_FOCUS: f64 = 1e-18;
+const GREATEST: f64 = 1e18;
+
+/// What keys say of the opening; nothing where none does.
+pub struct Opening {
+    /// Radius at each key.
+    pub aperture: Option<Vec<(f64, f64)>>,
+    /// Distance of what is sharp at each key; none: that of the target.
+    pub focus: Option<Vec<(f64, f64)>>,
+}
+
+/// The opening at each of `keys`.
+pub fn opening(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    is_orthographic: bool,
+) -> Result<Opening, SceneError> {
+    let stated = keys.iter().find_map(|(_, key)| key.get_ref().aperture.as_ref());
+    if let Some(aperture) = stated.filter(|_| is_orthographic) {
+        return Err(text.bad("aperture", aperture, LensPose::ORTHOGRAPHIC));
+    }
+    let focused = keys.iter().find_map(|(_, key)| key.get_ref().focus.as_ref());
+    let Some(stated) = stated else {
+        let Some(focus) = focused else { return Ok(Opening { aperture: None, focus: None }) };
+        let message = "goes with `aperture`, the radius of the lens: without one everything is sharp";
+        return Err(text.bad("focus", focus, message));
+    };
+    let (mut radius, mut last_focus) = (0.0, None);
+    let (mut radii, mut distances) = (Vec::new(), Vec::new());
+    for (frame, key) in keys {
+        let key = key.get_ref();
+        if let Some(aperture) = &key.aperture {
+            let wanted = "the radius of a lens: from 0 to 1e18, in the units of the models";
+            radius =
+                text.number("aperture", aperture, wanted, |radius| (0.0..=GREATEST).contains(&radius))?;
+        }
+        if let Some(focus) = &key.focus {
+            let wanted = "a distance from 1e-18 to 1e18, in the units of the models";
+            let fits = |focus: f64| (LEAST_FOCUS..=GREATEST).contains(&focus);
+            last_focus = Some(text.number("focus", focus, wanted, fits)?);
+        }
+        let distance = last_focus.or_else(|| distance_of_target(key)).ok_or_else(|| {
+            let message = "this camera key needs `focus`, the distance of what is sharp: with `rotation` there is no target";
+            text.fault(key.frame.span(), message)
+        })?;
+        if radius > distance * LensPose::WIDEST {
+            let message = format!(
+                "is {radius}, and what is sharp is {distance} away: the radius of the lens may be {} times the distance at most",
+                LensPose::WIDEST
+            );
+            return Err(text.bad("aperture", key.aperture.as_ref().unwrap_or(stated), &message));
+        }
+        radii.push((*frame, radius));
+        distances.push((*frame, distance));
+    }
+    Ok(Opening { aperture: Some(radii), focus: focused.map(|_| distances) })
+}
+
+/// How far the key's target is from its eye.
+fn distance_of_target(key: &CameraKey) -> Option<f64> {
+    let target = key.target.as_ref()?.get_ref().0;
+    if let Some(orbit) = &key.orbit {
+        return Some(orbit.get_ref().0[2]);
+    }
+    let eye = key.eye.as_ref()?.get_ref().0;
+    let squares = eye.iter().zip(target).map(|(eye, target)| (eye - target).powi(2));
+    Some(squares.sum::<f64>().sqrt())
+}
+
+/// Two eyes beside `camera`.
+pub fn stereo(
+    text: TomlText<'_>,
+    table: &At<StereoTable>,
+    camera: &CameraTrack,
+) -> Result<Stereo, SceneError> {
+    if camera.projection() == Projection::Orthographic {
+        return Err(text.fault(table.span(), Stereo::ORTHOGRAPHIC));
+    }
+    let StereoTable { separation, convergence } = table.get_ref();
+    let separation = separation.as_ref().ok_or_else(|| {
+        let message = "[stereo] needs `separation`: the distance between the eyes, in the units of the models, such as 0.065 \
+                       for metres; leave the table out for one eye";
+        text.fault(table.span(), message)
+    })?;
+    let number = |value: &At<f64>| *value.get_ref();
+    let stereo = Stereo { separation: number(separation), convergence: convergence.as_ref().map(number) };
+    match stereo.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[stereo]: {fault}"))),
+        None => Ok(stereo),
+    }
+}
+
+/// When the shutter is open.
+pub fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
+    let ShutterTable { open, close } = table.get_ref();
+    let usual = Shutter::default();
+    let number = |value: &Option<At<f64>>, usual| value.as_ref().map_or(usual, |value| *value.get_ref());
+    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close) };
+    match shutter.fault() {
+        Some(fault) => Err(text.fault(table.span(), format!("[shutter]: {fault}"))),
+        None => Ok(shutter),
+    }
+}

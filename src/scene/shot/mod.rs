@@ -1,0 +1,433 @@
+//! A shot, and how it is made of a shot file (`.toml`) with all that it names.
+
+mod environment;
+mod floor;
+mod lens;
+mod model;
+pub(crate) mod orbit;
+mod quadric;
+mod settings;
+mod shapes;
+mod tracks;
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use crate::digest::Digest;
+use crate::scene::frames::Run;
+use crate::scene::keys::toml_text::{At, Three, TomlText};
+use crate::scene::keys::values::{file_of, look, optional_color};
+use crate::scene::keys::{
+    BackgroundTable, FloorTable, LARGEST_MAP, LEAST_MAP, MaterialTable, ModelTable, ShotFile,
+};
+use crate::scene::material::LARGEST_COLOR;
+use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadModel};
+use crate::scene::model::copies::SharedMeshes;
+use crate::scene::model::map_statement::MapKd;
+use crate::scene::model::mtl::MtlMaterial;
+use crate::scene::render_space::{Extent, RenderSpace};
+use crate::scene::warnings::darkness;
+use crate::scene::{Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning};
+use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, Settings};
+
+/// All that a shot file says, with the files that it names.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// For people; the file's stem where the file gives none.
+    pub title: String,
+    /// What is to be seen.
+    pub scene: Scene,
+    /// How it is to be rendered.
+    pub settings: Settings,
+    /// Which frames; the first alone where the file does not say.
+    pub frames: Frames,
+    /// Whether it does.
+    pub says_frames: bool,
+    /// Whether keys of its camera say `orbit`, and not `eye`.
+    pub says_orbit: bool,
+    /// Frames per second, as numerator and denominator; both above 0.
+    pub rate: (i32, u32),
+    /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
+    pub output: Option<String>,
+    /// How files are made.
+    pub format: FileFormat,
+    /// How pictures for screens show frames.
+    pub look: Look,
+    /// Whether files hold a denoised picture as well.
+    pub denoise: bool,
+    /// With what quality, if so.
+    pub denoise_quality: DenoiseQuality,
+    /// What a reader of the picture should know.
+    pub warnings: Vec<Warning>,
+    /// What was decided for the user, in whole sentences.
+    pub notes: Vec<String>,
+    /// The file itself, and all that were read for it.
+    pub files: Vec<PathBuf>,
+    /// What it is made of.
+    pub content: Content,
+}
+
+/// Digests of what a shot is made of: they are the same for shots that show the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Content {
+    /// Of what the shot file says, in whatever layout, but for its title and the tables of settings: `[render]`,
+    /// `[indirect]`, `[occlusion]` and `[output]`.
+    pub shot: Digest,
+    /// Of what is in the files that it names, and that those name.
+    pub inputs: Digest,
+}
+
+/// How far from the origin models may reach, in the units of the files.
+const FARTHEST: f64 = 1e18;
+
+impl Shot {
+    /// How many rays all its frames take with `settings` if each sample is traced once: from the eye and to
+    /// each light. (Reflections come on top, and what is reused goes.) `None` where it does not say which
+    /// frames it has.
+    pub fn rays(&self, settings: &Settings) -> Option<u64> {
+        if !self.says_frames {
+            return None;
+        }
+        let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
+        let points = |light: &Light| light.points() as u64;
+        let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
+        Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
+    }
+
+    /// How many triangles are built for it: those of a mesh that moves at several places once.
+    pub fn triangles(&self) -> u64 {
+        self.scene.built().map(|mesh| mesh.triangles.len() as u64).sum()
+    }
+}
+
+/// What the shot file `text` says, with all that it names. `most_added`: see [`SharedMeshes::among`].
+///
+/// # Errors
+/// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
+pub fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
+    from_text_with(text, strict, None, most_added)
+}
+
+/// [`from_text`]; `only` is the text's only model, if it was read before: then the text need not name its path.
+pub fn from_text_with(
+    text: TomlText<'_>,
+    strict: bool,
+    only: Option<ReadModel>,
+    most_added: u64,
+) -> Result<Shot, SceneError> {
+    let file: ShotFile = text.read()?;
+    let (mut settings, frames, rate) = settings::render(text, &file)?;
+    if file.environment.is_some() && file.indirect.paths.is_none() {
+        // without any the environment would light nothing
+        settings.paths = DEFAULT_PATHS;
+    }
+    let missing = |what| SceneError::new(text.path, what);
+    let camera = file.camera.as_ref().ok_or_else(|| {
+        missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
+    })?;
+    let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
+    let camera = tracks::camera(text, camera, &settings::marked_cuts(text, &file.render)?)?;
+    settings.stereo = file.stereo.as_ref().map(|table| lens::stereo(text, table, &camera)).transpose()?;
+    settings.shutter = file.shutter.as_ref().map(|table| lens::shutter(text, table)).transpose()?;
+    let lights = file.light.iter().zip(1..).map(|(light, i)| tracks::light(text, light, i));
+    let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
+    tracks::check_groups(text, &file.light, &lights)?;
+    let background = file.background.as_ref().map(|table| gradient(text, table)).transpose()?;
+    let environment = file.environment.as_ref();
+    let environment =
+        environment.map(|table| environment::of_table(text, table, background.as_ref())).transpose()?;
+    let is_seen = background.is_some() || environment.as_ref().is_some_and(|read| read.environment.visible);
+    // black that nobody asked for is no picture of anything
+    let of_none = if is_seen { Backdrop::Visible } else { Backdrop::Transparent };
+    settings.background = file.output.background.unwrap_or(of_none);
+    let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
+    let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
+    if file.model.is_empty() {
+        return Err(missing(
+            "there is nothing to see: write one [[model]] with the path of its obj at least",
+        ));
+    }
+    let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
+    let assembly = Assembly::new(strict, overrides);
+    let mut assembly = match only {
+        Some(model) => assembly.with(model),
+        None => assembly,
+    };
+    let models: Vec<Model> =
+        file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
+    let bounds = bounds_of_meshes(&models);
+    let extent = extent(text, &file.model, &models, &bounds)?;
+    let at_first = extent_at(&models, &bounds, frames.first());
+    if file.occlusion.radius.is_none() {
+        settings.occlusion_radius = settings::usual_occlusion_radius(&at_first);
+    }
+    let with_eye = extent.with_camera(&camera);
+    let space = RenderSpace::fit_for(with_eye);
+    let models = models.into_iter().map(|model| {
+        let model = quadric::spread(model, &with_eye, &space, frames.first());
+        Model { track: space.track(model.track), ..model }
+    });
+    let models: Vec<Model> = models.collect();
+    let shared = SharedMeshes::among(&models, most_added);
+    let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &shared));
+    let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
+    // they count for the size of the shot, so that nothing else changes when one is left out
+    models.retain(|model| !model.track.visible.is_never());
+    if let Some(table) = &file.floor {
+        models.push(floor_model(text, table, &at_first, &mut assembly, &space)?);
+    }
+    let (camera, lights) =
+        (space.camera(camera), lights.into_iter().map(|light| space.light(light)).collect());
+    assembly.report_unused_overrides()?;
+    if file.ambient.everywhere {
+        assembly.reflect_ambient_light_as_diffuse();
+    } else if let Some(color) = file.ambient.color.filter(|_| ambient != Vec3::ZERO) {
+        assembly.note_without_ambient(|nothing| {
+            let message = format!("{nothing}; `everywhere = true` in [ambient] makes it use their Kd");
+            text.fault(color.span(), message)
+        });
+    }
+    let Assembled { materials, textures, mut findings, mut files, mut inputs } = assembly.finish();
+    files.push(text.path.to_path_buf());
+    let environment = environment.map(|read| {
+        files.extend(read.file);
+        inputs = Digest::of_all([inputs].into_iter().chain(read.digest));
+        findings.warnings.extend(read.warning);
+        read.environment
+    });
+    let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
+    let scene = Scene {
+        camera,
+        models,
+        materials,
+        textures,
+        lights,
+        ambient,
+        ambient_is_occluded: file.ambient.occluded,
+        background,
+        environment,
+        space,
+    };
+    findings.warnings.extend(darkness::warning(text.path, &scene));
+    Ok(Shot {
+        title: file.title.unwrap_or_else(|| stem.into_owned()),
+        scene,
+        settings,
+        frames,
+        says_frames: file.render.frames.is_some(),
+        says_orbit,
+        rate,
+        format: FileFormat { multipart: file.output.multipart, compression: file.output.compression },
+        look: look(text, &file.output)?,
+        denoise: file.output.denoise,
+        denoise_quality: file.output.denoise_quality,
+        output: settings::output(text, file.output.path)?,
+        warnings: findings.warnings,
+        notes: Vec::new(),
+        files,
+        content: Content { shot: said(text)?, inputs },
+    })
+}
+
+/// A digest of what the file says, but for its title and settings.
+fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
+    let mut tables: toml::Table = text.read()?;
+    let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
+    for settings in ["title", "render", "stereo", "shutter", "indirect", "occlusion", "output"] {
+        tables.remove(settings);
+    }
+    // of the settings, these alone are a part of what happens
+    tables.extend(cuts.map(|cuts| (String::from("cuts"), cuts)));
+    // keys are in order
+    Ok(Digest::of(tables.to_string().as_bytes()))
+}
+
+fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {
+    let zenith = optional_color(text, "zenith", &table.zenith)?;
+    let horizon = optional_color(text, "horizon", &table.horizon)?;
+    let ground = optional_color(text, "ground", &table.ground)?;
+    if let Some(color) = &table.color {
+        if [zenith, horizon, ground].iter().any(Option::is_some) {
+            return Err(text.bad(
+                "color",
+                color,
+                "and the gradient (zenith, horizon, ground) exclude each other",
+            ));
+        }
+        return Ok(Background::uniform(text.color("color", color)?));
+    }
+    let horizon = horizon.or(zenith).unwrap_or(Vec3::ZERO);
+    Ok(Background { zenith: zenith.unwrap_or(horizon), horizon, ground: ground.unwrap_or(horizon) })
+}
+
+fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, SceneError> {
+    let color = |key, value: &Option<Three>| {
+        let color = optional_color(text, key, value)?;
+        match value.as_ref().filter(|_| color.is_some_and(|color| color.max_element() > LARGEST_COLOR)) {
+            Some(value) => Err(text.bad(key, value, "is too large: 65504 is the most that can be kept")),
+            None => Ok(color),
+        }
+    };
+    let number = |key, value: &Option<At<f64>>, wanted, most: f64| {
+        let fits = |number| (0.0..=most).contains(&number);
+        let read = |value| text.number(key, value, wanted, fits).map(|number| number as f32);
+        value.as_ref().map(read).transpose()
+    };
+    let illum = table.illum.as_ref().map(|value| text.whole("illum", value, 0..11)).transpose()?;
+    let place = text.fault(table.name.span(), "");
+    let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
+    let map_line = |map: &At<String>| text.fault(map.span(), "").line.unwrap_or(1);
+    let values = MtlMaterial {
+        name: table.name.get_ref().clone(),
+        line,
+        kd: color("kd", &table.kd)?,
+        ka: color("ka", &table.ka)?,
+        ks: color("ks", &table.ks)?,
+        ke: color("ke", &table.ke)?,
+        ns: number("ns", &table.ns, "finite and not negative", f64::from(f32::MAX))?,
+        ni: number("ni", &table.ni, "from 0 to 100", 100.0)?,
+        d: number("d", &table.d, "from 0 (clear) to 1 (solid)", 1.0)?,
+        illum,
+        pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
+        pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
+        map_kd: table.map_kd.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map))),
+        ..MtlMaterial::default()
+    };
+    Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
+}
+
+fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
+    let (mut track, span) = (model::track(text, table)?, table.span());
+    let ModelTable { name, obj, quadric, shapes, reflection_map: map, .. } = table.get_ref();
+    let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
+        (None, Some(_), Some(quadric)) => {
+            let message = "`obj` and `quadric` exclude each other: write a [[model]] for each";
+            return Err(text.fault(quadric.span(), message));
+        }
+        (None, None, Some(quadric)) => {
+            if let Some(shapes) = shapes {
+                let message = "`shapes` are those of an OBJ file, and a quadric has none: take them out";
+                return Err(text.fault(shapes.span(), message));
+            }
+            let mesh = quadric::of_table(text, quadric, assembly)?;
+            (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
+        }
+        (None, None, None) => {
+            let message = "the key `obj` is missing: a model is an OBJ file, or a `quadric`";
+            return Err(text.fault(span, message));
+        }
+        (before, obj, _) => {
+            let path = match (before, obj) {
+                (Some(path), _) => path,
+                (None, obj) => file_of(text, "obj", obj.as_ref().expect("all others are above"))?,
+            };
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let mesh = match shapes {
+                None => assembly.mesh(&path)?,
+                Some(shapes) => {
+                    let (mesh, shapes) = shapes::of_table(text, shapes, &path, assembly)?;
+                    track.shapes = Some(shapes);
+                    mesh
+                }
+            };
+            (path, mesh, stem)
+        }
+    };
+    let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
+    let read = |size| text.whole("reflection_map", size, sizes);
+    let reflection_map = map.as_ref().map(read).transpose()?;
+    let model = Model { name: name.clone().unwrap_or(own_name), path, mesh, track, reflection_map };
+    match map.as_ref().filter(|_| quadric::is_endless(&model)) {
+        Some(size) => Err(text.bad(
+            "reflection_map",
+            size,
+            "means nothing for a plane, which has no middle: take it out",
+        )),
+        None => Ok(model),
+    }
+}
+
+/// Where a shot file says what a model is.
+fn place_of(table: &At<ModelTable>) -> Range<usize> {
+    let ModelTable { obj, quadric, .. } = table.get_ref();
+    let of_quadric = || quadric.as_ref().map_or(table.span(), At::span);
+    obj.as_ref().map_or_else(of_quadric, At::span)
+}
+
+/// The floor in the space in which the shot is rendered; `extent`: of all models at the shot's first frame.
+fn floor_model(
+    text: TomlText<'_>,
+    table: &At<FloorTable>,
+    extent: &Extent,
+    assembly: &mut Assembly,
+    space: &RenderSpace,
+) -> Result<Model, SceneError> {
+    let floor = floor::of_table(text, table.get_ref(), extent)?;
+    let too = |what| text.fault(table.span(), what);
+    let material =
+        assembly.add_material(floor.material()).ok_or_else(|| too("there are too many materials"))?;
+    let model = floor.model(text.path, material);
+    let model = Model { track: space.track(model.track), ..model };
+    model.settled().ok_or_else(|| too("the floor is too far from the models, or too large"))
+}
+
+/// The model with its mesh where it is to be; it is in the space in which the shot is rendered already.
+fn settled(
+    text: TomlText<'_>,
+    table: &At<ModelTable>,
+    model: Model,
+    shared: &SharedMeshes,
+) -> Result<Model, SceneError> {
+    if shared.has(&model) {
+        return Ok(model);
+    }
+    model.settled().ok_or_else(|| text.fault(place_of(table), "the model is too far from all others"))
+}
+
+/// Around all models as they stand at a frame, in the space of the files.
+fn extent_at(models: &[Model], bounds: &MeshBounds, frame: i32) -> Extent {
+    models.iter().filter(|model| counts(models, model)).fold(Extent::NONE, |all, model| {
+        all.with_model_at(bounds[&Arc::as_ptr(&model.mesh)], &model.track, frame.into())
+    })
+}
+
+/// Around meshes, object space, by their addresses: models may share one.
+type MeshBounds = HashMap<*const Mesh, (DVec3, DVec3)>;
+
+fn bounds_of_meshes(models: &[Model]) -> MeshBounds {
+    let mut bounds = HashMap::new();
+    for model in models {
+        bounds.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| model.mesh.bounds());
+    }
+    bounds
+}
+
+/// Whether a model counts for the size of the shot: planes have none, unless there is nothing else.
+fn counts(models: &[Model], model: &Model) -> bool {
+    !quadric::is_endless(model) || models.iter().all(quadric::is_endless)
+}
+
+/// Around all models, in the space of the files.
+fn extent(
+    text: TomlText<'_>,
+    tables: &[At<ModelTable>],
+    models: &[Model],
+    bounds: &MeshBounds,
+) -> Result<Extent, SceneError> {
+    let mut all = Extent::NONE;
+    for (table, model) in tables.iter().zip(models) {
+        let bounds = bounds[&Arc::as_ptr(&model.mesh)];
+        if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
+            let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
+            return Err(text.fault(place_of(table), message));
+        }
+        if counts(models, model) {
+            all = all.with_model(bounds, &model.track);
+        }
+    }
+    Ok(all)
+}

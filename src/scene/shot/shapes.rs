@@ -1,0 +1,101 @@
+//! From the files of a deforming model's shapes to its mesh, and to when it has which shape.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::animation::ShapeTrack;
+use crate::scene::keys::shapes::ShapesTable;
+use crate::scene::keys::toml_text::{At, TomlText};
+use crate::scene::keys::values::file_of;
+use crate::scene::model::assemble::Assembly;
+use crate::scene::model::shape_files::{Numbered, ReadShapes, ShapeSource};
+use crate::scene::{Mesh, SceneError};
+
+/// Frames from a shape's number to the next one.
+const STEPS: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// The mesh of the OBJ file at `path` with the shapes that `table` names, and when it has which.
+///
+/// # Errors
+/// With line and column: no such files, or values that make no sense. With its file: a shape that is no shape of the mesh.
+pub fn of_table(
+    text: TomlText<'_>,
+    table: &At<ShapesTable>,
+    path: &Path,
+    assembly: &mut Assembly,
+) -> Result<(Arc<Mesh>, ShapeTrack), SceneError> {
+    let ShapesTable { obj, cache, first, every, repeat } = table.get_ref();
+    let source = match (obj, cache) {
+        (Some(obj), None) => ShapeSource::Files(numbered_files(text, obj)?),
+        (None, Some(cache)) => ShapeSource::Cache(file_of(text, "cache", cache)?),
+        (None, None) => {
+            let message =
+                "`shapes`: the key `obj` is missing: shapes are OBJ files, or a point cache (`cache`)";
+            return Err(text.fault(table.span(), message));
+        }
+        (Some(_), Some(cache)) => {
+            return Err(text.bad("cache", cache, "and `obj` exclude each other: take one of them out"));
+        }
+    };
+    let every = every
+        .as_ref()
+        .map(|every| text.number("every", every, "from 1e-6 to 1e6 frames", |every| STEPS.contains(&every)));
+    let first = first.as_ref().map(|first| {
+        text.number("first", first, "a frame's number", |first| first.abs() <= f64::from(i32::MAX))
+    });
+    let (every, first) = (every.transpose()?, first.transpose()?);
+    let ReadShapes { mesh, keys, says, .. } = assembly.deforming(path, source)?;
+    let (begins, _) = keys[0];
+    let (says_first, says_every) = says.unwrap_or((begins, 1.0));
+    let (first, every) = (first.unwrap_or(says_first), every.unwrap_or(says_every));
+    if !STEPS.contains(&every) {
+        let message =
+            format!("`shapes`: the cache has a sample every {every} frames; say `every`, from 1e-6 to 1e6");
+        return Err(text.fault(table.span(), message));
+    }
+    let frames = keys.iter().map(|(time, number)| (first + (time - begins) * every, *number));
+    let track = ShapeTrack::through(frames.collect(), repeat.then_some(every));
+    let track =
+        track.ok_or_else(|| text.fault(table.span(), "`shapes`: the numbers of frames are too large"))?;
+    Ok((mesh, track))
+}
+
+/// The files that a name with `#` for digits means, in the order of their numbers.
+fn numbered_files(text: TomlText<'_>, name: &At<String>) -> Result<Vec<Numbered>, SceneError> {
+    let bad = |message: &str| text.bad("obj", name, message);
+    let slashed = name.get_ref().replace('\\', "/");
+    let (folder, pattern) = slashed.rsplit_once('/').unwrap_or(("", &slashed));
+    let digits = pattern.bytes().filter(|byte| *byte == b'#').count();
+    let Some((before, after)) = pattern.split_once(&"#".repeat(digits)).filter(|_| digits > 0) else {
+        return Err(bad(
+            "must have one group of `#` in the file's name, where the numbers of the shapes are: \"flag.####.obj\"",
+        ));
+    };
+    let folder = text.path.parent().unwrap_or(Path::new("")).join(folder);
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+    let entries = here.read_dir().map_err(|error| {
+        bad(&format!(
+            "is in `{}`, which cannot be read: {error}; paths are relative to the shot file",
+            here.display()
+        ))
+    })?;
+    let numbered = |file: String| {
+        let number = file.strip_prefix(before)?.strip_suffix(after)?;
+        // as wide as the group, or wider without zeros in front: no two files have one number
+        let fits = number.len() == digits || number.len() > digits && !number.starts_with('0');
+        let number = number.bytes().all(|byte| byte.is_ascii_digit()).then(|| number.parse().ok())??;
+        fits.then(|| Numbered { number, path: folder.join(file) })
+    };
+    let names = entries.filter_map(Result::ok).filter_map(|entry| entry.file_name().into_string().ok());
+    let mut files: Vec<Numbered> = names.filter_map(numbered).collect();
+    files.sort_by_key(|file| file.number);
+    if files.is_empty() {
+        let wanted = format!("{before}{:0digits$}{after}", 1);
+        return Err(bad(&format!(
+            "means no file in `{}`: `#` stands for a digit, as in `{wanted}`; paths are relative to the shot file",
+            here.display()
+        )));
+    }
+    Ok(files)
+}

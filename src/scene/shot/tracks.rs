@@ -1,0 +1,473 @@
+//! From the keys of cameras and lights in a shot file to tracks, and what all keys have in common: each value checked, each message at the value's own place.
+
+use glam::{DVec3, Vec3};
+
+use super::{lens, orbit};
+use crate::animation::track::Keyed;
+use crate::animation::{Interpolation, Track};
+use crate::scene::camera::{Aim, Lens, Projection};
+use crate::scene::keys::camera::{CameraKey, CameraTable};
+use crate::scene::keys::toml_text::{At, List, Three, TomlText};
+use crate::scene::keys::{LightTable, LightType};
+use crate::scene::{CameraTrack, Light, LightGroups, LightKind, SceneError};
+
+/// Vertical field of view where no key has said one, degrees.
+const DEFAULT_FOV: f64 = 40.0;
+/// What an orthographic camera may see from top to bottom, in the units of the files.
+const LEAST_HEIGHT: f64 = 1e-18;
+const GREATEST_HEIGHT: f64 = 1e18;
+/// Shift of a lens, in either direction, as a share of the picture's longer side.
+const FARTHEST_SHIFT: f64 = 100.0;
+/// Frames that are looked at one by one for values that curves overshoot.
+const MOST_FRAMES_LOOKED_AT: f64 = 100_000.0;
+
+/// The camera of a shot; `marked`: frames at which the shot says that it cuts.
+pub(crate) fn camera(
+    text: TomlText<'_>,
+    table: &At<CameraTable>,
+    marked: &[i32],
+) -> Result<CameraTrack, SceneError> {
+    let keys = in_order(text, &table.get_ref().key, |key| &key.frame)?;
+    let Some((_, first)) = keys.first() else {
+        let message = "the camera has no keys: write one [[camera.key]] with frame, eye and target at least";
+        return Err(text.fault(table.span(), message));
+    };
+    let by_target = first.get_ref().target.is_some();
+    let interpolation = table.get_ref().interpolation;
+    let cuts = cuts(text, &keys, marked)?;
+    let fov = fields_of_view(text, &keys)?;
+    let is_orthographic = table.get_ref().projection == Projection::Orthographic;
+    let height = if is_orthographic { Some(heights(text, &keys)?) } else { None };
+    let shift = shifts(text, &keys)?;
+    refuse_other_lens(text, &keys, is_orthographic)?;
+    let opening = lens::opening(text, &keys, is_orthographic)?;
+    let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
+    let aim = each(&keys, |key| aim_of(text, key, by_target))?;
+    let roll = each(&keys, |key| key.roll.as_ref().map_or(Ok(0.0), |roll| any_number(text, "roll", roll)))?;
+    if let Some(roll) = keys.iter().find_map(|(_, key)| key.get_ref().roll.as_ref()).filter(|_| !by_target) {
+        return Err(text.bad(
+            "roll",
+            roll,
+            "goes with `target`: with `rotation`, give it as the third number",
+        ));
+    }
+    let aim = through(aim, interpolation).cut_at(&cut_frames);
+    let eye = if keys.iter().any(|(_, key)| key.get_ref().orbit.is_some()) {
+        let around = through(each(&keys, |key| orbit::of_key(text, key))?, interpolation).cut_at(&cut_frames);
+        orbit::eyes(text, &keys, (&around, &aim), &cut_frames)?
+    } else {
+        let target = by_target.then_some(&aim);
+        through(eyes(text, &keys, target)?, interpolation).cut_at(&cut_frames)
+    };
+    let track = CameraTrack {
+        eye,
+        aim: if by_target {
+            Aim::Target { target: aim, roll: through(roll, interpolation).cut_at(&cut_frames) }
+        } else {
+            Aim::Rotation(aim)
+        },
+        fov: through(fov, interpolation).cut_at(&cut_frames),
+        lens: Lens {
+            height: height.map(|height| through(height, interpolation).cut_at(&cut_frames)),
+            shift: shift.map(|shift| through(shift, interpolation).cut_at(&cut_frames)),
+            aperture: opening.aperture.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
+            focus: opening.focus.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
+        },
+        cuts,
+    };
+    let wide = |frame| !(track.fov.at(frame) > 0.0 && track.fov.at(frame) < 180.0);
+    if let Some(frame) = frames_between(&keys).find(|frame| wide(*frame)) {
+        let message = format!("the smooth curve of `fov` leaves 0..180 at frame {frame}: add a key there");
+        return Err(text.fault(table.span(), message));
+    }
+    let flat = |frame| track.lens.height.as_ref().is_some_and(|height| height.at(frame) < LEAST_HEIGHT);
+    if let Some(frame) = frames_between(&keys).find(|frame| flat(*frame)) {
+        let message =
+            format!("the smooth curve of `height` falls to 0 or below at frame {frame}: add a key there");
+        return Err(text.fault(table.span(), message));
+    }
+    Ok(track)
+}
+
+/// The places that keys give the eye, which looks at `target` if there is one.
+fn eyes(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    target: Option<&Track<DVec3>>,
+) -> Result<Vec<(f64, DVec3)>, SceneError> {
+    let place = |(frame, key): &(f64, &At<CameraKey>)| {
+        let missing =
+            || text.fault(key.span(), "this camera key needs `eye`, or `orbit`: where the camera is");
+        let stated = key.get_ref().eye.as_ref().ok_or_else(missing)?;
+        let eye = text.vector("eye", stated)?;
+        if target.is_some_and(|target| target.at(*frame) == eye) {
+            return Err(text.bad("eye", stated, "and `target` are the same point: move one of them"));
+        }
+        Ok((*frame, eye))
+    };
+    keys.iter().map(place).collect()
+}
+
+/// The frames at which the shot cuts, in order: those that keys begin, and those that are `marked`.
+fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> Result<Vec<i32>, SceneError> {
+    let mut cuts = marked.to_vec();
+    for (frame, key) in keys.iter().filter(|(_, key)| key.get_ref().cut) {
+        if frame.fract() != 0.0 {
+            let message = format!("is {frame}: a cut falls on a whole frame");
+            return Err(text.bad("frame", &key.get_ref().frame, &message));
+        }
+        cuts.push(*frame as i32);
+    }
+    cuts.sort_unstable();
+    cuts.dedup();
+    Ok(cuts)
+}
+
+/// Degrees: of less, single floats do not know how far samples lie apart.
+const LEAST_FOV: f64 = 1e-6;
+
+/// What a field of view must be.
+const FOV: &str = "from 1e-6 to below 180 degrees";
+
+fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
+    let mut last = DEFAULT_FOV;
+    each(keys, |key| {
+        if let Some(fov) = &key.fov {
+            last = text.number("fov", fov, FOV, |fov| (LEAST_FOV..180.0).contains(&fov))?;
+        }
+        Ok(last)
+    })
+}
+
+/// Of what an orthographic camera sees, at each key.
+fn heights(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
+    let mut last = None;
+    each(keys, |key| {
+        if let Some(height) = &key.height {
+            let wanted = "from 1e-18 to 1e18, in the units of the models";
+            last = Some(text.number("height", height, wanted, |height| {
+                (LEAST_HEIGHT..=GREATEST_HEIGHT).contains(&height)
+            })?);
+        }
+        last.ok_or_else(|| {
+            let message = "this key of an orthographic camera needs `height`: how much of the world is seen from the top of \
+                           the picture to its bottom";
+            text.fault(key.frame.span(), message)
+        })
+    })
+}
+
+/// To the right and upwards, at each key.
+fn shifts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Vec<(f64, f64)>; 2], SceneError> {
+    let mut last = [0.0; 2];
+    let both = each(keys, |key| {
+        if let Some(shift) = &key.shift {
+            last = shift.get_ref().0;
+            if !last.iter().all(|shift| shift.abs() <= FARTHEST_SHIFT) {
+                let message = "must be two numbers from -100 to 100: shares of the picture's longer side";
+                return Err(text.bad("shift", shift, message));
+            }
+        }
+        Ok(last)
+    })?;
+    Ok([0, 1].map(|axis| both.iter().map(|(frame, shift)| (*frame, shift[axis])).collect()))
+}
+
+/// Refuses what the other projection is described by.
+fn refuse_other_lens(
+    text: TomlText<'_>,
+    keys: &[(f64, &At<CameraKey>)],
+    is_orthographic: bool,
+) -> Result<(), SceneError> {
+    for (_, key) in keys {
+        let key = key.get_ref();
+        if let Some(fov) = key.fov.as_ref().filter(|_| is_orthographic) {
+            return Err(text.bad(
+                "fov",
+                fov,
+                "goes with a perspective camera: an orthographic one has `height`",
+            ));
+        }
+        if let Some(height) = key.height.as_ref().filter(|_| !is_orthographic) {
+            let message =
+                "goes with `projection = \"orthographic\"` in [camera]: a perspective camera has `fov`";
+            return Err(text.bad("height", height, message));
+        }
+    }
+    Ok(())
+}
+
+fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3, SceneError> {
+    match (&key.target, &key.rotation) {
+        (Some(target), None) if by_target => text.vector("target", target),
+        (None, Some(rotation)) if !by_target => text.vector("rotation", rotation),
+        (None, None) => {
+            let message = "this camera key needs `target` (a point) or `rotation` (pitch, yaw, roll)";
+            Err(text.fault(key.frame.span(), message))
+        }
+        (Some(_), Some(rotation)) => {
+            Err(text.bad("rotation", rotation, "and `target` exclude each other: keep one of them"))
+        }
+        (Some(other), None) | (None, Some(other)) => {
+            let message = "the keys of a camera have either all `target` or all `rotation`";
+            Err(text.fault(other.span(), message))
+        }
+    }
+}
+
+/// Degrees: smaller directional lights are points, or their directions would differ by less than they are rounded.
+const LEAST_ANGLE: f64 = 1e-3;
+
+/// The power of a light, at most: in any colour it is a number in single floats, and so is what a small light sends.
+const MOST_POWER: f64 = 1e30;
+
+/// What a power must be.
+const POWER: &str = "finite, not negative, and 1e30 at most";
+
+/// A light; `number` counts from 1, for those without a name.
+pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Result<Light, SceneError> {
+    let (light, span) = (table.get_ref(), table.span());
+    refuse_foreign_keys(text, light)?;
+    let keys = in_order(text, &light.key, |key| &key.frame)?;
+    let how = light.interpolation;
+    let vector = |key: &str, value: &Three| text.vector(key, value);
+    let color = or(&light.color, "color", Vec3::ONE, |key, value| text.color(key, value))?;
+    let watts = |key: &str, value: &At<f64>| {
+        text.number(key, value, POWER, |power| (0.0..=MOST_POWER).contains(&power))
+    };
+    let power = or(&light.power, "power", 1.0, watts)?;
+    let place = |key: &str,
+                 constant: &Option<Three>,
+                 keyed: fn(&crate::scene::keys::LightKey) -> &Option<Three>| {
+        let all_keyed = !keys.is_empty() && keys.iter().all(|(_, entry)| keyed(entry.get_ref()).is_some());
+        if constant.is_none() && !all_keyed {
+            return Err(text.fault(span.clone(), format!("this light needs the key `{key}`")));
+        }
+        let rest = or(constant, key, DVec3::ZERO, vector)?;
+        through_or(rest, &keys, how, |entry| or(keyed(entry), key, rest, vector))
+    };
+    let kind = match light.kind {
+        LightType::Directional => {
+            refuse_zero_directions(text, light)?;
+            let direction = place("direction", &light.direction, |key| &key.direction)?;
+            match or(&light.angle, "angle", 0.0, |key, value| {
+                text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
+            })? {
+                // what is narrower than this cannot be told from a point
+                angle if angle > LEAST_ANGLE => LightKind::Sun { direction, angle },
+                _ => LightKind::Directional { direction },
+            }
+        }
+        LightType::Point => {
+            LightKind::Point { position: place("position", &light.position, |key| &key.position)? }
+        }
+        LightType::Spot => LightKind::Spot {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            cone: or(&light.cone, "cone", 45.0, |key, value| {
+                text.number(key, value, "between 0 and 180 degrees", |cone| cone > 0.0 && cone < 180.0)
+            })?,
+            soft: or(&light.soft, "soft", 0.0, |key, value| {
+                text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
+            })?,
+        },
+        LightType::Rectangle => LightKind::Rectangle {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            size: or(&light.size, "size", [1.0; 2], |key, value| edges(text, key, value))?,
+        },
+        LightType::Disk => LightKind::Disk {
+            position: place("position", &light.position, |key| &key.position)?,
+            target: place("target", &light.target, |key| &key.target)?,
+            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
+        },
+        LightType::Sphere => LightKind::Sphere {
+            position: place("position", &light.position, |key| &key.position)?,
+            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
+        },
+    };
+    if let LightKind::Spot { position, target, .. }
+    | LightKind::Rectangle { position, target, .. }
+    | LightKind::Disk { position, target, .. } = &kind
+    {
+        let mut frames = keys.iter().map(|(frame, _)| *frame).chain([0.0]);
+        if frames.any(|frame| position.at(frame) == target.at(frame)) {
+            return Err(
+                text.fault(span, "`position` and `target` of this light are the same point: move one")
+            );
+        }
+    }
+    let samples = or(&light.samples, "samples", Light::MOST_SAMPLES, |key, value| {
+        let samples = *value.get_ref();
+        let fits = [1, 4, Light::MOST_SAMPLES].contains(&samples);
+        fits.then_some(samples).ok_or_else(|| text.bad(key, value, "must be 1, 4 or 16"))
+    })?;
+    Ok(Light {
+        name: light.name.clone().unwrap_or_else(|| format!("light {number}")),
+        kind,
+        color: through_or(color, &keys, how, |key| or(&key.color, "color", color, |k, v| text.color(k, v)))?,
+        power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
+        samples,
+        group: light.group.as_ref().map(|group| group_name(text, group)).transpose()?,
+    })
+}
+
+/// The name of a group is a part of names of channels.
+fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneError> {
+    /// Names of channels end at 31 letters, for old readers: `light_` and `.R` included.
+    const LONGEST: usize = 23;
+    let name = group.get_ref();
+    let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
+    let fits = (1..=LONGEST).contains(&name.len()) && is_plain;
+    fits.then(|| name.clone())
+        .ok_or_else(|| text.bad("group", group, "must be 1 to 23 letters, digits, `-` and `_`"))
+}
+
+/// That groups are few, and that each light of a group has a name of its own in it.
+pub(crate) fn check_groups(
+    text: TomlText<'_>,
+    tables: &[At<LightTable>],
+    lights: &[Light],
+) -> Result<(), SceneError> {
+    let groups = LightGroups::of(lights);
+    for (number, (table, light)) in tables.iter().zip(lights).enumerate() {
+        let Some(group) = &light.group else { continue };
+        if groups.of[number] >= LightGroups::MOST - 1 {
+            let message = format!("more than {} groups of lights: use fewer", LightGroups::MOST - 1);
+            return Err(text.fault(table.span(), message));
+        }
+        let is_same = |other: &&Light| other.group == light.group && other.name == light.name;
+        if lights[..number].iter().any(|other| is_same(&other)) {
+            let message = format!("two lights `{}` in the group `{group}`: rename one", light.name);
+            return Err(text.fault(table.span(), message));
+        }
+    }
+    Ok(())
+}
+
+/// Width and height of a light.
+fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64; 2], SceneError> {
+    let List(edges) = *value.get_ref();
+    let fits = edges.iter().all(|edge| (1e-9..=1e9).contains(edge));
+    fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
+}
+
+fn length(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneError> {
+    text.number(key, value, "a length from 1e-9 to 1e9", |length| (1e-9..=1e9).contains(&length))
+}
+
+/// A key that the light's type has no use for is a mistake about the type.
+fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
+    let (kind, allowed): (_, &[&str]) = match light.kind {
+        LightType::Directional => ("directional", &["direction", "angle", "samples"]),
+        LightType::Point => ("point", &["position"]),
+        LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
+        LightType::Rectangle => ("rectangle", &["position", "target", "size", "samples"]),
+        LightType::Disk => ("disk", &["position", "target", "radius", "samples"]),
+        LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
+    };
+    let span = |value: &Option<Three>| value.as_ref().map(At::span);
+    let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
+    let mut stated = vec![
+        ("direction", span(&light.direction)),
+        ("position", span(&light.position)),
+        ("target", span(&light.target)),
+        ("cone", number(&light.cone)),
+        ("soft", number(&light.soft)),
+        ("size", light.size.as_ref().map(At::span)),
+        ("radius", number(&light.radius)),
+        ("angle", number(&light.angle)),
+        ("samples", light.samples.as_ref().map(At::span)),
+    ];
+    for key in light.key.iter().map(At::get_ref) {
+        let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];
+        stated.extend(places.map(|(name, value)| (name, span(value))));
+    }
+    let foreign = |(name, span): (&'static str, Option<_>)| span.map(|span| (name, span));
+    match stated.into_iter().filter_map(foreign).find(|(name, _)| !allowed.contains(name)) {
+        None => Ok(()),
+        Some((name, span)) => {
+            let message = format!(
+                "a {kind} light has no `{name}`: it takes {} beside color and power",
+                allowed.join(", ")
+            );
+            Err(text.fault(span, message))
+        }
+    }
+}
+
+fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
+    let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
+    match light.direction.iter().chain(keyed).find(|direction| direction.get_ref().0 == [0.0; 3]) {
+        Some(zero) => {
+            Err(text.bad("direction", zero, "must not be zero: it is the way that the light travels"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Keys by rising frame. No two may share one.
+pub fn in_order<'a, K>(
+    text: TomlText<'_>,
+    keys: &'a [At<K>],
+    frame: impl Fn(&K) -> &At<f64>,
+) -> Result<Vec<(f64, &'a At<K>)>, SceneError> {
+    let fits = |frame: f64| frame.abs() <= f64::from(i32::MAX);
+    let mut ordered = Vec::new();
+    for key in keys {
+        ordered.push((text.number("frame", frame(key.get_ref()), "a frame's number", fits)?, key));
+    }
+    ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match ordered.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => {
+            let message = format!("is {}: there is another key at this frame already", pair[1].0);
+            Err(text.bad("frame", frame(pair[1].1.get_ref()), &message))
+        }
+        None => Ok(ordered),
+    }
+}
+
+/// One value a key.
+fn each<K, T>(
+    keys: &[(f64, &At<K>)],
+    mut value: impl FnMut(&K) -> Result<T, SceneError>,
+) -> Result<Vec<(f64, T)>, SceneError> {
+    keys.iter().map(|(frame, key)| Ok((*frame, value(key.get_ref())?))).collect()
+}
+
+/// The value that is stated, or `default`.
+pub fn or<V, T>(
+    stated: &Option<V>,
+    key: &str,
+    default: T,
+    read: impl Fn(&str, &V) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    stated.as_ref().map_or(Ok(default), |value| read(key, value))
+}
+
+fn any_number(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneError> {
+    text.number(key, value, "finite", |_| true)
+}
+
+fn through<T: Keyed>(keys: Vec<(f64, T)>, interpolation: Interpolation) -> Track<T> {
+    Track::through(keys, interpolation).expect("keys are there, in order, no two at a frame")
+}
+
+/// A track through one value a key, or, without keys, at rest.
+pub fn through_or<K, T: Keyed>(
+    rest: T,
+    keys: &[(f64, &At<K>)],
+    interpolation: Interpolation,
+    value: impl Fn(&K) -> Result<T, SceneError>,
+) -> Result<Track<T>, SceneError> {
+    let values = each(keys, value)?;
+    Ok(if values.is_empty() { Track::constant(rest) } else { through(values, interpolation) })
+}
+
+/// The whole frames from the first key to the last; of very long tracks the first ones.
+pub fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
+    let first = keys.first().map_or(0.0, |(frame, _)| frame.floor());
+    let last = keys.last().map_or(-1.0, |(frame, _)| frame.ceil());
+    let count = (last - first + 1.0).clamp(0.0, MOST_FRAMES_LOOKED_AT);
+    (0..count as u32).map(move |i| first + f64::from(i))
+}
