@@ -153,6 +153,11 @@ impl Exposures {
         Self { clock, all: all.collect() }
     }
 
+    /// One exposure at the frame's own time, through a pinhole.
+    pub fn sharp() -> Self {
+        Self::new(1, None, &[], false)
+    }
+
     /// Number of the one in the middle of the shutter, near the centre of the lens.
     pub fn middle(&self) -> usize {
         self.all.len() / 2

@@ -166,18 +166,8 @@ impl Layers {
     ///
     /// # Errors
     /// A name that is none, and what there is.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        Self::of(text.split(',').map(str::trim)).map_err(Self::unknown)
-    }
-
-    /// What to say of a name that is none.
-    pub fn unknown(name: &str) -> String {
-        let renamed = RENAMED.iter().find(|(old, _)| *old == name);
-        match (renamed, group_of(name)) {
-            (Some((_, new)), _) => format!("the layer `{name}` is called `{new}` now"),
-            (_, Some(group)) => format!("`{name}` is selected with the others of its group, as `{group}`"),
-            _ => format!("there is no layer `{name}`; there are {}", Self::NAMES.join(", ")),
-        }
+    pub fn parse(text: &str) -> Result<Self, UnknownLayer> {
+        Self::of(text.split(',').map(str::trim)).map_err(UnknownLayer::new)
     }
 
     /// Their names.
@@ -189,6 +179,57 @@ impl Layers {
             .map(|(_, name)| name)
     }
 }
+
+/// A name that selects no layer. The text says what does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum UnknownLayer {
+    /// The layer has another name now.
+    Renamed {
+        /// The former name.
+        old: String,
+        /// The name to write.
+        new: &'static str,
+    },
+    /// The layer is selected with the others of its group.
+    InGroup {
+        /// The name of one of its layers.
+        name: String,
+        /// The name to write.
+        group: &'static str,
+    },
+    /// No layer has ever been called so.
+    Unknown(String),
+}
+
+impl UnknownLayer {
+    /// Finds out what to write instead of `name`.
+    pub fn new(name: &str) -> Self {
+        let renamed = RENAMED.iter().find(|(old, _)| *old == name);
+        let name = String::from(name);
+        match (renamed, group_of(&name)) {
+            (Some((_, new)), _) => Self::Renamed { old: name, new },
+            (_, Some(group)) => Self::InGroup { name, group },
+            _ => Self::Unknown(name),
+        }
+    }
+}
+
+impl fmt::Display for UnknownLayer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Renamed { old, new } => write!(f, "the layer `{old}` is called `{new}` now"),
+            Self::InGroup { name, group } => {
+                write!(f, "`{name}` is selected with the others of its group, as `{group}`")
+            }
+            Self::Unknown(name) => {
+                write!(f, "there is no layer `{name}`; there are {}", Layers::NAMES.join(", "))
+            }
+        }
+    }
+}
+
+impl std::error::Error for UnknownLayer {}
 
 /// What a layer of a file is selected as: the mattes of one kind are several layers, numbered.
 fn selected_as(layer: &str) -> &str {
@@ -264,13 +305,13 @@ mod tests {
         assert!(some.has_plane("R") && some.has_plane("A") && !some.has_plane("P.X"));
         assert_eq!((Layers::parse("all"), Layers::parse("none")), (Ok(Layers::ALL), Ok(Layers::NONE)));
         assert_eq!(Layers::parse("usual"), Ok(Layers::default()));
-        let wrong = Layers::parse("Z,far").expect_err("there is no such layer");
+        let wrong = Layers::parse("Z,far").expect_err("there is no such layer").to_string();
         assert!(wrong.starts_with("there is no layer `far`; there are diffuse, "), "{wrong}");
     }
 
     #[test]
     fn names_of_before_and_parts_of_groups_are_told_what_to_say_instead() {
-        let wrong = |text: &str| Layers::parse(text).expect_err("it is no selection");
+        let wrong = |text: &str| Layers::parse(text).expect_err("it is no selection").to_string();
         assert_eq!(wrong("Z,id"), "the layer `id` is called `object` now");
         assert!(wrong("sky").contains("`background`"));
         assert!(wrong("status_missed").ends_with("as `status`"));

@@ -1,8 +1,8 @@
 //! What decides a picture beside the scene: size, samples, filter, depth, mode.
 
-use crate::exposure::Shutter;
+pub use crate::exposure::Shutter;
 use crate::layers::Layers;
-use crate::stereo::Stereo;
+pub use crate::stereo::Stereo;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -132,14 +132,29 @@ pub enum Budget {
 
 impl Budget {
     /// As the command line and shot files state it.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// Text that is neither.
+    pub fn parse(text: &str) -> Result<Self, BudgetError> {
         match text.parse() {
             _ if text == "full" => Ok(Self::Full),
             Ok(rays) => Ok(Self::Rays(rays)),
-            Err(_) => Err(String::from("must be `full`, or a number of rays a frame")),
+            Err(_) => Err(BudgetError),
         }
     }
 }
+
+/// Text that is no [`Budget`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BudgetError;
+
+impl std::fmt::Display for BudgetError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("must be `full`, or a number of rays a frame")
+    }
+}
+
+impl std::error::Error for BudgetError {}
 
 /// How the file of a frame is made. The values in it do not depend on that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -308,25 +323,53 @@ impl Refinement {
     /// Where nothing is said.
     pub const THRESHOLD: f32 = 0.1;
 
-    /// What its bounds must be.
-    pub const BOUNDS: &str = "the most must be the fewest doubled once or more, like 1 and 4, and 16 at most";
-
-    /// This, if pixels can be refined so from `fewest` on and made by this filter; or what is wrong.
-    pub fn checked(self, fewest: u32, filter: Filter) -> Result<Self, String> {
+    /// Checks that pixels can be refined so from `fewest` samples on, and mixed by this filter.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn checked(self, fewest: u32, filter: Filter) -> Result<Self, RefinementError> {
         let Self { most, threshold } = self;
         let is_doubled = most > fewest && most % fewest == 0 && (most / fewest).is_power_of_two();
         if !is_doubled || most > MOST_SAMPLES {
-            return Err(String::from(Self::BOUNDS));
+            return Err(RefinementError::Bounds);
         }
         if !(threshold > 0.0 && threshold < 1.0) {
-            return Err(format!("the threshold {threshold} must be a contrast above 0 and below 1"));
+            return Err(RefinementError::Threshold(threshold));
         }
         if filter != Filter::Box {
-            return Err(String::from("only the filter `box` can mix pixels of few samples and of many"));
+            return Err(RefinementError::Filter);
         }
         Ok(self)
     }
 }
+
+/// A [`Refinement`] that cannot be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum RefinementError {
+    /// The most samples are not the fewest, doubled once or more.
+    Bounds,
+    /// The threshold is no contrast.
+    Threshold(f32),
+    /// The filter cannot mix pixels of few samples and of many.
+    Filter,
+}
+
+impl std::fmt::Display for RefinementError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bounds => {
+                f.write_str("the most must be the fewest doubled once or more, like 1 and 4, and 16 at most")
+            }
+            Self::Threshold(stated) => {
+                write!(f, "the threshold {stated} must be a contrast above 0 and below 1")
+            }
+            Self::Filter => f.write_str("only the filter `box` can mix pixels of few samples and of many"),
+        }
+    }
+}
+
+impl std::error::Error for RefinementError {}
 
 /// Settings of a whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -387,7 +387,9 @@ macro_rules! sum_fields {
     ($type:ty: $($field:ident),+) => {
         impl AddAssign for $type {
             fn add_assign(&mut self, other: Self) {
-                $(self.$field += other.$field;)+
+                // a field that is missing in the list does not compile
+                let Self { $($field),+ } = other;
+                $(self.$field += $field;)+
             }
         }
     };

@@ -12,7 +12,7 @@ use afterimage::animation::Track;
 use afterimage::changes::Direction;
 use afterimage::digest::Digest;
 use afterimage::exposure::Shutter;
-use afterimage::frame::{Finished, Holds, Moment, Renderer, Snapshot};
+use afterimage::frame::{Finished, Moment, Renderer, Snapshot, ValidDirection};
 use afterimage::output::Fingerprint;
 use afterimage::output::store_file::{self, Header, MAGIC, StoreErrorKind, StoreFile, VERSION};
 use afterimage::samples::SampleStore;
@@ -206,7 +206,11 @@ fn answers_that_hold_backwards_come_back_as_such() {
                 let direction = if frame == FRAMES { Direction::Forward } else { Direction::Backward };
                 assert_eq!(
                     one.samples().unwrap().0,
-                    Moment { frame, rendered: (FRAMES - frame + 1) as u32, holds: Holds::To(direction) }
+                    Moment {
+                        frame,
+                        rendered: (FRAMES - frame + 1) as u32,
+                        valid: ValidDirection::To(direction)
+                    }
                 );
                 other = through_a_file(&other, &scene, &settings, &folder.path().join("a.store"));
             }
@@ -431,7 +435,7 @@ fn a_damaged_store_is_refused() {
         assert!(StoreFile::open(&place.path("a.store")).unwrap().read(&other, &shot.scene).is_err());
     }
     // one that has right sums, and lies
-    let (moment, pictures) = (Moment { frame: 2, rendered: 2, holds: Holds::Both }, {
+    let (moment, pictures) = (Moment { frame: 2, rendered: 2, valid: ValidDirection::Both }, {
         let file = StoreFile::open(&place.path("a.store")).unwrap();
         file.read(&shape, &shot.scene).unwrap()
     });

@@ -59,6 +59,22 @@ pub enum Lights {
     Soft,
 }
 
+/// What a shot is measured with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    pub lights: Lights,
+    /// Along a pixel's edge.
+    pub samples: u32,
+    /// Mirrors and panes that a ray may meet.
+    pub depth: u32,
+}
+
+impl Setup {
+    pub const fn of(lights: Lights, samples: u32, depth: u32) -> Self {
+        Self { lights, samples, depth }
+    }
+}
+
 impl Lights {
     /// Those of `all`, the lights of a shot file.
     pub fn of(self, all: &[Light]) -> &[Light] {

@@ -13,29 +13,13 @@ use serde::Serialize;
 
 use super::bare::Bare;
 use super::contest::Arena;
-use super::kinds::{Kind, Lights, MOST_LIGHTS, shot_file};
+use super::kinds::{Kind, Lights, MOST_LIGHTS, Setup, shot_file};
 use super::places::{Place, SceneName, generated};
 use super::table::{Circumstances, Row, header, write_json};
 use super::{Arguments, folder};
 
 /// Triangles of what moves alone.
 const OBJECT_TRIANGLES: u64 = 5_000;
-
-/// What a shot is measured with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Setup {
-    pub lights: Lights,
-    /// Along a pixel's edge.
-    pub samples: u32,
-    /// Mirrors and panes that a ray may meet.
-    pub depth: u32,
-}
-
-impl Setup {
-    const fn of(lights: Lights, samples: u32, depth: u32) -> Self {
-        Self { lights, samples, depth }
-    }
-}
 
 /// Measured unless the command line says otherwise: every kind with the first of these...
 const SETUPS: [Setup; 6] = [

@@ -10,7 +10,7 @@ use afterimage::layers::Layers;
 
 use super::Arguments;
 use super::contest::{Contestant, Cost, Outcome};
-use super::suite::Setup;
+use super::kinds::Setup;
 
 /// One shot.
 #[derive(Debug, Clone, Serialize)]

@@ -162,8 +162,9 @@ impl Motion {
             || until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
     }
 
-    /// An answer that was found in `frame` as `other` says it, in which time runs the other way: it holds for as many frames.
-    pub fn translated(&self, until: Until, frame: impl Into<i64>, other: &Self) -> Until {
+    /// Converts an expiry that was found in `frame` to the motion `other`, in which time runs the other way. The number of frames stays
+    /// the same.
+    pub fn to_opposite(&self, until: Until, frame: impl Into<i64>, other: &Self) -> Until {
         let frame = frame.into();
         if until == Until::FOREVER || until <= Until::EXPIRED {
             return until;

@@ -349,14 +349,14 @@ fn an_answer_can_be_told_in_the_other_direction() {
     for frame in [-9, 0, 99, 100, 105, 110, 200, 300, 301, 400, 401, 450] {
         for x in [0.0, 25.0, 50.0, 90.0, -30.0] {
             let until = across(&forward, x, frame);
-            let other = forward.translated(until, frame, &back);
+            let other = forward.to_opposite(until, frame, &back);
             let [own, others] = [
                 length(&forward, Direction::Forward, until, frame),
                 length(&back, Direction::Backward, other, frame),
             ];
             assert!(own > 0 && others == own, "frame {frame}, {x}: {own}, {others}");
             let until = across(&back, x, frame);
-            let other = back.translated(until, frame, &forward);
+            let other = back.to_opposite(until, frame, &forward);
             let [own, others] = [
                 length(&back, Direction::Backward, until, frame),
                 length(&forward, Direction::Forward, other, frame),
@@ -365,7 +365,7 @@ fn an_answer_can_be_told_in_the_other_direction() {
         }
     }
     for until in [Until::FOREVER, Until::UNKNOWN, Until::EXPIRED] {
-        assert_eq!(forward.translated(until, 7, &back), until);
+        assert_eq!(forward.to_opposite(until, 7, &back), until);
     }
 }
 

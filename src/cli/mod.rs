@@ -4,7 +4,7 @@
 //! the rest of the program. Results go to stdout, everything else to stderr.
 
 pub mod args;
-mod bare_model;
+pub mod bare_model;
 mod coarse;
 pub mod compare;
 mod denoising;

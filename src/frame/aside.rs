@@ -5,26 +5,23 @@
 
 use std::time::Instant;
 
-use super::eyes::{EyeMemory, Source};
-use super::picture::{self, Order};
-use super::shot::plan::CameraChange;
+use super::lineage::Rule;
+use super::picture::PictureRequest;
+use super::pictures::Pictures;
 use super::shot::prepared::Prepared;
-use super::shot::reflection_maps::ReflectionMaps;
-use super::{Finished, RenderError, Renderer, stats, turn};
-use crate::changes::Direction;
-use crate::exposure::Clock;
+use super::{Finished, RenderError, Renderer, stats};
+use crate::exposure::Exposures;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
+use crate::samples::saved::PictureName;
 use crate::scene::{CameraTrack, Scene};
 use crate::settings::{Mode, Settings};
 use crate::stereo::Eye;
-use crate::trace::Backend;
 
 /// What is kept from one such picture to the next.
 pub struct Aside<'s> {
     prepared: Prepared<'s>,
-    memory: EyeMemory,
-    maps: ReflectionMaps,
+    pictures: Pictures,
     /// Pictures so far.
     rendered: u32,
 }
@@ -33,9 +30,8 @@ impl<'s> Aside<'s> {
     /// For pictures of `scene` with `settings`, of which they have size and samples: one eye, no shutter, and `R G B A` alone.
     pub fn new(scene: &'s Scene, settings: &Settings) -> Self {
         let settings = Settings { stereo: None, shutter: None, layers: Layers::NONE, ..settings.clone() };
-        let prepared = Prepared::new(scene, &settings, Clock::FRAMES);
-        let memory = EyeMemory::new(None, &settings, &prepared.layout);
-        Self { prepared, memory, maps: ReflectionMaps::default(), rendered: 0 }
+        let prepared = Prepared::new(scene, &settings, Exposures::sharp());
+        Self { prepared, pictures: Pictures::default(), rendered: 0 }
     }
 }
 
@@ -50,43 +46,26 @@ impl<'s> Renderer<'s> {
         reuse: bool,
     ) -> Result<Finished, RenderError> {
         let start = Instant::now();
-        let Aside { prepared, memory, maps, rendered } = beside;
+        let Aside { prepared, pictures, rendered } = beside;
         prepared.stop.clone_from(&self.prepared.stop);
-        let (scene, mode) = (prepared.scene, prepared.settings.mode);
+        let (scene, is_full) = (prepared.scene, prepared.settings.mode == Mode::Full);
         let of_files = camera.map(|camera| scene.space.camera(camera.clone()));
         let camera = CameraPose::of(of_files.as_ref().unwrap_or(&scene.camera), f64::from(frame));
-        let pose = Pose { camera, ..Pose::of(scene, frame) };
-        let source =
-            Source::of([memory.last.as_ref(), None], Eye::Left, &pose, reuse && mode != Mode::Full, false);
-        let plan = source.plan(&pose);
-        if source.pose().is_some() && plan.camera == CameraChange::None {
-            prepared.look_ahead();
-        }
-        let time = turn::direction(&prepared.settings, memory, source.pose(), &pose);
-        if time != (Direction::Forward, false) {
-            prepared.look_back();
-        }
-        turn::turn(prepared, memory, source.pose(), time);
-        *rendered += 1;
-        let order = Order {
-            pose: &pose,
-            reuse: source.pose().is_some(),
-            plan,
-            shown: source.pose(),
-            time,
-            rendered: *rendered,
-            channels: &prepared.channels,
+        let picture = PictureName { eye: Eye::Left, exposure: 0 };
+        let request = PictureRequest {
+            picture,
+            pose: Pose { camera, ..Pose::of(scene, frame) },
+            place: None,
             at_frame: None,
+            rendered: *rendered + 1,
             sharers: 1,
             start,
         };
-        let backend: &mut dyn Backend = &mut *self.backend;
-        let made = picture::make(prepared, backend, memory, maps, &order);
-        if matches!(made, Err(RenderError::Stopped)) {
-            memory.forget();
-            *rendered -= 1;
-        }
-        let made = made?;
+        let rule = Rule { reuse, is_full, exposures: 1, rests: false, has_two_sides: false };
+        pictures.begin(picture.eye, reuse);
+        let made = pictures.render(prepared, &mut *self.backend, &request, &rule);
+        let made = made.inspect_err(|_| pictures.forget())?;
+        *rendered += 1;
         Ok(self.finished(made.film.clone(), stats(prepared, frame, &made), &camera))
     }
 }

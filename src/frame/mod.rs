@@ -12,13 +12,14 @@
 
 mod aside;
 pub(crate) mod audit;
-mod blur;
-mod eyes;
 mod film;
 pub mod grid;
+mod history;
 mod light;
+mod lineage;
 mod need;
 mod picture;
+mod pictures;
 mod planes;
 mod render_error;
 mod reuse;
@@ -29,38 +30,41 @@ mod spoil;
 mod static_camera;
 mod surface;
 pub(crate) mod tiles;
-mod turn;
+mod validity;
 mod watcher;
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use crate::changes::Direction;
-use crate::exposure::Clock;
+use crate::exposure::Exposures;
 use crate::film::Film;
-use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
 use crate::samples::saved::{PictureName, PictureSamples, Shape};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
-use crate::stereo::Eye;
-use crate::trace::{Backend, BackendKind};
+use crate::stereo::{Eye, EyePlace};
+use crate::trace::Backend;
 
+pub use crate::memory::Need;
+pub use crate::pose::CameraPose;
+pub use crate::trace::BackendKind;
 pub use aside::Aside;
-use blur::Blur;
-pub use blur::exposures;
-use eyes::{EyeMemory, Source};
+use film::mean::Mean;
+use lineage::Rule;
 pub use need::{need, need_of_aside, with_kept, with_writing};
-use picture::{Made, Order};
+use picture::{PictureRequest, RenderedPicture};
+use pictures::Pictures;
 pub use render_error::RenderError;
-use shot::plan::CameraChange;
+pub use shot::exposed::exposures;
+use shot::exposed::{has_two_sides, rests};
 use shot::prepared::Prepared;
-use shot::reflection_maps::ReflectionMaps;
-pub use snapshot::{Holds, Moment, Snapshot};
+pub use snapshot::{Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
 use tiles::level::Level;
+pub use validity::ValidDirection;
 pub use watcher::{Stop, Watcher};
 
 /// Renders the frames of a shot, one after the other.
@@ -69,14 +73,12 @@ pub struct Renderer<'s> {
     kind: BackendKind,
     backend: Box<dyn Backend>,
     build_seconds: f64,
-    /// Left and right: what is kept of each. The left one is alone where there is no stereo.
-    eyes: [EyeMemory; 2],
-    /// The same in a shot with a shutter or a lens: nothing is kept above then.
-    blurs: [Option<Blur>; 2],
-    /// Frames rendered so far.
+    /// The places of the left and the right eye beside the shot's camera, in a shot with two.
+    places: [Option<EyePlace>; 2],
+    /// What is kept of the pictures of earlier frames.
+    pictures: Pictures,
+    /// Number of frames rendered so far.
     rendered: u32,
-    /// Of the picture made last, if it was finished.
-    maps: ReflectionMaps,
 }
 
 /// A frame that is done.
@@ -105,19 +107,14 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build_for(scene, settings.build, settings.caustics)?;
-        let exposures = blur::exposures(scene, settings);
-        let clock = exposures.as_ref().map_or(Clock::FRAMES, |exposures| exposures.clock.clone());
-        let prepared = Prepared::new(scene, settings, clock);
+        let exposures = exposures(scene, settings).unwrap_or_else(Exposures::sharp);
+        let prepared = Prepared::new(scene, settings, exposures);
         let to_world = |length| f64::from(scene.space.length(length));
         let size = [settings.width, settings.height];
-        let eyes = Eye::BOTH.map(|eye| {
-            let place = settings.stereo.map(|stereo| stereo.place(eye, to_world, size));
-            EyeMemory::new(place, settings, &prepared.layout)
-        });
-        let blurs = eyes.each_ref().map(|eye| Some(Blur::new(exposures.clone()?, eye.place, &prepared)));
+        let places = Eye::BOTH.map(|eye| settings.stereo.map(|stereo| stereo.place(eye, to_world, size)));
         let build_seconds = start.elapsed().as_secs_f64();
-        let maps = ReflectionMaps::default();
-        Ok(Self { prepared, kind, backend, build_seconds, eyes, blurs, rendered: 0, maps })
+        let pictures = Pictures::default();
+        Ok(Self { prepared, kind, backend, build_seconds, places, pictures, rendered: 0 })
     }
 
     /// Has `watcher` be told after each band of tiles, from now on.
@@ -154,102 +151,86 @@ impl<'s> Renderer<'s> {
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         let before = self.rendered;
-        let finished = self.render_whole(eye, frame, reuse);
-        if matches!(finished, Err(RenderError::Stopped)) {
+        let finished = self.render_pictures(eye, frame, reuse);
+        if finished.is_err() {
             self.forget();
             self.rendered = before;
         }
         finished
     }
 
-    fn render_whole(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
-        if let Some(blur) = self.blurs[eye as usize].take() {
-            return self.render_blurred((eye, blur), frame, reuse);
-        }
-        let start = Instant::now();
-        let scene = self.prepared.scene;
-        let place = self.eyes[eye as usize].place;
-        let pose = Pose::seen_from(scene, frame, place.as_ref());
-        let may_be_lent = self.prepared.settings.mode != Mode::Full;
-        let last = self.eyes.each_ref().map(|memory| memory.last.as_ref());
-        let source = Source::of(last, eye, &pose, reuse, may_be_lent);
-        let is_lent = matches!(source, Source::Lent(_));
-        // both eyes count as one frame
-        self.rendered += u32::from(eye == Eye::Left);
-        if is_lent {
-            let [left, right] = &mut self.eyes;
-            right.borrow_from(left);
-        }
-        let plan = source.plan(&pose);
-        if source.pose().is_some() && plan.camera == CameraChange::None {
-            self.prepared.look_ahead();
-        }
-        let sharers = self.eyes().len();
-        let memory = &mut self.eyes[eye as usize];
-        let time = turn::direction(&self.prepared.settings, memory, source.pose(), &pose);
-        if time != (Direction::Forward, false) {
-            self.prepared.look_back();
-        }
-        turn::turn(&self.prepared, memory, source.pose(), time);
-        let order = Order {
-            pose: &pose,
-            reuse: source.pose().is_some(),
-            plan,
-            shown: source.pose().filter(|_| !is_lent),
-            time,
-            rendered: self.rendered,
-            channels: &self.prepared.channels,
-            at_frame: Some(frame),
-            sharers,
-            start,
-        };
-        let made = picture::make(&self.prepared, &mut *self.backend, memory, &mut self.maps, &order)?;
-        if is_lent {
-            let [left, right] = &mut self.eyes;
-            right.give_back_to(left);
-        }
-        let stats = FrameStats {
-            eye: self.prepared.settings.stereo.map(|_| eye),
-            from_left: is_lent && made.reuses,
-            ..stats(&self.prepared, frame, &made)
-        };
-        Ok(self.finished(made.film, stats, &pose.camera))
-    }
-
-    /// The same of a frame that is the mean of several exposures: with `reuse` they are made of the samples of an earlier frame, and
-    /// those after the first one of each other's in any case, unless every frame is to be traced in full.
-    fn render_blurred(
-        &mut self,
-        (eye, mut blur): (Eye, Blur),
-        frame: i32,
-        reuse: bool,
-    ) -> Result<Finished, RenderError> {
+    /// Renders all pictures of a frame that `eye` sees, and mixes them.
+    fn render_pictures(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
         let start = Instant::now();
         // both eyes count as one frame
         self.rendered += u32::from(eye == Eye::Left);
+        let (rule, direction) = self.begin(eye, frame, reuse);
+        let count = self.prepared.exposures.all.len();
+        let place = self.places[eye as usize];
         let mut sum: Option<FrameStats> = None;
-        let order = blur.begin(&mut self.prepared, frame, reuse);
-        let tools: (&mut dyn Backend, _) = (&mut *self.backend, &mut self.maps);
-        let film = blur.render(&self.prepared, tools, order, self.rendered, |made| {
-            let of_exposure = stats(&self.prepared, frame, &made);
-            match &mut sum {
-                Some(sum) => sum.add_exposure(&of_exposure),
-                None => {
-                    let full = FullEstimate::from_base(&of_exposure);
-                    sum = Some(FrameStats { full, ..of_exposure });
-                }
-            }
+        let mut mean = (count > 1).then(|| {
+            let size = self.prepared.settings.data_window();
+            Mean::new(&self.prepared.channels, [size.width, size.height])
         });
-        self.blurs[eye as usize] = Some(blur);
-        let has_two_eyes = self.eyes().len() > 1;
-        let mut stats = FrameStats { eye: has_two_eyes.then_some(eye), ..sum.unwrap_or_default() };
+        let mut film = None;
+        for number in 0..count {
+            let exposure = if direction == Direction::Forward { number } else { count - 1 - number };
+            let picture = PictureName { eye, exposure };
+            let request = PictureRequest {
+                picture,
+                pose: self.prepared.pose(frame, picture, place.as_ref()),
+                place,
+                at_frame: (exposure == self.prepared.exposures.middle()).then_some(frame),
+                rendered: self.rendered,
+                sharers: self.eyes().len() * count,
+                start: if number == 0 { start } else { Instant::now() },
+            };
+            let made = self.pictures.render(&mut self.prepared, &mut *self.backend, &request, &rule)?;
+            let stats = FrameStats {
+                eye: self.prepared.settings.stereo.map(|_| eye),
+                from_left: eye == Eye::Right && made.is_lent && count == 1,
+                ..stats(&self.prepared, frame, &made)
+            };
+            match &mut sum {
+                Some(sum) => sum.add_exposure(&stats),
+                None if count > 1 => {
+                    sum = Some(FrameStats { full: FullEstimate::from_base(&stats), ..stats })
+                }
+                None => sum = Some(stats),
+            }
+            match &mut mean {
+                Some(mean) => mean.add(&made.film, &self.prepared.channels),
+                None => film = Some(made.film),
+            }
+        }
+        let film = film.or_else(|| Some(Arc::new(mean?.finish(&self.prepared.channels))));
+        let mut stats = sum.unwrap_or_default();
         let total = start.elapsed().as_secs_f64();
-        // the mean
+        // what it took to mix them
         stats.seconds.filter += total - stats.seconds.total;
         stats.seconds.total = total;
-        let place = self.eyes[eye as usize].place;
         let camera = CameraPose::seen_from(&self.prepared.scene.camera, f64::from(frame), place.as_ref());
-        Ok(self.finished(Arc::new(film?), stats, &camera))
+        Ok(self.finished(film.expect("a frame has an exposure"), stats, &camera))
+    }
+
+    /// Begins a frame that `eye` sees: the rule for lineages in it, and the direction in which its exposures are rendered.
+    ///
+    /// Where frames are inferred backwards in time, exposures come in the reverse order: the first one of the frame after is nearest
+    /// to the last one of this, so that steps stay small. Those of a base frame come forwards in any case.
+    fn begin(&mut self, eye: Eye, frame: i32, reuse: bool) -> (Rule, Direction) {
+        let Prepared { exposures, scene, settings, .. } = &self.prepared;
+        let (count, is_full) = (exposures.all.len(), settings.mode == Mode::Full);
+        let last = self.pictures.last_frame(eye).filter(|_| reuse && !is_full);
+        // the first of a frame's exposures is not made of the last one of the same frame
+        let reuse = reuse && (count == 1 || last.is_some_and(|last| last != frame));
+        let direction = match last {
+            Some(last) if reuse && last > frame => Direction::Backward,
+            _ => Direction::Forward,
+        };
+        let rests = count > 1 && !is_full && rests(exposures, scene, frame, direction);
+        let has_two_sides = has_two_sides(settings);
+        self.pictures.begin(eye, reuse);
+        (Rule { reuse, is_full, exposures: count, rests, has_two_sides }, direction)
     }
 
     /// What is handed out of a frame that `camera` has seen.
@@ -267,68 +248,44 @@ impl<'s> Renderer<'s> {
 
     /// The samples of the frame rendered last: of each eye that has seen it, of its exposures, level by level.
     pub fn samples(&self) -> Option<(Moment, Vec<PictureSamples<&SampleStore>>)> {
-        let all: Vec<_> = self.eyes().iter().flat_map(|eye| self.pictures_of(*eye)).collect();
-        let (_, first) = all.first()?;
-        let frame = first.last.as_ref()?.frame;
-        let moment = Moment { frame, rendered: self.rendered, holds: first.holds };
-        let seen = all
-            .into_iter()
-            .filter(|(_, memory)| memory.last.as_ref().is_some_and(|last| last.frame == frame));
-        Some((moment, seen.map(|(picture, memory)| memory.kept(picture)).collect::<Option<_>>()?))
-    }
-
-    /// What is kept of the pictures of `eye`.
-    fn pictures_of(&self, eye: Eye) -> Vec<(PictureName, &EyeMemory)> {
-        let named = |(exposure, memory)| (PictureName { eye, exposure }, memory);
-        match &self.blurs[eye as usize] {
-            Some(blur) => blur.finished().map(named).collect(),
-            None => vec![named((0, &self.eyes[eye as usize]))],
-        }
+        let (frame, valid, pictures) = self.pictures.samples()?;
+        Some((Moment { frame, rendered: self.rendered, valid }, pictures))
     }
 
     /// What samples of its frames may be.
     pub fn shape(&self) -> Shape<'_> {
         Shape {
-            tiles: self.eyes[0].levels.iter().map(|level| level.grid.tiles()).collect(),
+            tiles: self.prepared.grids.iter().map(|grid| grid.tiles()).collect(),
             layout: &self.prepared.layout,
             eyes: self.eyes(),
-            exposures: self.blurs[0].as_ref().map_or(1, Blur::exposures),
+            exposures: self.prepared.exposures.all.len(),
         }
     }
 
     /// Goes on from `snapshot`, as if its frame were the one rendered last; it must be of a renderer of the same scene and settings.
     /// Later frames are the same to the bit, but that more may be made anew where the camera rests.
     pub fn restore(&mut self, snapshot: Snapshot) {
-        let Snapshot { moment, pictures } = snapshot;
+        let Snapshot { moment, mut pictures } = snapshot;
         self.forget();
-        let Self { prepared, eyes, blurs, .. } = self;
-        blurs.iter_mut().flatten().for_each(|blur| blur.begin_restore(moment));
-        for PictureSamples { picture: PictureName { eye, exposure }, levels } in pictures {
-            let eye = eye as usize;
-            let (memory, pose) = match &mut blurs[eye] {
-                Some(blur) => blur.restored(prepared, moment.frame, exposure),
-                None => {
-                    let pose = Pose::seen_from(prepared.scene, moment.frame, eyes[eye].place.as_ref());
-                    (&mut eyes[eye], pose)
-                }
-            };
-            memory.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
-            (memory.last, memory.holds) = (Some(pose), moment.holds);
+        // in the order in which they were made
+        if moment.valid.direction() == Direction::Backward {
+            pictures.sort_by_key(|one| std::cmp::Reverse(one.picture.exposure));
+        }
+        for PictureSamples { picture, levels } in pictures {
+            let pose = self.prepared.pose(moment.frame, picture, self.places[picture.eye as usize].as_ref());
+            self.pictures.restore((picture, pose), moment.valid, levels, &self.prepared);
         }
         self.rendered = moment.rendered;
-        self.forget_film();
     }
 
     /// Forgets all samples: the next frame is a base frame, or goes on from what is [restored](Self::restore) before.
     pub fn forget(&mut self) {
-        self.blurs.iter_mut().flatten().for_each(Blur::forget);
-        self.eyes.iter_mut().for_each(EyeMemory::forget);
-        self.forget_film();
+        self.pictures.forget();
     }
 
     /// Forgets what the film shows: the next frame is made anew in it, from the samples that there are.
     pub fn forget_film(&mut self) {
-        self.memories().for_each(EyeMemory::forget_film);
+        self.pictures.forget_films();
     }
 
     /// Seconds that the acceleration structures took.
@@ -339,27 +296,18 @@ impl<'s> Renderer<'s> {
     /// Drops all shadow tags. Costs rays, and changes no pixel: for tests of just that.
     #[doc(hidden)]
     pub fn forget_tags(&mut self) {
-        self.memories().flat_map(|memory| &mut memory.levels).for_each(Level::forget_tags);
-    }
-
-    /// All that is kept of eyes and exposures.
-    fn memories(&mut self) -> impl Iterator<Item = &mut EyeMemory> {
-        self.eyes.iter_mut().chain(self.blurs.iter_mut().flatten().flat_map(Blur::memories))
+        self.pictures.levels().for_each(Level::forget_tags);
     }
 
     /// Makes kept reflection maps wrong: for a test of the audit.
     #[doc(hidden)]
     pub fn spoil_maps(&mut self) {
-        self.maps.spoil();
+        self.pictures.maps.spoil();
     }
 
     /// Bytes in use.
     pub fn memory(&self) -> Memory {
-        let exposures = || self.blurs.iter().flatten().flat_map(Blur::kept);
-        let kept = || self.eyes[..self.eyes().len()].iter().chain(exposures());
-        let levels = || kept().flat_map(|memory| &memory.levels).filter(|level| level.store.is_some());
-        let bytes = levels().map(|level| level.bytes(&self.prepared.layout)).sum::<usize>() as u64;
-        let samples: u64 = levels().map(Level::samples).sum();
+        let (bytes, samples) = self.pictures.size(&self.prepared);
         Memory {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
@@ -369,7 +317,7 @@ impl<'s> Renderer<'s> {
 }
 
 /// What is said of frame number `frame`, which is `made`.
-fn stats(prepared: &Prepared, frame: i32, made: &Made) -> FrameStats {
+fn stats(prepared: &Prepared, frame: i32, made: &RenderedPicture) -> FrameStats {
     let mode = match (made.reuses, prepared.settings.mode) {
         (false, Mode::Full) => "full",
         (false, _) => "base",

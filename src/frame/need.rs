@@ -2,11 +2,11 @@
 //! within a fifth of it. Samples that fall far from where they were are kept longer than is estimated here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
-use super::blur;
-use super::film::mean::Rule;
 use super::grid::Grid;
 use super::planes::channels::{Channel, channels};
+use super::planes::mixing::MixRule;
 use super::secondary::ray_trees::bytes_of_tree;
+use super::shot::exposed;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Spare, TagLayout, Tile};
@@ -58,7 +58,7 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
     let film = settings.data_window();
     let edge = settings.levels().last().unwrap_or(settings.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
-    let exposures = blur::exposures(&shot.scene, settings);
+    let exposures = exposed::exposures(&shot.scene, settings);
     let of_eye = stores_of_eye(shot, settings);
     let stores = eyes(settings) * of_eye;
 
@@ -135,7 +135,7 @@ fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
 
 /// Pictures that are made, one from the other, of the samples of one store, where these are projected, at most in so many frames.
 fn most_projected(shot: &Shot, settings: &Settings, frames: usize) -> f64 {
-    let exposures = blur::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len());
+    let exposures = exposed::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len());
     let is_alone = exposures == 1 && settings.stereo.is_none();
     if settings.mode == Mode::Full || (is_alone && shot.scene.camera.is_constant()) {
         return 0.0;
@@ -217,7 +217,7 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
 /// How many each eye has in the worst frame of `shot`.
 fn stores_of_eye(shot: &Shot, settings: &Settings) -> u64 {
     let frames = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
-    blur::stores(&shot.scene, settings, frames) as u64
+    exposed::most_stores(&shot.scene, settings, frames) as u64
 }
 
 /// How many there are: each has samples and planes of its own.
@@ -255,7 +255,7 @@ fn bytes_of_films(scene: &Scene, layers: Layers, is_mean: bool, stores: u64) -> 
     }
     let groups = LightGroups::of(&scene.lights);
     let bytes = |channel: &Channel| if channel.is_float() { 4 } else { 2 };
-    let of_all = |channel: &Channel| Rule::of(channel) != Rule::Middle;
+    let of_all = |channel: &Channel| MixRule::of(channel) != MixRule::Middle;
     let mixed: u64 = channels(layers, &groups).filter(of_all).map(|channel| bytes(&channel)).sum();
     4 * channels(layers, &groups).count() as u64 + 2 * film + (stores - 1) * mixed
 }

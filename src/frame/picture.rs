@@ -1,14 +1,15 @@
-//! One picture, through all phases: what is to be seen at a pose, made of samples that are kept or of none.
+//! One picture, through all phases: the scene at one pose, made of the samples that its [lineage](super::lineage) names.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::audit;
 use super::audit::audit_tiles;
-use super::eyes::EyeMemory;
 use super::film::develop;
 use super::grid::view::View;
 use super::grid::wanted::Wanted;
+use super::history::PictureHistory;
+use super::lineage::Lineage;
 use super::planes::channels::Channel;
 use super::planes::kernel::Kernel;
 use super::render_error::RenderError;
@@ -21,108 +22,110 @@ use super::shot::moved_bounds::MovedBounds;
 use super::shot::plan::{CameraChange, Plan};
 use super::shot::prepared::Prepared;
 use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
-use super::tiles::level::Level;
+use super::tiles::level::{Level, LevelScratch};
 use super::tiles::{Shows, TileSum};
+use super::validity::ValidDirection;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
+use crate::samples::saved::PictureName;
 use crate::settings::{Backdrop, Caustics, Mode, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
+use crate::stereo::EyePlace;
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, Tracer};
 
-/// Which picture is to be made, and of what.
-pub struct Order<'a> {
-    /// Where everything is.
-    pub pose: &'a Pose,
-    /// Whether it may be made of the samples that the memory has.
-    pub reuse: bool,
-    /// What changed since those were seen.
-    pub plan: Plan,
-    /// Where everything was in the picture that the memory's film shows, if that is the one before this.
-    pub shown: Option<&'a Pose>,
-    /// In which direction time runs, and whether what is found out is to hold in both.
-    pub time: (Direction, bool),
-    /// Frames rendered so far, with this one.
-    pub rendered: u32,
-    /// Its planes.
-    pub channels: &'a [Channel],
+/// A picture to render.
+pub struct PictureRequest {
+    /// Its eye and exposure.
+    pub picture: PictureName,
+    /// The state of the shot in it.
+    pub pose: Pose,
+    /// The place of its eye beside the camera, if there are two.
+    pub place: Option<EyePlace>,
     /// The frame whose motion vectors it shows, if it shows any.
     pub at_frame: Option<i32>,
-    /// Pictures of a frame that are kept beside each other, with this one: they share the memory for ray trees.
+    /// Number of frames rendered so far, with this one.
+    pub rendered: u32,
+    /// Number of pictures that may be kept beside each other, with this one: they share the memory for ray trees.
     pub sharers: usize,
-    /// When work on it began.
+    /// The time when work on it began.
     pub start: Instant,
 }
 
-/// A picture that is made, and what it took.
-pub struct Made {
+/// A picture that is rendered, and its costs.
+pub struct RenderedPicture {
     pub film: Arc<Film>,
-    /// Whether it was made of the samples that there were.
+    /// True if it was made of the samples that its lineage names.
     pub reuses: bool,
-    /// Nothing of those was in sight: nobody had said that the shot cuts.
+    /// True if none of those were in sight: a cut that nobody had marked.
     pub is_cut: bool,
+    /// True if those samples were lent.
+    pub is_lent: bool,
     pub sum: TileSum,
     pub seconds: Seconds,
     pub tracing: TracingSeconds,
     pub audit: Option<AuditCounts>,
 }
 
-/// Makes what `order` asks for, and leaves samples and film in `memory`.
-pub fn make(
+/// Renders the picture that `request` names. Its samples and its film are left in `history`, which has those of its ancestor, unless a
+/// `lender` keeps them.
+pub fn render(
     prepared: &Prepared,
-    backend: &mut dyn Backend,
-    memory: &mut EyeMemory,
-    maps: &mut ReflectionMaps,
-    order: &Order,
-) -> Result<Made, RenderError> {
-    memory.last = None;
-    let setup = Setup::of(prepared, memory, order);
-    let tracer = backend.commit(order.pose, &order.plan.moved)?;
+    (backend, maps, scratch): (&mut dyn Backend, &mut ReflectionMaps, &mut LevelScratch),
+    (history, lender): (&mut PictureHistory, Option<&PictureHistory>),
+    lineage: &Lineage,
+    request: &PictureRequest,
+) -> Result<RenderedPicture, RenderError> {
+    let setup = Setup::of(prepared, history, lineage, request);
+    let tracer = backend.commit(&request.pose, &lineage.plan.moved)?;
     let timed = Timed::new(&*tracer);
-    let frame = setup.frame_view(prepared, order, &timed);
+    let frame = setup.frame_view(prepared, lineage, request, &timed);
 
     // what will not pay is not begun
-    let (reuses, estimate) = choose(order.reuse, memory.levels[0].store.as_ref(), &frame);
+    let coarsest = lender.unwrap_or(history).levels[0].store.as_ref();
+    let (reuses, estimate) = choose(lineage.from.is_some(), coarsest, &frame);
+    let lender = lender.filter(|_| reuses);
     let is_cut = estimate.is_cut;
     if !reuses {
-        memory.levels.iter_mut().for_each(Level::drop_samples);
+        history.levels.iter_mut().for_each(Level::drop_samples);
     }
-    let plan = if reuses { &order.plan } else { &setup.base_plan };
+    let plan = if reuses { &lineage.plan } else { &setup.base_plan };
     // not in frames that are traced in full: few are followed by one with the same camera
     let stays = reuses && plan.camera == CameraChange::None;
     let keeps_trees = stays
         && prepared.has_trees
         && !frame.motion.is_none()
-        && !frame.motion.expires_next(frame.light_change, order.pose.moment);
+        && !frame.motion.expires_next(frame.light_change, request.pose.moment);
     let frame = FrameView { plan, keeps_trees, ..frame };
     if keeps_trees {
-        allow_trees(&mut memory.levels, &prepared.settings, order.sharers);
+        allow_trees(&mut history.levels, &prepared.settings, request.sharers);
     }
 
-    let mut seconds = Seconds { reproject: order.start.elapsed().as_secs_f64(), ..Seconds::default() };
+    let mut seconds = Seconds { reproject: request.start.elapsed().as_secs_f64(), ..Seconds::default() };
     let begin = Instant::now();
     let (now, map_rays) = surroundings::updated(std::mem::take(maps), &frame, &prepared.bounds);
     let frame = FrameView { maps: &now, ..frame };
     seconds.enhance += begin.elapsed().as_secs_f64();
-    let shown = memory.film.take().and_then(Arc::into_inner);
+    let shown = history.film.take().and_then(Arc::into_inner);
     let film_is_last = shown.is_some();
-    let mut film = shown.unwrap_or_else(|| develop::blank(&memory.levels[0].grid, frame.channels));
+    let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));
     let first_shows = if film_is_last { Shows::Last } else { Shows::Nothing };
-    let mut sum = memory.levels[0].render(&frame, estimate, &mut film, first_shows);
+    let lent = |level: usize| lender.and_then(|lender| lender.levels[level].store.as_ref());
+    let mut sum = history.levels[0].render(&frame, estimate, lent(0), scratch, &mut film, first_shows);
     if sum.is_stopped {
         return Err(RenderError::Stopped);
     }
     sum.share_time(&mut seconds);
     let threshold = prepared.settings.refinement.map_or(f32::INFINITY, |refinement| refinement.threshold);
     let mut all_wanted: Vec<Wanted> = Vec::new();
-    for finer in 1..memory.levels.len() {
+    for finer in 1..history.levels.len() {
         let begin = Instant::now();
-        let (coarser, finest) = memory.levels.split_at_mut(finer);
+        let (coarser, finest) = history.levels.split_at_mut(finer);
         let (coarser, level) = (&coarser[finer - 1], &mut finest[0]);
         level.want(&coarser.flag(&setup.of_level(&frame, finer - 1, &all_wanted), threshold), stays);
         all_wanted.extend(level.wanted.take());
@@ -130,18 +133,18 @@ pub fn make(
         let frame = setup.of_level(&frame, finer, &all_wanted);
         seconds.reproject += begin.elapsed().as_secs_f64();
         let shows = Shows::Coarser { is_last: film_is_last, written: &written };
-        let of_level = level.render(&frame, Estimate::default(), &mut film, shows);
+        let of_level = level.render(&frame, Estimate::default(), lent(finer), scratch, &mut film, shows);
         if of_level.is_stopped {
             return Err(RenderError::Stopped);
         }
         of_level.share_time(&mut seconds);
         sum = sum.plus(of_level);
     }
-    seconds.total = order.start.elapsed().as_secs_f64();
+    seconds.total = request.start.elapsed().as_secs_f64();
     let tracing = timed.seconds();
     let audit = prepared.settings.audit.then(|| {
-        let frames = (0..memory.levels.len()).map(|level| setup.of_level(&frame, level, &all_wanted));
-        let stores = memory.levels.iter().filter_map(|level| level.store.as_ref());
+        let frames = (0..history.levels.len()).map(|level| setup.of_level(&frame, level, &all_wanted));
+        let stores = history.levels.iter().filter_map(|level| level.store.as_ref());
         // nothing was left in a film that is new
         let mut counts = audit(&frames.zip(stores).collect::<Vec<_>>(), film_is_last.then_some(&film));
         counts.differing += now.differing(&surroundings::made(&frame, &prepared.bounds).0);
@@ -149,13 +152,21 @@ pub fn make(
     });
     sum.rays += map_rays;
     *maps = now;
-    for (level, wanted) in memory.levels[1..].iter_mut().zip(all_wanted) {
+    for (level, wanted) in history.levels[1..].iter_mut().zip(all_wanted) {
         level.wanted = Some(wanted);
     }
-    memory.last = Some(order.pose.clone());
     let film = Arc::new(film);
-    memory.film = Some(Arc::clone(&film));
-    Ok(Made { film, reuses, is_cut, sum, seconds, tracing, audit })
+    history.film = Some(Arc::clone(&film));
+    Ok(RenderedPicture {
+        film,
+        reuses,
+        is_cut,
+        is_lent: reuses && lineage.is_lent,
+        sum,
+        seconds,
+        tracing,
+        audit,
+    })
 }
 
 /// What of a picture's [`FrameView`] is made for it alone.
@@ -170,29 +181,36 @@ struct Setup<'a> {
     hidden: Vec<bool>,
     base_plan: Plan,
     motions: (&'a Motion, Option<&'a Motion>),
+    channels: &'a [Channel],
     light_changes: Vec<Until>,
     area_light_change: Until,
 }
 
 impl<'a> Setup<'a> {
-    fn of(prepared: &'a Prepared, memory: &EyeMemory, order: &Order) -> Self {
+    fn of(
+        prepared: &'a Prepared,
+        history: &PictureHistory,
+        lineage: &Lineage,
+        request: &'a PictureRequest,
+    ) -> Self {
         let Prepared { scene, bounds, settings, .. } = prepared;
-        let pose = order.pose;
+        let PictureRequest { picture, pose, place, at_frame, .. } = request;
         let views: Vec<View> =
-            memory.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
-        let place = memory.place.as_ref();
-        let has_motion = order.at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
-        let last = order.shown.map(|shown| shown.frame);
-        let motion_vectors =
-            |view: &View| has_motion.map(|frame| MotionVectors::about(scene, frame, &view.grid, place, last));
-        let motions = motions(prepared, order.time);
+            history.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
+        let has_motion = at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
+        // what the film shows, which goes over with the samples
+        let last = history.pose.as_ref().map(|shown| shown.frame);
+        let motion_vectors = |view: &View| {
+            has_motion.map(|frame| MotionVectors::about(scene, frame, &view.grid, place.as_ref(), last))
+        };
+        let motions = motions(prepared, lineage.valid);
         let light_changes = light_changes(pose, motions);
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
             deformations: Deformations::of(scene, &pose.models, true),
-            moved_bounds: MovedBounds::of(scene, bounds, pose, &order.plan),
+            moved_bounds: MovedBounds::of(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
                 !pose.models[model].is_identity || scene.models[model].mesh.shapes.is_some()
@@ -202,6 +220,7 @@ impl<'a> Setup<'a> {
             area_light_change: areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until)),
             motions,
             light_changes,
+            channels: prepared.channels_of(*picture),
         }
     }
 
@@ -209,7 +228,8 @@ impl<'a> Setup<'a> {
     fn frame_view<'f>(
         &'f self,
         prepared: &'f Prepared,
-        order: &'f Order,
+        lineage: &'f Lineage,
+        request: &'f PictureRequest,
         tracer: &'f dyn Tracer,
     ) -> FrameView<'f> {
         let settings = &prepared.settings;
@@ -218,7 +238,7 @@ impl<'a> Setup<'a> {
             sky: &prepared.sky,
             emitters: &prepared.emitters,
             palette: &prepared.palette,
-            pose: order.pose,
+            pose: &request.pose,
             deformations: &self.deformations,
             displaced: &self.displaced,
             hidden: &self.hidden,
@@ -227,8 +247,8 @@ impl<'a> Setup<'a> {
             view: &self.views[0],
             wanted: None,
             notes_colors: self.views.len() > 1,
-            view_hash: view_hash(&order.pose.camera),
-            plan: &order.plan,
+            view_hash: view_hash(&request.pose.camera),
+            plan: &lineage.plan,
             moved_bounds: &self.moved_bounds,
             dynamic_bounds: &self.dynamic_bounds,
             tracer,
@@ -255,10 +275,10 @@ impl<'a> Setup<'a> {
             shows_background: settings.background == Backdrop::Visible,
             motion_vectors: self.motion_vectors[0].as_ref(),
             kernel: Kernel::of(settings.filter, settings.filter_radius()),
-            channels: order.channels,
+            channels: self.channels,
             light_groups: &prepared.light_groups,
             mattes: prepared.mattes.as_ref(),
-            rendered: order.rendered,
+            rendered: request.rendered,
             watcher: prepared.watcher.as_ref(),
             stop: prepared.stop.as_ref(),
         }
@@ -277,15 +297,13 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// All motion of the shot in the direction in which time runs; and in the other one, if what is found out is to hold in `both`.
-fn motions<'a>(
-    prepared: &'a Prepared,
-    (direction, is_both): (Direction, bool),
-) -> (&'a Motion, Option<&'a Motion>) {
-    let back = prepared.motion_back();
-    match direction {
-        Direction::Forward => (&prepared.motion, Some(back).filter(|_| is_both)),
-        Direction::Backward => (back, None),
+/// Motion of the whole shot in the direction of time in which answers are to be valid; and in the opposite one, if they are to be in both.
+fn motions<'a>(prepared: &'a Prepared, valid: ValidDirection) -> (&'a Motion, Option<&'a Motion>) {
+    let (motion, back) = (&prepared.motion, prepared.motion_back());
+    match valid {
+        ValidDirection::To(Direction::Forward) => (motion, None),
+        ValidDirection::To(Direction::Backward) => (back, None),
+        ValidDirection::Both => (motion, Some(back)),
     }
 }
 
@@ -295,7 +313,7 @@ fn light_changes(pose: &Pose, (motion, other_motion): (&Motion, Option<&Motion>)
     let change = |light| {
         let until = motion.first_light_change(light, moment);
         other_motion.map_or(until, |other| {
-            until.min(other.translated(other.first_light_change(light, moment), moment, motion))
+            until.min(other.to_opposite(other.first_light_change(light, moment), moment, motion))
         })
     };
     (0..pose.lights.len()).map(change).collect()

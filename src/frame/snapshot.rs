@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::changes::Direction;
+use super::validity::ValidDirection;
 use crate::samples::saved::{LevelSamples, PictureSamples};
 use crate::samples::{SampleStore, Tile};
 
@@ -14,27 +14,8 @@ pub struct Moment {
     pub frame: i32,
     /// Frames rendered so far: samples count their age from it.
     pub rendered: u32,
-    /// In which direction what the samples have found out holds.
-    pub holds: Holds,
-}
-
-/// In which direction of time answers hold until the frame that they name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Holds {
-    /// In this one.
-    To(Direction),
-    /// In both, for as many frames: they are of a base frame with frames on either side, and name the frame forwards.
-    Both,
-}
-
-impl Holds {
-    /// Whether answers may be asked as they are by who goes in that direction.
-    pub fn includes(self, direction: Direction) -> bool {
-        match self {
-            Self::To(own) => own == direction,
-            Self::Both => direction == Direction::Forward,
-        }
-    }
+    /// The direction of time in which the answers of its samples hold.
+    pub valid: ValidDirection,
 }
 
 /// Samples of a frame, and what goes with them.

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::Vec3;
 use half::f16;
 
-use super::blur::Blur;
 use super::tiles::FrameBuffers;
 use super::{RenderError, Renderer};
 use crate::changes::Until;
@@ -53,10 +52,9 @@ impl Renderer<'_> {
     /// spoilt.
     #[doc(hidden)]
     pub fn spoil(&mut self, what: Spoil) -> Result<u64, RenderError> {
-        let of_exposure = self.blurs[0].as_mut().and_then(Blur::newest);
-        let memory = of_exposure.unwrap_or(&mut self.eyes[Eye::Left as usize]);
-        let Some(pose) = &memory.last else { return Ok(0) };
-        let buffers = memory.levels.iter_mut().map(|level| &mut level.buffers);
+        let Some(history) = self.pictures.latest(Eye::Left) else { return Ok(0) };
+        let Some(pose) = &history.pose else { return Ok(0) };
+        let buffers = history.levels.iter_mut().map(|level| &mut level.buffers);
         if what == Spoil::Trees {
             return Ok(buffers
                 .flat_map(|buffers| &mut buffers.states)
@@ -64,7 +62,7 @@ impl Renderer<'_> {
                 .sum());
         }
         buffers.for_each(FrameBuffers::forget);
-        let stores = memory.levels.iter_mut().filter_map(|level| level.store.as_mut());
+        let stores = history.levels.iter_mut().filter_map(|level| level.store.as_mut());
         let tiles = stores.flat_map(|store| &mut store.tiles);
         if what == Spoil::Until {
             return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
@@ -90,7 +88,7 @@ impl Renderer<'_> {
     /// Spoils the frame rendered last as it is kept for the next one.
     #[doc(hidden)]
     pub fn spoil_film(&mut self, spoil: impl FnOnce(&mut Film)) {
-        if let Some(film) = &mut self.eyes[Eye::Left as usize].film {
+        if let Some(film) = self.pictures.latest(Eye::Left).and_then(|history| history.film.as_mut()) {
             spoil(Arc::make_mut(film));
         }
     }

@@ -20,7 +20,7 @@ mod tag;
 pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
 pub use openness::Openness;
-pub use pool::{LeavingStore, TilePool};
+pub use pool::{LeavingStore, OldStore, TilePool};
 pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{
     BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Move, Record, SampleStore, TILE, Tile, full_color,

@@ -50,13 +50,6 @@ pub struct LeavingStore {
     gone: usize,
 }
 
-/// A store that is only lent keeps all of its tiles.
-impl From<SampleStore> for LeavingStore {
-    fn from(store: SampleStore) -> Self {
-        Self { tiles: store.tiles.into_iter().map(Some).collect(), order: Vec::new(), gone: 0 }
-    }
-}
-
 impl LeavingStore {
     /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
     pub fn new(store: SampleStore, until: &[u32]) -> Self {
@@ -71,17 +64,39 @@ impl LeavingStore {
         self.tiles.get(number as usize)?.as_deref()
     }
 
-    /// What is left of it: all of a store that was only lent.
-    pub fn into_store(self) -> SampleStore {
-        SampleStore { tiles: self.tiles.into_iter().flatten().collect() }
-    }
-
     /// Gives back what nobody wants any more now that `done` tiles of the new store are done.
     pub fn let_go(&mut self, done: usize, pool: &mut TilePool) {
         let leaving = self.order[self.gone..].iter().take_while(|(until, _)| *until as usize <= done);
         for (_, number) in leaving {
             pool.tiles.extend(self.tiles[*number as usize].take());
             self.gone += 1;
+        }
+    }
+}
+
+/// The samples from which a picture is projected.
+#[derive(Debug)]
+pub enum OldStore<'s> {
+    /// The picture's own store of the frame before, which ends with this frame.
+    Leaving(LeavingStore),
+    /// The store of another picture, which keeps it.
+    Lent(&'s SampleStore),
+}
+
+impl OldStore<'_> {
+    /// Tile number `number`, if it exists and has not been given back.
+    #[inline]
+    pub fn tile(&self, number: u32) -> Option<&Tile> {
+        match self {
+            Self::Leaving(store) => store.tile(number),
+            Self::Lent(store) => store.tiles.get(number as usize).map(AsRef::as_ref),
+        }
+    }
+
+    /// Gives tiles of a leaving store back to `pool` that are not wanted once `done` tiles of the new store are done.
+    pub fn let_go(&mut self, done: usize, pool: &mut TilePool) {
+        if let Self::Leaving(store) = self {
+            store.let_go(done, pool);
         }
     }
 }
@@ -112,7 +127,6 @@ mod tests {
         old.let_go(3, &mut pool);
         assert_eq!(there(&old), [false; 4]);
         assert_eq!(pool.bytes(), 4 * Tile::bytes_of_cells(&pool.layout));
-        assert!(old.into_store().tiles.is_empty());
         let mut new = SampleStore::default();
         pool.grow(&mut new, 3);
         pool.grow(&mut new, 5);
@@ -120,17 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn a_store_that_is_lent_comes_back_whole() {
+    fn a_store_that_is_lent_keeps_its_tiles() {
         let mut pool = TilePool::new(TagLayout::of(std::iter::empty()));
         let mut store = SampleStore::default();
         pool.grow(&mut store, 3);
-        for (tile, mark) in store.tiles.iter_mut().zip(100..) {
-            tile.record[7].triangle = mark;
-        }
-        let mut lent = LeavingStore::from(store);
+        let mut lent = OldStore::Lent(&store);
         lent.let_go(3, &mut pool);
         assert_eq!(pool.bytes(), 0);
-        let marks: Vec<u32> = lent.into_store().tiles.iter().map(|tile| tile.record[7].triangle).collect();
-        assert_eq!(marks, [100, 101, 102]);
+        assert!((0..3).all(|number| lent.tile(number).is_some()) && lent.tile(3).is_none());
     }
 }

@@ -38,15 +38,13 @@ impl Frames {
     /// Frames may be negative: `-10--1` is `-10:-1`.
     ///
     /// # Errors
-    /// A sentence that says what is wrong with which part.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    /// The part that is wrong, and what to write.
+    pub fn parse(text: &str) -> Result<Self, FramesError> {
         let mut runs = text.split(',').map(|part| run(part.trim())).collect::<Result<Vec<_>, _>>()?;
         runs.sort();
         let total: u64 = runs.iter().map(Run::count).sum();
         if total > MOST_FRAMES {
-            return Err(format!(
-                "`{text}` names {total} frames: more than {MOST_FRAMES} are not rendered in a run"
-            ));
+            return Err(FramesError::TooMany { text: text.into(), total });
         }
         Ok(Self { runs })
     }
@@ -99,32 +97,84 @@ impl fmt::Display for Frames {
     }
 }
 
-fn run(part: &str) -> Result<Run, String> {
-    let example = "write frames like `1-100x2,150`";
+/// Text that names no frames.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FramesError {
+    /// A part between commas is empty.
+    EmptyPart,
+    /// The step of a part is no whole number above 0.
+    Step {
+        /// The part between commas.
+        part: String,
+    },
+    /// A word of a part is no frame's number.
+    Number {
+        /// The part between commas.
+        part: String,
+        /// The word in it.
+        word: String,
+    },
+    /// A part ends before it begins.
+    Backwards {
+        /// The part between commas.
+        part: String,
+        /// Its first number.
+        first: i32,
+        /// Its last number.
+        last: i32,
+    },
+    /// More frames than a run renders.
+    TooMany {
+        /// All of the text.
+        text: String,
+        /// Number of frames that it names.
+        total: u64,
+    },
+}
+
+impl fmt::Display for FramesError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const EXAMPLE: &str = "write frames like `1-100x2,150`";
+        match self {
+            Self::EmptyPart => write!(f, "a part of the frame range is empty: {EXAMPLE}"),
+            Self::Step { part } => write!(f, "`{part}`: the step after `x` must be a whole number above 0"),
+            Self::Number { part, word } => write!(f, "`{part}`: `{word}` is not a frame's number: {EXAMPLE}"),
+            Self::Backwards { part, first, last } => write!(
+                f,
+                "`{part}` runs backwards: write `{last}-{first}`; frames are rendered in rising order"
+            ),
+            Self::TooMany { text, total } => {
+                write!(f, "`{text}` names {total} frames: more than {MOST_FRAMES} are not rendered in a run")
+            }
+        }
+    }
+}
+
+impl std::error::Error for FramesError {}
+
+fn run(part: &str) -> Result<Run, FramesError> {
+    let named = || String::from(part);
     if part.is_empty() {
-        return Err(format!("a part of the frame range is empty: {example}"));
+        return Err(FramesError::EmptyPart);
     }
     let (range, step) = match part.split_once(['x', 'X']) {
         Some((range, step)) => (range.trim(), step.trim().parse().ok().filter(|step| *step > 0)),
         None => (part, Some(1)),
     };
-    let step: u32 =
-        step.ok_or_else(|| format!("`{part}`: the step after `x` must be a whole number above 0"))?;
+    let step: u32 = step.ok_or_else(|| FramesError::Step { part: named() })?;
     // a minus sign at the front belongs to the number
     let separator = range.char_indices().skip(1).find(|(_, c)| matches!(c, '-' | ':')).map(|(i, _)| i);
     let number = |text: &str| {
-        text.trim()
-            .parse::<i32>()
-            .map_err(|_| format!("`{part}`: `{}` is not a frame's number: {example}", text.trim()))
+        let word = text.trim();
+        word.parse::<i32>().map_err(|_| FramesError::Number { part: named(), word: word.into() })
     };
     let (first, last) = match separator {
         Some(i) => (number(&range[..i])?, number(&range[i + 1..])?),
         None => (number(range)?, number(range)?),
     };
     if last < first {
-        return Err(format!(
-            "`{part}` runs backwards: write `{last}-{first}`; frames are rendered in rising order"
-        ));
+        return Err(FramesError::Backwards { part: named(), first, last });
     }
     let beyond = (i64::from(last) - i64::from(first)) % i64::from(step);
     Ok(Run { first, last: (i64::from(last) - beyond) as i32, step })
@@ -174,14 +224,14 @@ mod tests {
             ("1-2-3", "not a frame"),
             ("é-1", "not a frame"),
         ] {
-            let message = Frames::parse(text).unwrap_err();
+            let message = Frames::parse(text).unwrap_err().to_string();
             assert!(message.contains(word), "{text}: {message}");
         }
     }
 
     #[test]
     fn refuses_absurdly_many() {
-        let message = Frames::parse("-2147483648-2147483647").unwrap_err();
+        let message = Frames::parse("-2147483648-2147483647").unwrap_err().to_string();
         assert!(message.contains("4294967296 frames"), "{message}");
         assert_eq!(Frames::parse("-2147483648-2147483647x4294967295").unwrap().list().len(), 2);
         assert!(Frames::parse("1-600000,1-600000").is_err());

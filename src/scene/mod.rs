@@ -41,7 +41,7 @@ pub use material::Material;
 pub use mesh::Mesh;
 pub use render_space::RenderSpace;
 pub use shapes::Shapes;
-pub use shot::Shot;
+pub use shot::{Content, Shot};
 pub use texture::Texture;
 
 use crate::animation::TransformTrack;

@@ -3,7 +3,7 @@
 use crate::device::Device;
 use crate::error::Error;
 use crate::primitives::{Callbacks, Primitives};
-use crate::scene::BuildQuality;
+use crate::quality::BuildQuality;
 use embree4_sys as sys;
 use std::sync::Arc;
 

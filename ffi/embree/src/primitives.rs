@@ -1,6 +1,6 @@
 //! Primitives that are no triangles: whoever knows where rays meet them is asked by callbacks.
 
-use crate::query::{Bounds, Segment};
+use crate::segment::{Bounds, Segment};
 use embree4_sys as sys;
 use std::ffi::c_void;
 use std::fmt::Debug;

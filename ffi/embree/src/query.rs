@@ -2,6 +2,7 @@
 
 use crate::packet::{INVALID, PrimId, Ray, RayHit, Valid};
 use crate::primitives::{self, RaysN};
+use crate::segment::{Bounds, Segment};
 use embree4_sys as sys;
 use std::ffi::c_void;
 use std::marker::PhantomData;
@@ -24,15 +25,6 @@ impl Coherence {
             Self::Incoherent => sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
         }
     }
-}
-
-/// A box along the axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Least x, y, z.
-    pub lower: [f32; 3],
-    /// Greatest x, y, z.
-    pub upper: [f32; 3],
 }
 
 /// A committed scene, borrowed for tracing. Copies go to as many threads as there are.
@@ -235,43 +227,6 @@ impl Committed<'_> {
         // Embree's empty box is inside out.
         let holds_something = lower.iter().zip(&upper).all(|(low, high)| low <= high);
         holds_something.then_some(Bounds { lower, upper })
-    }
-}
-
-/// One ray: the points `origin + t * direction` with `near <= t <= far`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
-    /// World space.
-    pub origin: [f32; 3],
-    /// World space, of any length.
-    pub direction: [f32; 3],
-    /// At least 0.
-    pub near: f32,
-    /// May be infinite.
-    pub far: f32,
-    /// Meets geometries and instances whose mask has a bit in common.
-    pub mask: u32,
-}
-
-impl Segment {
-    #[inline]
-    fn to_embree(self) -> sys::RTCRay {
-        let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (self.origin, self.direction);
-        let (tnear, tfar, mask) = (self.near, self.far, self.mask);
-        sys::RTCRay {
-            org_x,
-            org_y,
-            org_z,
-            tnear,
-            dir_x,
-            dir_y,
-            dir_z,
-            time: 0.0,
-            tfar,
-            mask,
-            id: 0,
-            flags: 0,
-        }
     }
 }
 

@@ -3,34 +3,10 @@
 use crate::device::Device;
 use crate::error::{Error, ErrorCode};
 use crate::geometry::{Geometry, Handle, MeshHandle};
+use crate::quality::BuildQuality;
 use crate::query::Committed;
 use embree4_sys as sys;
 use std::sync::Arc;
-
-/// How much time to spend on the acceleration structure.
-///
-/// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
-/// buffers here never change. What deforms is built anew, in a scene that takes the other's
-/// [place](Scene::set_instance_scene).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BuildQuality {
-    /// Fastest to build: for scenes that change each frame.
-    Low,
-    /// The default.
-    Medium,
-    /// Spatial splits: 2 to 3 times the build time of `Medium`, up to 10 % faster rays.
-    High,
-}
-
-impl BuildQuality {
-    pub(crate) fn raw(self) -> sys::RTCBuildQuality {
-        match self {
-            Self::Low => sys::RTC_BUILD_QUALITY_LOW,
-            Self::Medium => sys::RTC_BUILD_QUALITY_MEDIUM,
-            Self::High => sys::RTC_BUILD_QUALITY_HIGH,
-        }
-    }
-}
 
 /// The number of a geometry in its scene: 0, 1, 2 … in the order of attaching, but for numbers that are
 /// [left out](Scene::skip_ids_to). It is `geom_id` of a hit in a mesh of the scene itself, and `inst_id` of a hit in an instance.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use openexr_sys as sys;
 
+use crate::c_text::text;
 use crate::library::{Context, check};
-use crate::read::text;
 use crate::{Attribute, Error};
 
 /// Every file has these; they describe the file rather than the picture.

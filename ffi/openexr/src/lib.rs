@@ -9,6 +9,7 @@
 //! a file.
 
 mod attributes;
+mod c_text;
 mod check;
 mod compress;
 mod error;

@@ -1,6 +1,6 @@
 //! From a file to its planes: the parts of any scanline file.
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CString, c_char};
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use openexr_sys as sys;
 
+use crate::c_text::text;
 use crate::library::{Context, check, initializer};
 use crate::source::{open_regular, read_from};
 use crate::{Attribute, Compression, Error, SampleType};
@@ -286,18 +287,6 @@ unsafe fn describe_channels(
         Ok(ReadChannel { name, stored, data: Vec::new() })
     };
     entries.iter().map(describe).collect()
-}
-
-/// A C string as text; bytes that are not UTF-8 become U+FFFD.
-///
-/// # Safety
-/// `from` is null, or ends with a zero byte.
-pub(crate) unsafe fn text(from: *const c_char) -> String {
-    if from.is_null() {
-        return String::new();
-    }
-    // SAFETY: not null; the caller's promise.
-    unsafe { CStr::from_ptr(from) }.to_string_lossy().into_owned()
 }
 
 fn read_pixels(

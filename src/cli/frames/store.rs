@@ -12,7 +12,7 @@ use crate::cli::say::terminal::Terminal;
 use crate::cli::schedule::{Ancestry, Rule, Saved, TooLong};
 use crate::digest::Digest;
 use crate::exposure::Shutter;
-use crate::frame::{self, Holds, Moment, Renderer, Snapshot};
+use crate::frame::{self, Moment, Renderer, Snapshot, ValidDirection};
 use crate::memory::Bytes;
 use crate::output::Fingerprint;
 use crate::output::fingerprint::Kind;
@@ -91,8 +91,9 @@ impl StoreArgs {
         let damaged = || Failure::of(StoreError { path: path.clone(), kind: StoreErrorKind::Damaged });
         let ancestry: Ancestry = header.ancestry.parse().map_err(|()| damaged())?;
         let loaded = Loaded { path: path.clone(), header, ancestry };
-        let holds = loaded.saved().holds(rule).map_err(|error: TooLong| Failure::Usage(error.to_string()))?;
-        if !holds {
+        let is_as_here =
+            loaded.saved().holds(rule).map_err(|error: TooLong| Failure::Usage(error.to_string()))?;
+        if !is_as_here {
             return Err(Failure::Failed(format!(
                 "{}: in this run frame {} comes about in another way than the one of this sample store ({}); take the same \
                  --base-every and --base-place, and the same cuts",
@@ -136,7 +137,7 @@ impl StoreArgs {
         let (Some(path), Some((moment, pictures))) = (&self.save_store, renderer.samples()) else {
             return Ok(());
         };
-        let Moment { frame, rendered, holds: _ } = moment; // that follows from the ancestry
+        let Moment { frame, rendered, valid: _ } = moment; // that follows from the ancestry
         let ancestry = fingerprints.ancestry(frame).to_string();
         let header =
             Header { fingerprint: fingerprint(job), frame, sampling: sampling(job), ancestry, rendered };
@@ -172,12 +173,12 @@ impl Loaded {
         renderer.forget();
         let pictures = file.read(&renderer.shape(), &job.shot.scene).map_err(Failure::of)?;
         let Header { frame, rendered, .. } = self.header;
-        let holds = match self.ancestry {
-            Ancestry::Base if job.settings.base_place == BasePlace::Middle => Holds::Both,
-            Ancestry::Inferred { from, .. } if from > frame => Holds::To(Direction::Backward),
-            _ => Holds::To(Direction::Forward),
+        let valid = match self.ancestry {
+            Ancestry::Base if job.settings.base_place == BasePlace::Middle => ValidDirection::Both,
+            Ancestry::Inferred { from, .. } if from > frame => ValidDirection::To(Direction::Backward),
+            _ => ValidDirection::To(Direction::Forward),
         };
-        renderer.restore(Snapshot { moment: Moment { frame, rendered, holds }, pictures });
+        renderer.restore(Snapshot { moment: Moment { frame, rendered, valid }, pictures });
         Ok(())
     }
 

@@ -5,35 +5,8 @@ use rayon::prelude::*;
 use super::mattes::rank;
 use crate::cryptomatte::{Id, Kind, RANKS};
 use crate::film::{Film, Plane, Values};
-use crate::frame::planes::channels::{Channel, Source, data, matte_planes};
-
-/// How the planes of exposures become one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rule {
-    /// What the filter mixes, and shares: each exposure counts as much as any other.
-    Mean,
-    /// Counts: all of them together.
-    Sum,
-    /// Distances: the nearest.
-    Least,
-    /// What cannot be mixed: that of the exposure in the middle.
-    Middle,
-    /// Shares of mattes: the mean of each matte's.
-    Matte,
-}
-
-impl Rule {
-    /// Of a plane.
-    pub fn of(channel: &Channel) -> Self {
-        match channel.source {
-            Source::Filtered(_) | Source::Data(data::STATUS..data::RAYS) => Self::Mean,
-            Source::Data(data::RAYS..data::MATERIAL) => Self::Sum,
-            Source::Data(data::Z) => Self::Least,
-            Source::Data(_) => Self::Middle,
-            Source::Matte(_) => Self::Matte,
-        }
-    }
-}
+use crate::frame::planes::channels::{Channel, Source, matte_planes};
+use crate::frame::planes::mixing::MixRule;
 
 /// What the exposures of a frame add up to so far.
 #[derive(Debug)]
@@ -80,17 +53,17 @@ impl Mean {
         }
     }
 
-    /// Adds the picture of an exposure, which has those of `channels` at least that no [`Rule::Middle`] is for.
+    /// Adds the picture of an exposure, which has those of `channels` at least that no [`MixRule::Middle`] is for.
     pub fn add(&mut self, film: &Film, channels: &[Channel]) {
         let first = self.count == 0;
         self.count += 1;
         self.planes.par_iter_mut().zip(channels).for_each(|(gathered, channel)| {
             let Some(plane) = film.plane(&channel.name) else { return };
-            match Rule::of(channel) {
-                Rule::Mean | Rule::Sum => gathered.add(plane),
-                Rule::Least => gathered.least(plane, first),
-                Rule::Middle => *gathered = Gathered::Plane(plane.clone()),
-                Rule::Matte => {}
+            match MixRule::of(channel) {
+                MixRule::Mean | MixRule::Sum => gathered.add(plane),
+                MixRule::Least => gathered.least(plane, first),
+                MixRule::Middle => *gathered = Gathered::Plane(plane.clone()),
+                MixRule::Matte => {}
             }
         });
         for kind in Kind::ALL {
@@ -141,7 +114,7 @@ impl Mean {
             match (gathered, channel.source) {
                 (Gathered::Plane(plane), _) => return plane,
                 (Gathered::Values(mut sums), _) => {
-                    if Rule::of(channel) == Rule::Mean {
+                    if MixRule::of(channel) == MixRule::Mean {
                         sums.iter_mut().for_each(|sum| *sum *= share);
                     }
                     plane.values.put(0, &sums);

@@ -72,6 +72,16 @@ impl Grid {
         Self::reaching(settings, settings.filter_reach())
     }
 
+    /// The grids of all levels of samples, the coarsest first. What finer levels are asked for depends on a pixel more around each.
+    pub fn levels(settings: &Settings) -> impl Iterator<Item = Self> {
+        let all: Vec<u32> = settings.levels().collect();
+        let finer = (0..all.len() as u32).rev();
+        all.into_iter().zip(finer).map(|(samples, finer)| {
+            let reach = settings.filter_reach().max(finer);
+            Self::reaching(&Settings { samples, ..settings.clone() }, reach)
+        })
+    }
+
     /// The same with tiles for those pixels, too, that are within `reach` pixels of what is rendered.
     pub fn reaching(settings: &Settings, reach: u32) -> Self {
         let Settings { width, height, samples, overscan, .. } = *settings;

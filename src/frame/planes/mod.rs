@@ -2,4 +2,5 @@
 
 pub mod channels;
 pub mod kernel;
+pub mod mixing;
 pub mod window;

@@ -2,7 +2,7 @@
 //! serve its cells (the paper's "Reprojection Phase").
 //!
 //! Two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it falls into, and of
-//! those beside which it may serve ([`Bins`]); [`gather`] then finds each cell's server, tile by tile, and copies it
+//! those beside which it may serve ([`Bins`]); [`resolve`] then finds each cell's server, tile by tile, and copies it
 //! into the new store.
 
 use rayon::prelude::*;
@@ -15,14 +15,15 @@ use crate::frame::grid::cells::CellSet;
 use crate::frame::grid::holds;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Status, TILE, Tile};
+use crate::samples::{CELLS, EMPTY, OldStore, SampleStore, Status, TILE, Tile};
 use crate::settings::Reuse;
 
 /// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
 const LEAST_REUSED: usize = 8;
 
-/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. A store that `is_lent` keeps its tiles.
-pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) -> LeavingStore {
+/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. Returns for each tile of `old` how many tiles
+/// of the new store must be done until it is not needed any more.
+pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
     /// Tiles that a worker takes at least before others may have the rest.
     const AT_LEAST: usize = 8;
     let grid = &*frame.view.grid;
@@ -39,13 +40,12 @@ pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) 
         writer.send(number as u32, bins)
     };
     let tiles = old.tiles.par_iter().map(AsRef::as_ref).enumerate().with_min_len(AT_LEAST);
-    let until: Vec<u32> = tiles.map_init(BinWriter::default, scatter_tile).collect();
-    if is_lent { LeavingStore::from(old) } else { LeavingStore::new(old, &until) }
+    tiles.map_init(BinWriter::default, scatter_tile).collect()
 }
 
 /// Fills tile number `number` with what serves its cells. A cell that nothing serves is missed.
-pub fn gather(
-    old: &LeavingStore,
+pub fn resolve(
+    old: &OldStore,
     frame: &FrameView,
     bins: &Bins,
     number: usize,

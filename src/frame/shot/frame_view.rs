@@ -151,7 +151,7 @@ impl<'a> FrameView<'a> {
         let until = self.motion.first_touch(origin, direction, far, moment);
         self.other_motion.map_or(until, |other| {
             let other_until = other.first_touch(origin, direction, far, moment);
-            until.min(other.translated(other_until, moment, self.motion))
+            until.min(other.to_opposite(other_until, moment, self.motion))
         })
     }
 
@@ -162,7 +162,7 @@ impl<'a> FrameView<'a> {
         let moment = self.pose.moment;
         let until = self.motion.first_change_of(model, moment);
         self.other_motion.map_or(until, |other| {
-            until.min(other.translated(other.first_change_of(model, moment), moment, self.motion))
+            until.min(other.to_opposite(other.first_change_of(model, moment), moment, self.motion))
         })
     }
 

@@ -1,5 +1,6 @@
 //! The state of the shot in one frame, as all phases read it: poses, changes, bounds.
 
+pub mod exposed;
 pub mod frame_view;
 pub mod motion_vectors;
 pub mod moved_bounds;

@@ -6,17 +6,22 @@ use std::sync::Arc;
 use super::frame_view::Occlusion;
 use crate::changes::{Direction, Motion};
 use crate::cryptomatte::Mattes;
-use crate::exposure::Clock;
+use crate::exposure::Exposures;
+use crate::frame::grid::Grid;
 use crate::frame::planes::channels::{Channel, channels};
+use crate::frame::planes::mixing::MixRule;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::geometry::Bounds;
 use crate::layers::Layers;
+use crate::pose::Pose;
 use crate::samples::TagLayout;
+use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Scene};
 use crate::settings::{Backdrop, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
+use crate::stereo::EyePlace;
 
 /// Made of a scene and settings once, before the first frame.
 pub struct Prepared<'s> {
@@ -34,6 +39,10 @@ pub struct Prepared<'s> {
     pub about_layers: Arc<[(String, String)]>,
     /// The planes of the picture.
     pub channels: Vec<Channel>,
+    /// The planes of exposures that are not the middle one.
+    mixed_channels: Vec<Channel>,
+    /// The grid of each level of samples, the coarsest first.
+    pub grids: Vec<Arc<Grid>>,
     pub light_groups: LightGroups,
     /// Of each model, object space.
     pub bounds: Vec<Bounds>,
@@ -41,8 +50,8 @@ pub struct Prepared<'s> {
     pub endless: Vec<bool>,
     /// Whether rays go on from surfaces of the shot.
     pub has_trees: bool,
-    /// The moments that it counts.
-    clock: Clock,
+    /// The exposures of each frame: one where frames are sharp.
+    pub exposures: Exposures,
     /// All that moves in the shot, once anybody asks when. Nothing before.
     pub motion: Motion,
     /// Whether that is known. It always is where samples gather light or find out how open they are.
@@ -56,9 +65,9 @@ pub struct Prepared<'s> {
 }
 
 impl<'s> Prepared<'s> {
-    /// For frames of `scene` with `settings`, which are seen at the moments of `clock`.
-    pub fn new(scene: &'s Scene, settings: &Settings, clock: Clock) -> Self {
-        let motion = || Motion::in_direction(scene, &clock, Direction::Forward);
+    /// Prepares frames of `scene` with `settings`, each of which has these `exposures`.
+    pub fn new(scene: &'s Scene, settings: &Settings, exposures: Exposures) -> Self {
+        let motion = || Motion::in_direction(scene, &exposures.clock, Direction::Forward);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
         let keeps_answers = layout.paths > 0 || occlusion.is_some();
@@ -67,6 +76,8 @@ impl<'s> Prepared<'s> {
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let light_groups = LightGroups::of(&scene.lights);
+        let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
+        let is_mixed = |channel: &&Channel| MixRule::of(channel) != MixRule::Middle;
         Self {
             scene,
             settings: settings.clone(),
@@ -76,7 +87,9 @@ impl<'s> Prepared<'s> {
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
             motion: if keeps_answers { motion() } else { Motion::default() },
             knows_motion: keeps_answers,
-            clock,
+            exposures,
+            mixed_channels: channels.iter().filter(is_mixed).cloned().collect(),
+            grids: Grid::levels(settings).map(Arc::new).collect(),
             motion_back: None,
             watcher: None,
             stop: None,
@@ -84,17 +97,31 @@ impl<'s> Prepared<'s> {
             occlusion,
             mattes,
             about_layers: about_layers.into(),
-            channels: channels(settings.layers, &light_groups).collect(),
+            channels,
             light_groups,
             bounds: bounds_of_models(scene),
             endless: endless(scene),
         }
     }
 
+    /// The planes of one of a frame's pictures: what cannot be mixed is in the middle one alone.
+    pub fn channels_of(&self, picture: PictureName) -> &[Channel] {
+        let is_middle = picture.exposure == self.exposures.middle();
+        if is_middle { &self.channels } else { &self.mixed_channels }
+    }
+
+    /// The state of the shot in one of the pictures of `frame`; `place`: of its eye beside the camera, if there are two.
+    pub fn pose(&self, frame: i32, picture: PictureName, place: Option<&EyePlace>) -> Pose {
+        let settings = &self.settings;
+        let cells = settings.levels().last().unwrap_or(settings.samples);
+        let size = ([settings.width, settings.height], cells);
+        Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, size)
+    }
+
     /// Has [`motion`](Self::motion) know the shot, if ray trees are to be kept.
     pub fn look_ahead(&mut self) {
         if self.has_trees && !self.knows_motion {
-            self.motion = Motion::in_direction(self.scene, &self.clock, Direction::Forward);
+            self.motion = Motion::in_direction(self.scene, &self.exposures.clock, Direction::Forward);
             self.knows_motion = true;
         }
     }
@@ -102,7 +129,7 @@ impl<'s> Prepared<'s> {
     /// Has [`motion_back`](Self::motion_back) know the shot.
     pub fn look_back(&mut self) {
         if self.knows_motion {
-            let motion = || Motion::in_direction(self.scene, &self.clock, Direction::Backward);
+            let motion = || Motion::in_direction(self.scene, &self.exposures.clock, Direction::Backward);
             self.motion_back.get_or_insert_with(motion);
         }
     }

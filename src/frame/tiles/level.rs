@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{FrameBuffers, Reused, Shows, Start, TileSum, contrast, run_tiles};
+use super::{FrameBuffers, Reused, Shows, Start, TileScratch, TileSum, contrast, run_tiles};
 use crate::changes::Until;
 use crate::film::Film;
 use crate::frame::grid::Grid;
@@ -15,85 +15,48 @@ use crate::frame::reuse::estimate::Estimate;
 use crate::frame::reuse::reproject;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
-use crate::frame::static_camera::tile_state::{self, TileState};
+use crate::frame::static_camera::tile_state;
 use crate::frame::static_camera::{self, Detached};
 use crate::samples::saved::LevelSamples;
-use crate::samples::{SampleStore, Status, TagLayout};
-use crate::settings::Settings;
+use crate::samples::{LeavingStore, OldStore, SampleStore, Status, TagLayout};
 
 /// See the module's documentation.
 pub struct Level {
     pub grid: Arc<Grid>,
     /// Samples of the frame rendered last.
     pub store: Option<SampleStore>,
-    /// They are another eye's, and go back to it.
-    is_lent: bool,
-    /// Those that were lent, when the level is made.
-    lent: Option<SampleStore>,
     /// Which of its cells are asked for; all of the coarsest level.
     pub wanted: Option<Wanted>,
     pub buffers: FrameBuffers,
-    bins: Bins,
-    detached: Detached,
     layout: TagLayout,
 }
 
+/// Memory in which levels are made, one after the other, of whatever picture.
+#[derive(Default)]
+pub struct LevelScratch {
+    bins: Bins,
+    detached: Detached,
+    tiles: TileScratch,
+}
+
+impl LevelScratch {
+    /// Bytes of what is projected, which grow with the picture.
+    pub fn bytes(&self) -> usize {
+        self.bins.bytes()
+    }
+}
+
 impl Level {
-    /// All levels of pictures as `settings` ask for them.
-    pub fn all(settings: &Settings, layout: &TagLayout) -> Vec<Self> {
-        let all: Vec<u32> = settings.levels().collect();
-        let finer = (0..all.len() as u32).rev();
-        all.into_iter()
-            .zip(finer)
-            .map(|(samples, finer)| Self::new(settings, samples, finer, layout))
-            .collect()
+    /// Creates a level without samples.
+    pub fn new(grid: Arc<Grid>, layout: &TagLayout) -> Self {
+        let buffers = FrameBuffers::new(layout.clone());
+        Self { grid, store: None, wanted: None, buffers, layout: layout.clone() }
     }
 
-    /// Of `samples` along a pixel's edge, with `finer` finer ones: what these are asked for depends on a pixel more around
-    /// each.
-    fn new(settings: &Settings, samples: u32, finer: u32, layout: &TagLayout) -> Self {
-        let reach = settings.filter_reach().max(finer);
-        Self {
-            grid: Arc::new(Grid::reaching(&Settings { samples, ..settings.clone() }, reach)),
-            store: None,
-            is_lent: false,
-            lent: None,
-            wanted: None,
-            buffers: FrameBuffers::new(layout.clone()),
-            layout: layout.clone(),
-            bins: Bins::default(),
-            detached: Detached::default(),
-        }
-    }
-
-    /// Drops the samples of the frame before, and what was known of them; those that are lent it keeps for who has lent them.
+    /// Drops the samples of the frame before, and what was known of them. Their tiles are used again.
     pub fn drop_samples(&mut self) {
-        if std::mem::take(&mut self.is_lent) {
-            self.lent = self.store.take();
-        }
         self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
         self.buffers.states.clear();
-    }
-
-    /// Takes the samples of the same level as another eye has it, for one frame, and drops its own.
-    pub fn borrow_from(&mut self, other: &mut Self) {
-        self.drop_samples();
-        self.store = other.store.take();
-        self.is_lent = self.store.is_some();
-    }
-
-    /// Gives back what was lent, whether it was of use or not.
-    pub fn give_back_to(&mut self, other: &mut Self) {
-        let unused = if self.is_lent { self.store.take() } else { None };
-        other.store = self.lent.take().or(unused).or(other.store.take());
-        self.is_lent = false;
-    }
-
-    /// Takes what the same level of other pictures has to work in.
-    pub fn take_room_from(&mut self, other: &mut Self) {
-        self.buffers.take_room_from(&mut other.buffers);
-        std::mem::swap(&mut self.bins, &mut other.bins);
-        std::mem::swap(&mut self.detached, &mut other.detached);
     }
 
     /// Forgets what samples have gathered.
@@ -131,30 +94,60 @@ impl Level {
         self.buffers.forget();
     }
 
-    /// Makes this level of a frame: of the samples of the frame before, if there are any, and writes its pixels into
-    /// `film`.
+    /// Renders this level of a picture into `film`: from its own samples of the frame before, if it has any, or from those of the
+    /// same level of another picture, if they are `lent`.
     pub fn render(
         &mut self,
         frame: &FrameView,
         estimate: Estimate,
+        lent: Option<&SampleStore>,
+        scratch: &mut LevelScratch,
         film: &mut Film,
         shows: Shows,
     ) -> TileSum {
-        let Self { grid, store, is_lent, lent, buffers, bins, detached, layout, .. } = self;
+        let LevelScratch { bins, detached, tiles } = scratch;
         if frame.plan.camera != CameraChange::None {
-            buffers.states.clear();
+            self.buffers.states.clear();
         }
-        buffers.begin_frame(grid);
-        let is_lent = std::mem::take(is_lent);
-        let lists = (bins, detached);
-        let (mut now, reused) = begin(store.take(), is_lent, frame, layout, &mut buffers.states, lists);
+        self.buffers.begin_frame(&self.grid);
+        let (mut now, reused) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
-        let sum = run_tiles(frame, &mut start, &mut now, buffers, film, shows);
-        *store = Some(now);
-        if let (Reused::Projected(old, _), true) = (start.reused, is_lent) {
-            *lent = Some(old.into_store());
-        }
+        let sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
+        self.store = Some(now);
         sum
+    }
+
+    /// The store of this frame as far as it exists already, and the samples that it reuses.
+    fn begin<'c>(
+        &mut self,
+        frame: &FrameView,
+        lent: Option<&'c SampleStore>,
+        bins: &'c mut Bins,
+        detached: &'c mut Detached,
+    ) -> (SampleStore, Reused<'c>) {
+        let tiles = frame.view.grid.tiles();
+        match (self.store.take(), lent) {
+            (_, Some(lent)) => {
+                bins.open(tiles);
+                reproject::scatter(lent, frame, bins);
+                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins))
+            }
+            (None, None) => (SampleStore::default(), Reused::None),
+            (Some(mut store), None) if frame.plan.camera == CameraChange::None => {
+                let states = &mut self.buffers.states;
+                bins.open(tiles);
+                static_camera::detach(&mut store, states, frame, &self.layout, detached);
+                static_camera::scatter(detached, frame, bins);
+                tile_state::find_reached(&store, frame, bins, states);
+                (store, Reused::InPlace(detached, bins))
+            }
+            (Some(old), None) => {
+                bins.open(tiles);
+                let until = reproject::scatter(&old, frame, bins);
+                let old = OldStore::Leaving(LeavingStore::new(old, &until));
+                (SampleStore::default(), Reused::Projected(old, bins))
+            }
+        }
     }
 
     /// Asks for the pixels that are `flagged`. With `stays`, the camera does not move: what was asked for stays.
@@ -218,33 +211,6 @@ impl Level {
     /// Bytes in use.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
         let store = self.store.as_ref().map_or(0, |store| store.bytes(layout));
-        store + self.buffers.pool.bytes() + self.buffers.state_bytes() + self.bins.bytes()
-    }
-}
-
-/// The store of this frame as far as it is there already, and the samples that it reuses: from another store, which may be
-/// lent, from its own tiles, or none.
-fn begin<'c>(
-    last: Option<SampleStore>,
-    is_lent: bool,
-    frame: &FrameView,
-    layout: &TagLayout,
-    states: &mut [TileState],
-    (bins, detached): (&'c mut Bins, &'c mut Detached),
-) -> (SampleStore, Reused<'c>) {
-    match last {
-        Some(mut store) if frame.plan.camera == CameraChange::None => {
-            bins.open(frame.view.grid.tiles());
-            static_camera::detach(&mut store, states, frame, layout, detached);
-            static_camera::scatter(detached, frame, bins);
-            tile_state::find_reached(&store, frame, bins, states);
-            (store, Reused::InPlace(detached, bins))
-        }
-        Some(old) => {
-            bins.open(frame.view.grid.tiles());
-            let old = reproject::scatter(old, is_lent, frame, bins);
-            (SampleStore::default(), Reused::Projected(old, bins))
-        }
-        None => (SampleStore::default(), Reused::None),
+        store + self.buffers.pool.bytes() + self.buffers.state_bytes()
     }
 }

@@ -16,7 +16,7 @@ use crate::samples::Tile;
 #[derive(Debug, Clone, Copy, Default)]
 #[allow(missing_docs, reason = "the phases, by name")]
 pub struct PhaseSeconds {
-    pub gather: f64,
+    pub resolve: f64,
     pub verify: f64,
     pub trace: f64,
     pub enhance: f64,
@@ -25,7 +25,7 @@ pub struct PhaseSeconds {
 
 impl std::ops::AddAssign for PhaseSeconds {
     fn add_assign(&mut self, other: Self) {
-        self.gather += other.gather;
+        self.resolve += other.resolve;
         self.verify += other.verify;
         self.trace += other.trace;
         self.enhance += other.enhance;

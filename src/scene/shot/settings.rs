@@ -1,7 +1,7 @@
 //! From `[render]`, `[indirect]`, `[occlusion]` and `[output]` of a shot file to settings: each value checked.
 
 use crate::exposure::MOST_EXPOSURES;
-use crate::layers::Layers;
+use crate::layers::{Layers, UnknownLayer};
 use crate::scene::keys::samples::{AdaptiveTable, SamplesValue};
 use crate::scene::keys::toml_text::{At, List, TomlText};
 use crate::scene::keys::{
@@ -11,7 +11,7 @@ use crate::scene::render_space::Extent;
 use crate::scene::{Frames, SceneError};
 use crate::settings::{
     Budget, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS,
-    MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, Settings,
+    MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, RefinementError, Settings,
 };
 
 /// The settings of a shot file, the frames that it asks for, and its rate.
@@ -111,11 +111,11 @@ fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refin
         }
         SamplesValue::Adaptive(AdaptiveTable { min, max, threshold }) => {
             let threshold = threshold.unwrap_or(f64::from(Refinement::THRESHOLD)) as f32;
-            let refinement = count(*min).zip(count(*max)).ok_or_else(|| Refinement::BOUNDS.to_string());
+            let refinement = count(*min).zip(count(*max)).ok_or(RefinementError::Bounds);
             let refinement = refinement.and_then(|(min, most)| {
                 Ok((min, Some(Refinement { most, threshold }.checked(min, table.filter)?)))
             });
-            refinement.map_err(|message| bad(format!("= {{ min = {min}, max = {max} }}: {message}")))
+            refinement.map_err(|error| bad(format!("= {{ min = {min}, max = {max} }}: {error}")))
         }
     }
 }
@@ -152,7 +152,7 @@ fn budget(text: TomlText<'_>, table: &IndirectTable) -> Result<Budget, SceneErro
     match budget.get_ref() {
         BudgetValue::Rays(rays) => Ok(Budget::Rays(*rays)),
         BudgetValue::Text(stated) => {
-            Budget::parse(stated).map_err(|message| text.bad("budget", budget, &message))
+            Budget::parse(stated).map_err(|error| text.bad("budget", budget, &error.to_string()))
         }
     }
 }
@@ -188,7 +188,7 @@ fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError
     names.iter().try_fold(Layers::NONE, |all, name| {
         let known = Layers::of([name.get_ref().as_str()]);
         let unknown =
-            |name_of: &str| text.fault(name.span(), format!("`layers`: {}", Layers::unknown(name_of)));
+            |name_of: &str| text.fault(name.span(), format!("`layers`: {}", UnknownLayer::new(name_of)));
         known.map(|layers| all.with(layers)).map_err(unknown)
     })
 }

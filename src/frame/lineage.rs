@@ -1,0 +1,227 @@
+//! Lineage: the samples that a picture is made of, decided from poses alone before any ray is cast.
+//!
+//! A frame is one picture, or several: one for each eye, and one for each exposure of a shutter or a lens. Each picture is made by the same
+//! phases, of the samples of another picture that was made before. Which one follows from three rules, in this order:
+//!
+//! 1. *In place.* Where its camera is exactly where it was in its own picture of an earlier frame, a picture goes on with its own samples:
+//!    what does not move costs nothing.
+//! 2. *The latest.* Otherwise it is made of the samples of the latest picture that it may use: of its own eye, or for the right eye of
+//!    a frame with one exposure, of the left eye in the same frame. Between the two eyes nothing has moved: all that samples keep, light and
+//!    tags, holds as it is. Exposures of one eye are a chain through all frames, in which each step is small.
+//! 3. *Nothing.* A base frame begins without samples: all of its first picture is traced.
+//!
+//! Samples go over to the new picture, unless the picture that has them will go on with them in place: then they are only lent, and
+//! projected. That is so between the two eyes, and between exposures before a camera at rest.
+//!
+//! ```text
+//! two eyes           L1 ──► L2 ──► L3        one goes on with its own samples,
+//!                     ┊      ┊      ┊
+//!                    R1     R2     R3        the other is lent them (rule 2)
+//!
+//! three exposures    1a ► 1b ► 1c ► 2a ► 2b ► 2c           the camera moves: one chain
+//!                    1a ┄ 1b ┄ 1c   each one keeps them    it rests: lent once,
+//!                    2a   2b   2c   ▲ in place (rule 1)     then in place
+//! ```
+
+use super::shot::plan::{CameraChange, Plan};
+use super::validity::ValidDirection;
+use crate::pose::Pose;
+use crate::samples::saved::PictureName;
+use crate::stereo::Eye;
+
+/// A picture that was made before, whose samples exist.
+#[derive(Debug, Clone, Copy)]
+pub struct Ancestor<'a> {
+    /// Its eye and exposure.
+    pub picture: PictureName,
+    /// The state of the shot in it.
+    pub pose: &'a Pose,
+    /// The direction of time in which the answers of its samples hold.
+    pub valid: ValidDirection,
+}
+
+/// Facts of the shot and the frame that decide on lineages, beside poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rule {
+    /// Samples of earlier frames may be used. Without it the frame is a base frame, and pictures use those of the same frame alone.
+    pub reuse: bool,
+    /// Every picture is traced in full.
+    pub is_full: bool,
+    /// Number of exposures of a frame.
+    pub exposures: usize,
+    /// The camera is in one place for all exposures of this frame and the next one: each keeps its samples.
+    pub rests: bool,
+    /// Frames are inferred from a base frame in both directions of time: its answers are to hold in both.
+    pub has_two_sides: bool,
+}
+
+/// How one picture is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lineage {
+    /// The picture whose samples it is made of. `None`: every cell is traced.
+    pub from: Option<PictureName>,
+    /// Those samples stay with that picture.
+    pub is_lent: bool,
+    /// Changes since that picture. With [`CameraChange::None`] samples stay in place; otherwise they are projected.
+    pub plan: Plan,
+    /// The direction of time in which the answers of its samples hold.
+    pub valid: ValidDirection,
+}
+
+impl Lineage {
+    /// Decides how the picture called `picture`, with everything as `pose` says, is made. `made`: all pictures that have samples, the latest
+    /// one last.
+    pub fn new(picture: PictureName, pose: &Pose, made: &[Ancestor], rule: &Rule) -> Self {
+        let from = if rule.is_full { None } else { ancestor(picture, pose, made, rule) };
+        let valid =
+            ValidDirection::between(from.map(|from| (from.pose, from.valid)), pose, rule.has_two_sides);
+        let Some(Ancestor { picture: name, pose: seen, .. }) = from else {
+            return Self { from: None, is_lent: false, plan: Plan::of_base_frame(pose), valid };
+        };
+        let is_lent = name.eye != picture.eye || rule.rests && name != picture;
+        let mut plan = Plan::between(seen, pose);
+        // samples that are lent are never changed in place, however near the pictures are
+        if is_lent && plan.camera == CameraChange::None {
+            plan.camera = CameraChange::SamePlace;
+        }
+        Self { from: Some(name), is_lent, plan, valid }
+    }
+}
+
+/// The picture whose samples are used: rules 1 and 2 of the [module](self).
+fn ancestor<'a>(
+    picture: PictureName,
+    pose: &Pose,
+    made: &[Ancestor<'a>],
+    rule: &Rule,
+) -> Option<Ancestor<'a>> {
+    let is_usable = |one: &&Ancestor| rule.reuse || one.pose.frame == pose.frame && one.picture != picture;
+    let is_reachable = |one: &&Ancestor| {
+        let is_left_eye_of_frame = one.picture.eye == Eye::Left && one.pose.frame == pose.frame;
+        one.picture.eye == picture.eye || rule.exposures == 1 && is_left_eye_of_frame
+    };
+    let is_in_place = |one: &&Ancestor| one.picture == picture && one.pose.camera == pose.camera;
+    let candidates = || made.iter().filter(is_usable).filter(is_reachable);
+    candidates().find(is_in_place).or_else(|| candidates().next_back()).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::changes::Direction;
+    use crate::frame::grid::view::tests::camera;
+
+    fn pose(frame: i32, exposure: usize, x: f32) -> Pose {
+        let moment = i64::from(frame) * 3 + exposure as i64;
+        Pose { frame, moment, camera: camera(Vec3::X * x), models: Vec::new(), lights: Vec::new() }
+    }
+
+    /// The picture called `L1b` is exposure 1 of the left eye in frame 1, with the camera at `x`.
+    fn named(name: &str, x: f32) -> (PictureName, Pose) {
+        let [eye, frame, exposure] = [0, 1, 2].map(|at| name.as_bytes()[at]);
+        let eye = if eye == b'L' { Eye::Left } else { Eye::Right };
+        let (frame, exposure) = (i32::from(frame - b'0'), usize::from(exposure - b'a'));
+        (PictureName { eye, exposure }, pose(frame, exposure, x))
+    }
+
+    const RULE: Rule = Rule { reuse: true, is_full: false, exposures: 1, rests: false, has_two_sides: false };
+    const BASE: Rule = Rule { reuse: false, ..RULE };
+    const FULL: Rule = Rule { is_full: true, ..RULE };
+    const BLUR: Rule = Rule { exposures: 3, ..RULE };
+    const REST: Rule = Rule { rests: true, ..BLUR };
+
+    /// Like `L1a`, `L1a lent` or `-`, and the change of the camera: for `now`, after `made`, each with the place of its camera.
+    fn lineage(made: &[(&str, f32)], (now, x): (&str, f32), rule: &Rule) -> (String, CameraChange) {
+        let made: Vec<_> = made.iter().map(|(name, x)| (*name, named(name, *x))).collect();
+        let valid = ValidDirection::To(Direction::Forward);
+        let ancestors: Vec<Ancestor> =
+            made.iter().map(|(_, (picture, pose))| Ancestor { picture: *picture, pose, valid }).collect();
+        let (picture, pose) = named(now, x);
+        let Lineage { from, is_lent, plan, .. } = Lineage::new(picture, &pose, &ancestors, rule);
+        let Some(from) = from else { return (String::from("-"), plan.camera) };
+        // of one picture there is one state
+        let (name, _) = made.iter().find(|(_, (picture, _))| *picture == from).expect("it was made");
+        (if is_lent { format!("{name} lent") } else { (*name).to_string() }, plan.camera)
+    }
+
+    #[test]
+    fn samples_come_from() {
+        use CameraChange::{Moved, None as Rests, SamePlace};
+        type Seen<'a> = (&'a str, f32);
+        type Case<'a> = (&'a str, &'a [Seen<'a>], Seen<'a>, Rule, &'a str, CameraChange);
+        let table: [Case; 21] = [
+            ("a first frame", &[], ("L1a", 0.0), RULE, "-", Moved),
+            ("one eye goes on", &[("L1a", 0.0)], ("L2a", 9.0), RULE, "L1a", Moved),
+            ("and in place", &[("L1a", 0.0)], ("L2a", 0.0), RULE, "L1a", Rests),
+            ("a base frame", &[("L1a", 0.0)], ("L2a", 9.0), BASE, "-", Moved),
+            ("a base frame made again", &[("L2a", 0.0)], ("L2a", 0.0), BASE, "-", Moved),
+            ("the right eye is lent the left one's", &[("L2a", 0.0)], ("R2a", 1.0), RULE, "L2a lent", Moved),
+            ("also in a base frame", &[("L2a", 0.0)], ("R2a", 1.0), BASE, "L2a lent", Moved),
+            ("not in full", &[("L2a", 0.0)], ("R2a", 1.0), FULL, "-", Moved),
+            ("eyes in one place", &[("L2a", 0.0)], ("R2a", 0.0), RULE, "L2a lent", SamePlace),
+            ("it moves", &[("R1a", 1.0), ("L2a", 8.0)], ("R2a", 9.0), RULE, "L2a lent", Moved),
+            ("it rests", &[("R1a", 1.0), ("L2a", 0.0)], ("R2a", 1.0), RULE, "R1a", Rests),
+            (
+                "it rests in a base frame",
+                &[("R1a", 1.0), ("L2a", 0.0)],
+                ("R2a", 1.0),
+                BASE,
+                "L2a lent",
+                Moved,
+            ),
+            ("the right eye alone", &[("L1a", 0.0)], ("R2a", 1.0), RULE, "-", Moved),
+            ("the left eye alone", &[("L1a", 0.0), ("R1a", 1.0)], ("L2a", 2.0), RULE, "L1a", Moved),
+            ("a chain of exposures", &[("L1a", 0.0)], ("L1b", 1.0), BLUR, "L1a", Moved),
+            ("from frame to frame", &[("L1c", 2.0)], ("L2a", 3.0), BLUR, "L1c", Moved),
+            (
+                "in a base frame, too",
+                &[("L2a", 3.0)],
+                ("L2b", 4.0),
+                Rule { reuse: false, ..BLUR },
+                "L2a",
+                Moved,
+            ),
+            ("lent at rest", &[("L1a", 0.0), ("L1b", 1.0)], ("L1c", 2.0), REST, "L1b lent", Moved),
+            ("then in place", &[("L1a", 0.0), ("L1b", 1.0), ("L1c", 2.0)], ("L2a", 0.0), REST, "L1a", Rests),
+            (
+                "and on when it moves",
+                &[("L1b", 1.0), ("L1c", 2.0), ("L2a", 3.0)],
+                ("L2b", 4.0),
+                BLUR,
+                "L2a",
+                Moved,
+            ),
+            ("blurred eyes have chains of their own", &[("L2c", 2.0)], ("R2a", 1.0), BLUR, "-", Moved),
+        ];
+        for (case, made, now, rule, from, camera) in table {
+            let (found, change) = lineage(made, now, &rule);
+            assert_eq!(found, from, "{case}");
+            assert!(from == "-" || change == camera, "{case}: {change:?}");
+        }
+    }
+
+    #[test]
+    fn time_runs_from_the_ancestor_to_the_picture() {
+        use ValidDirection::{Both, To};
+        let two_sides = Rule { has_two_sides: true, ..RULE };
+        let [forward, backward] = [Direction::Forward, Direction::Backward].map(To);
+        for (from, valid, now, rule, expected) in [
+            (None, forward, 5, RULE, forward),
+            (Some(4), forward, 5, RULE, forward),
+            (Some(6), forward, 5, RULE, backward),
+            (Some(5), backward, 5, RULE, backward),
+            (None, forward, 5, two_sides, Both),
+            (Some(5), Both, 5, two_sides, Both),
+            (Some(4), Both, 5, two_sides, forward),
+            (Some(6), Both, 5, two_sides, backward),
+        ] {
+            let seen = from.map(|frame| pose(frame, 0, 0.0));
+            let picture = PictureName { eye: Eye::Left, exposure: 0 };
+            let made: Vec<Ancestor> = seen.iter().map(|pose| Ancestor { picture, pose, valid }).collect();
+            let lineage = Lineage::new(picture, &pose(now, 0, 0.0), &made, &rule);
+            assert_eq!(lineage.valid, expected, "from {from:?}, {valid:?}");
+        }
+    }
+}

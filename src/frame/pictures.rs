@@ -1,0 +1,161 @@
+//! The pictures of a renderer: each is made as its [lineage](super::lineage) says, and leaves a [history](super::history).
+
+use super::history::PictureHistory;
+use super::lineage::{Ancestor, Lineage, Rule};
+use super::picture::{self, PictureRequest, RenderedPicture};
+use super::render_error::RenderError;
+use super::shot::plan::CameraChange;
+use super::shot::prepared::Prepared;
+use super::shot::reflection_maps::ReflectionMaps;
+use super::tiles::level::{Level, LevelScratch};
+use super::validity::ValidDirection;
+use crate::pose::Pose;
+use crate::samples::SampleStore;
+use crate::samples::saved::{LevelSamples, PictureName, PictureSamples};
+use crate::stereo::Eye;
+use crate::trace::Backend;
+
+/// The pictures of a renderer whose samples or films are kept, and the memory in which they are made.
+#[derive(Default)]
+pub struct Pictures {
+    /// In the order in which they were made: the latest one last.
+    all: Vec<PictureHistory>,
+    /// Reflection maps of the picture made last, if it was finished.
+    pub maps: ReflectionMaps,
+    scratch: LevelScratch,
+}
+
+impl Pictures {
+    /// Begins `frame` of `eye`: without `reuse`, samples of earlier frames are dropped.
+    pub fn begin(&mut self, eye: Eye, reuse: bool) {
+        if !reuse {
+            self.all.iter_mut().filter(|one| one.picture.eye == eye).for_each(PictureHistory::drop_samples);
+        }
+    }
+
+    /// The frame that `eye` saw last, if there are samples of it.
+    pub fn last_frame(&self, eye: Eye) -> Option<i32> {
+        self.ancestors().iter().rev().find(|one| one.picture.eye == eye).map(|one| one.pose.frame)
+    }
+
+    /// Renders the picture that `request` names, and keeps its samples and its film. An error leaves nothing of the picture.
+    pub fn render(
+        &mut self,
+        prepared: &mut Prepared,
+        backend: &mut dyn Backend,
+        request: &PictureRequest,
+        rule: &Rule,
+    ) -> Result<RenderedPicture, RenderError> {
+        let lineage = Lineage::new(request.picture, &request.pose, &self.ancestors(), rule);
+        if lineage.from.is_some() && lineage.plan.camera == CameraChange::None {
+            prepared.look_ahead();
+        }
+        if !lineage.valid.is_forward_alone() {
+            prepared.look_back();
+        }
+        if let Some(ancestor) = self.all.iter_mut().find(|one| Some(one.picture) == lineage.from) {
+            ancestor.reverse(prepared, lineage.valid);
+        }
+        let mut history = self.take(&lineage, request.picture, prepared, rule);
+        let lender = self.all.iter().find(|one| lineage.is_lent && Some(one.picture) == lineage.from);
+        let made = picture::render(
+            prepared,
+            (backend, &mut self.maps, &mut self.scratch),
+            (&mut history, lender),
+            &lineage,
+            request,
+        )?;
+        (history.picture, history.valid) = (request.picture, lineage.valid);
+        history.pose = Some(request.pose.clone());
+        self.all.push(history);
+        Ok(made)
+    }
+
+    /// Takes out the history in which a picture of that lineage is made: that of its ancestor, its own if samples are lent to it or it
+    /// begins anew, or a new one.
+    fn take(
+        &mut self,
+        lineage: &Lineage,
+        picture: PictureName,
+        prepared: &Prepared,
+        rule: &Rule,
+    ) -> PictureHistory {
+        let own = self.all.iter().position(|one| one.picture == picture);
+        let ancestor = self.all.iter().position(|one| Some(one.picture) == lineage.from && !lineage.is_lent);
+        // where no exposure keeps samples of its own, there is one history of each eye
+        let of_eye = self.all.iter().rposition(|one| one.picture.eye == picture.eye && !rule.rests);
+        let taken = if lineage.is_lent { own } else { ancestor.or(own).or(of_eye) };
+        let mut history = match taken {
+            Some(index) => self.all.remove(index),
+            None => PictureHistory::new(picture, prepared),
+        };
+        if history.picture != picture {
+            // its own are left from a time when the camera was at rest
+            self.all.retain(|one| one.picture != picture);
+            let planes = prepared.channels_of(picture).len();
+            history.film = history.film.filter(|film| film.planes.len() == planes);
+        }
+        if ancestor.is_none() {
+            history.drop_samples();
+        }
+        history
+    }
+
+    /// Pictures that have samples, the latest one last.
+    fn ancestors(&self) -> Vec<Ancestor<'_>> {
+        self.all.iter().filter_map(PictureHistory::ancestor).collect()
+    }
+
+    /// Samples of the frame rendered last, by picture, with the direction in which their answers hold.
+    pub fn samples(&self) -> Option<(i32, ValidDirection, Vec<PictureSamples<&SampleStore>>)> {
+        let latest = self.all.last().filter(|one| one.pose.is_some())?;
+        let frame = latest.pose.as_ref()?.frame;
+        let of_frame =
+            self.all.iter().filter(|one| one.pose.as_ref().is_some_and(|pose| pose.frame == frame));
+        let mut pictures: Vec<_> = of_frame.map(PictureHistory::samples).collect::<Option<_>>()?;
+        pictures.sort_by_key(|one| (one.picture.eye as usize, one.picture.exposure));
+        Some((frame, latest.valid, pictures))
+    }
+
+    /// Goes on from samples of a picture with everything as `pose` says. Pictures come in the order in which they were made.
+    pub fn restore(
+        &mut self,
+        (picture, pose): (PictureName, Pose),
+        valid: ValidDirection,
+        levels: Vec<LevelSamples<SampleStore>>,
+        prepared: &Prepared,
+    ) {
+        let mut history = PictureHistory::new(picture, prepared);
+        history.levels.iter_mut().zip(levels).for_each(|(level, kept)| level.restore(kept));
+        (history.pose, history.valid) = (Some(pose), valid);
+        self.all.push(history);
+    }
+
+    /// Forgets all samples and films, and whatever a picture that was not finished has left.
+    pub fn forget(&mut self) {
+        self.all.clear();
+        self.scratch = LevelScratch::default();
+    }
+
+    /// Forgets what films show.
+    pub fn forget_films(&mut self) {
+        self.all.iter_mut().for_each(PictureHistory::forget_film);
+    }
+
+    /// All levels of all pictures.
+    pub fn levels(&mut self) -> impl Iterator<Item = &mut Level> {
+        self.all.iter_mut().flat_map(|one| &mut one.levels)
+    }
+
+    /// The latest picture of `eye`.
+    pub fn latest(&mut self, eye: Eye) -> Option<&mut PictureHistory> {
+        self.all.iter_mut().rfind(|one| one.picture.eye == eye)
+    }
+
+    /// Bytes in use, and samples that are kept.
+    pub fn size(&self, prepared: &Prepared) -> (u64, u64) {
+        let levels = || self.all.iter().flat_map(|one| &one.levels).filter(|level| level.store.is_some());
+        let bytes: usize = levels().map(|level| level.bytes(&prepared.layout)).sum();
+        ((bytes + self.scratch.bytes()) as u64, levels().map(Level::samples).sum())
+    }
+}

@@ -1,0 +1,298 @@
+//! The phases of a tile: the paper's overview, in its order.
+//!
+//! | the paper's phase | calls of [`render_tile`] |
+//! |---|---|
+//! | Reprojection | `resolve`: samples of the frame before serve cells |
+//! | Verification, for the eye | `verify_servers` |
+//! | primary rays | `trace_missed` |
+//! | Verification, for shadows; Color Calculation | `indirect`, `occlusion`, `direct`: light that does not depend on the eye, and is kept |
+//! | Enhancement | `enhance`: light that depends on the eye |
+//! | Filtering | `filter` |
+//!
+//! Before a camera at rest most tiles need none of them, or the last ones alone: see [`remake`](crate::frame::static_camera::remake).
+
+use std::time::Instant;
+
+use super::contrast::{TileColors, note_colors};
+use super::thread_scratch::ThreadScratch;
+use super::{Reused, Shows, Start};
+use crate::changes::Until;
+use crate::frame::film::develop::DirtyTiles;
+use crate::frame::film::filter::{self, Shown};
+use crate::frame::film::spread::TileFilm;
+use crate::frame::grid::cells::CellSet;
+use crate::frame::light::{direct, indirect, occlusion};
+use crate::frame::planes::channels::{Picture, Written};
+use crate::frame::planes::window::Window;
+use crate::frame::reuse::verify::{self, Request};
+use crate::frame::reuse::{reproject, trace_missed};
+use crate::frame::secondary::enhance;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::static_camera;
+use crate::frame::static_camera::remake::{Change, Remake, TileFacts};
+use crate::frame::static_camera::tile_state::TileState;
+use crate::samples::{Flags, Status, TagLayout, Tile};
+use crate::settings::Reuse;
+use crate::stats::SampleCounts;
+use crate::trace::SceneSubset;
+
+/// What is to be done with every tile.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    pub frame: &'a FrameView<'a>,
+    pub layout: &'a TagLayout,
+    pub start: &'a Start<'a>,
+    pub picture: &'a Picture,
+    /// Whose colours must be written.
+    pub dirty: &'a DirtyTiles,
+    /// What the film shows: what stays the same need not be made again.
+    pub shows: Shows<'a>,
+}
+
+impl Work<'_> {
+    /// What is known of tile number `number` before its samples are brought up to date.
+    pub fn facts(&self, number: usize, state: &TileState) -> TileFacts {
+        state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
+    }
+}
+
+/// The parts of one tile: its samples, and all that is remembered of it or adds up in it.
+pub struct TileParts<'a> {
+    pub tile: &'a mut Tile,
+    pub state: &'a mut TileState,
+    /// What it shows, for finer levels of samples.
+    pub colors: &'a mut TileColors,
+    /// Sums of a wide filter.
+    pub film: &'a mut TileFilm,
+}
+
+/// Seconds since the phase at work began.
+struct Clock(Instant);
+
+impl Clock {
+    /// Adds what has passed to the `seconds` of a phase. The next one begins.
+    fn lap(&mut self, seconds: &mut f64) {
+        *seconds += std::mem::replace(&mut self.0, Instant::now()).elapsed().as_secs_f64();
+    }
+}
+
+/// Takes tile number `number` through all phases that it needs, from the samples of the frame before to its pixels in `window`. Returns
+/// what was written.
+pub fn render_tile(
+    work: &Work,
+    number: usize,
+    parts: TileParts,
+    window: &mut Window,
+    scratch: &mut ThreadScratch,
+) -> (SampleCounts, Written) {
+    let TileParts { tile, state, colors, film } = parts;
+    let remake = infer_tile(work, number, tile, state, scratch);
+    state.was_written = remake >= Remake::Picture;
+    if work.frame.notes_colors && state.was_written && !work.frame.wanted_of(number).is_empty() {
+        note_colors(&scratch.radiance, colors);
+    }
+    let mut clock = Clock(Instant::now());
+    let written = write_pixels(work, number, remake, (tile, film), window, scratch);
+    clock.lap(&mut scratch.seconds.filter);
+    (samples_of(work.frame, number, remake, tile), written)
+}
+
+/// Brings samples, light and colours of a tile up to date, as far as the film does not show them already. Returns what must be written.
+fn infer_tile(
+    work: &Work,
+    number: usize,
+    tile: &mut Tile,
+    state: &mut TileState,
+    scratch: &mut ThreadScratch,
+) -> Remake {
+    let Work { frame, .. } = *work;
+    let mut facts = work.facts(number, state);
+    if facts.remake() == Remake::Age && !facts.is_needed {
+        return Remake::Age;
+    }
+    scratch.begin_tile();
+    let mut clock = Clock(Instant::now());
+    if facts.samples == Change::None {
+        static_camera::keep_all(tile);
+        clock.lap(&mut scratch.seconds.resolve);
+    } else {
+        facts.samples = update_samples(work, number, tile, state, scratch);
+        clock = Clock(Instant::now());
+    }
+    if facts.samples != Change::None {
+        state.content = None;
+    }
+    let remake = facts.remake();
+    state.was_quiet = facts.samples == Change::None;
+    state.is_known = true;
+    if (remake >= Remake::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
+        let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
+        let trees = Some(&mut state.trees);
+        let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
+        state.goes_on = radiance.has_secondary;
+        state.was_quiet &= !casts_rays;
+        clock.lap(&mut scratch.seconds.enhance);
+    }
+    remake
+}
+
+/// Brings a tile's samples and their light up to date. Returns how they differ from those of the frame before.
+fn update_samples(
+    work: &Work,
+    number: usize,
+    tile: &mut Tile,
+    state: &mut TileState,
+    scratch: &mut ThreadScratch,
+) -> Change {
+    let Work { frame, start: Start { estimate, .. }, .. } = *work;
+    let mut clock = Clock(Instant::now());
+    let counts_before = scratch.trace.tally.counts;
+    estimate.count(number, &mut scratch.trace.tally);
+    state.trees.note_roots(tile, &mut scratch.roots);
+
+    let took_cells = resolve(work, number, tile, scratch);
+    clock.lap(&mut scratch.seconds.resolve);
+    if frame.wanted_of(number).is_empty() {
+        (state.until, state.bounds) = (Until::FOREVER, None);
+        return Change::Samples;
+    }
+
+    let among = frame.in_sight(number);
+    let probes = verify_servers(work, number, among, tile, state, scratch);
+    let flags = scratch.serving.flags();
+    clock.lap(&mut scratch.seconds.verify);
+
+    let ThreadScratch { trace, seconds, lighting, placed, paths, occlusion, roots, .. } = scratch;
+    trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
+    tile.spares.trim();
+    state.trees.forget_others(tile, roots);
+    clock.lap(&mut seconds.trace);
+
+    let (indirect_changed, until) = indirect::gather(frame, tile, placed, paths, &mut trace.tally);
+    let (openness_changed, open_until) =
+        occlusion::find_openness(frame, tile, placed, occlusion, &mut trace.tally);
+    let flags = flags.with(Flags::STALE.when(indirect_changed || openness_changed));
+    let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
+    (state.until, state.bounds) = (until.min(open_until), bounds);
+    clock.lap(&mut seconds.enhance);
+
+    let counts = trace.tally.counts;
+    if took_cells || light_changed || openness_changed || counts.primary != counts_before.primary {
+        Change::Samples
+    } else if counts != counts_before {
+        Change::Rays
+    } else {
+        Change::None
+    }
+}
+
+/// Finds for each cell the sample of the frame before that serves it, if there is one. Returns true if any cell was given another one.
+fn resolve(work: &Work, number: usize, tile: &mut Tile, scratch: &mut ThreadScratch) -> bool {
+    let Work { frame, layout, start: Start { reused, .. }, .. } = *work;
+    let ThreadScratch { serving, before, .. } = scratch;
+    serving.begin();
+    match reused {
+        Reused::None => {
+            reproject::begin_base(frame, number, tile);
+            true
+        }
+        Reused::InPlace(detached, bins) => {
+            let before = before.get_or_insert_with(|| Box::new(Tile::empty(layout)));
+            static_camera::merge(detached, frame, bins, number, tile, before, serving)
+        }
+        Reused::Projected(old, bins) => {
+            reproject::resolve(old, frame, bins, number, tile, serving);
+            true
+        }
+    }
+}
+
+/// Candidates that a cell asks at most, one after the other.
+const MOST_ASKED: usize = 4;
+
+/// Verifies the samples that serve cells; where one is hidden, the next candidate is asked. Returns the cells whose server is to be confirmed
+/// by a primary ray.
+fn verify_servers(
+    work: &Work,
+    number: usize,
+    among: SceneSubset,
+    tile: &mut Tile,
+    state: &TileState,
+    scratch: &mut ThreadScratch,
+) -> CellSet {
+    let Work { frame, start: Start { reused, .. }, .. } = *work;
+    let ThreadScratch { serving, before, trace, .. } = scratch;
+    if matches!(reused, Reused::None) {
+        return CellSet::default();
+    }
+    let bounds = state.content.as_ref().map(|content| &content.bounds);
+    let mut cells = CellSet::ALL;
+    for asked in 1.. {
+        let request = Request { number, cells: &cells, bounds, flags: serving.flags() };
+        verify::verify(frame, among, tile, &request, trace);
+        let next = match reused {
+            _ if asked == MOST_ASKED => None,
+            Reused::None => None,
+            Reused::InPlace(detached, _) => {
+                serving.ask_next(frame.reuse, tile, &static_camera::tiles(detached, before.as_deref()))
+            }
+            Reused::Projected(old, _) => serving.ask_next(frame.reuse, tile, &|source| old.tile(source)),
+        };
+        match next {
+            Some(next) => cells = next,
+            None => break,
+        }
+    }
+    if frame.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
+}
+
+/// Writes of a tile what the film does not show yet.
+fn write_pixels(
+    work: &Work,
+    number: usize,
+    remake: Remake,
+    (tile, film): (&Tile, &mut TileFilm),
+    window: &mut Window,
+    scratch: &mut ThreadScratch,
+) -> Written {
+    let Work { frame, picture, dirty, .. } = *work;
+    let ThreadScratch { filtering, radiance, placed, trace, .. } = scratch;
+    let cell_rays = &*trace.tally.cells;
+    if dirty.is_needed(number) {
+        filter::sum(frame, number, tile, filtering, radiance, film);
+    }
+    match remake {
+        Remake::Age => filter::stay(frame, number, picture, window),
+        Remake::Counts => filter::recount(frame, number, tile, filtering, cell_rays, picture, window),
+        Remake::Picture | Remake::Samples => {
+            let shown = Shown { radiance, placed, cell_rays };
+            filter::filter(frame, number, tile, filtering, shown, picture, window)
+        }
+    }
+}
+
+/// Counts the samples of a tile by status.
+fn samples_of(frame: &FrameView, number: usize, remake: Remake, tile: &Tile) -> SampleCounts {
+    if remake == Remake::Age && frame.wanted.is_none() {
+        let good = frame.view.grid.cells(number);
+        debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
+        return SampleCounts { good, ..SampleCounts::default() };
+    }
+    count_samples(tile)
+}
+
+fn count_samples(tile: &Tile) -> SampleCounts {
+    // few enough for a byte to count them: many are counted at once
+    const FEW: usize = 128;
+    let count_few =
+        |few: &[Status], wanted| few.iter().fold(0, |count: u8, status| count + u8::from(*status == wanted));
+    let count = |wanted: Status| tile.status.chunks(FEW).map(|few| u64::from(count_few(few, wanted))).sum();
+    SampleCounts {
+        base: count(Status::Base),
+        good: count(Status::Good),
+        overlapped: count(Status::Overlapped),
+        missed: count(Status::Missed),
+        obscured: count(Status::Obscured),
+        spare: tile.spares.len() as u64,
+    }
+}
