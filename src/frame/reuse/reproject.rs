@@ -1,9 +1,9 @@
 //! Reprojection: the samples of the frame before move with their models, are projected into this frame's picture, and
 //! serve its cells (the paper's "Reprojection Phase").
 //!
-//! Two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it falls into, and of
-//! those beside which it may serve ([`Bins`]); [`gather`] then finds each cell's server, tile by tile, and copies it
-//! into the new store.
+//! There are two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it
+//! falls into, and into those of adjacent tiles whose cells it may serve ([`Bins`]). [`gather`] then finds
+//! each cell's server, tile by tile, and copies it into the new store.
 
 use rayon::prelude::*;
 
@@ -18,12 +18,13 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, LeavingStore, SampleStore, Status, TILE, Tile};
 use crate::settings::Reuse;
 
-/// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
+/// Reciprocal of the least share of wanted cells that must reuse samples: tiles with fewer are traced whole.
 const LEAST_REUSED: usize = 8;
 
-/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. A store that `is_lent` keeps its tiles.
+/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. A store that `is_lent`
+/// keeps its tiles.
 pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) -> LeavingStore {
-    /// Tiles that a worker takes at least before others may have the rest.
+    /// Least number of tiles that a worker takes before others may have the rest.
     const AT_LEAST: usize = 8;
     let grid = &*frame.view.grid;
     let halo = frame.reuse == Reuse::Target;
@@ -43,7 +44,7 @@ pub fn scatter(old: SampleStore, is_lent: bool, frame: &FrameView, bins: &Bins) 
     if is_lent { LeavingStore::from(old) } else { LeavingStore::new(old, &until) }
 }
 
-/// Fills tile number `number` with what serves its cells. A cell that nothing serves is missed.
+/// Fills tile number `number` with the servers of its cells. A cell without a server is missed.
 pub fn gather(
     old: &LeavingStore,
     frame: &FrameView,
@@ -79,7 +80,7 @@ pub fn gather(
     }
 }
 
-/// Cells that nobody asks for.
+/// Empties the cells that are not wanted.
 fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
     if *wanted != CellSet::ALL {
         let unwanted = tile.status.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
@@ -87,7 +88,7 @@ fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
     }
 }
 
-/// Cells that are not in the picture.
+/// Marks the cells that are not in the picture.
 fn mark_outside(extent: [u32; 2], tile: &mut Tile) {
     if extent != [TILE as u32; 2] {
         let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));
