@@ -1,11 +1,11 @@
-//! Where tiles come from and where they go: the new store of a frame grows out of what the old one no longer
-//! needs, so that both together hold little more than one.
+//! Pool of tiles: the new store of a frame grows out of the tiles that the old one no longer needs, so that
+//! both together hold little more than one.
 
 use rayon::prelude::*;
 
 use super::{SampleStore, TagLayout, Tile};
 
-/// Tiles whose samples nobody needs, to be written over.
+/// Tiles whose samples are not needed any more, to be written over.
 #[derive(Debug)]
 pub struct TilePool {
     tiles: Vec<Box<Tile>>,
@@ -13,7 +13,7 @@ pub struct TilePool {
 }
 
 impl TilePool {
-    /// None yet, for stores with tags as `layout` says.
+    /// Creates an empty pool, for stores with this `layout`.
     pub fn new(layout: TagLayout) -> Self {
         Self { tiles: Vec::new(), layout }
     }
@@ -23,7 +23,7 @@ impl TilePool {
         self.tiles.extend(store.tiles);
     }
 
-    /// Adds tiles to `store` until it has `count`: what is in them means nothing.
+    /// Adds tiles to `store` until it has `count`; their contents mean nothing.
     pub fn grow(&mut self, store: &mut SampleStore, count: usize) {
         let wanted = count.saturating_sub(store.tiles.len());
         store.tiles.extend(self.tiles.drain(self.tiles.len().saturating_sub(wanted)..));
@@ -32,25 +32,25 @@ impl TilePool {
         store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(&self.layout))));
     }
 
-    /// Bytes held.
+    /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.tiles.iter().map(|tile| tile.bytes(&self.layout)).sum()
     }
 }
 
-/// The store of the frame before while its samples go over to the new one. Each of its tiles is given back as
+/// Store of the frame before, while its samples go over to the new one. Each of its tiles is given back as
 /// soon as no sample in it is wanted any more.
 #[derive(Debug)]
 pub struct LeavingStore {
     tiles: Vec<Option<Box<Tile>>>,
-    /// For each tile, how many tiles of the new store must be done until it can go; and its number. In that
-    /// order.
+    /// Number of tiles of the new store that must be done until a tile can go, and the number of that tile.
+    /// Sorted.
     order: Vec<(u32, u32)>,
-    /// How many of `order` have gone.
+    /// Number of entries of `order` whose tiles have gone.
     gone: usize,
 }
 
-/// A store that is only lent keeps all of its tiles.
+/// Lends a store: it keeps all of its tiles.
 impl From<SampleStore> for LeavingStore {
     fn from(store: SampleStore) -> Self {
         Self { tiles: store.tiles.into_iter().map(Some).collect(), order: Vec::new(), gone: 0 }
@@ -58,7 +58,8 @@ impl From<SampleStore> for LeavingStore {
 }
 
 impl LeavingStore {
-    /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
+    /// Creates the store from `store`. `until`: for each of its tiles, the number of tiles of the new store
+    /// that must be done until it can go.
     pub fn new(store: SampleStore, until: &[u32]) -> Self {
         let mut order: Vec<(u32, u32)> = until.iter().copied().zip(0..).collect();
         order.sort_unstable();
@@ -71,12 +72,12 @@ impl LeavingStore {
         self.tiles.get(number as usize)?.as_deref()
     }
 
-    /// What is left of it: all of a store that was only lent.
+    /// Returns the tiles that are left: all of a store that was only lent.
     pub fn into_store(self) -> SampleStore {
         SampleStore { tiles: self.tiles.into_iter().flatten().collect() }
     }
 
-    /// Gives back what nobody wants any more now that `done` tiles of the new store are done.
+    /// Gives back the tiles that are not wanted any more when `done` tiles of the new store are done.
     pub fn let_go(&mut self, done: usize, pool: &mut TilePool) {
         let leaving = self.order[self.gone..].iter().take_while(|(until, _)| *until as usize <= done);
         for (_, number) in leaving {
