@@ -1,28 +1,28 @@
-//! Lists that begin where the processor's caches begin a line, so that a row of a tile is in as few lines as possible:
-//! what begins within a line has each of its rows in one line more.
+//! Lists that begin at a line of the processor's caches, so that a row of a tile lies in as few lines as
+//! possible: in a list that begins within a line, each row lies in one line more.
 
 use std::ops::{Deref, DerefMut};
 
 use crate::prefetch::LINE;
 
-/// A list of fixed length. As a slice it is the list alone.
+/// List of fixed length. As a slice it is the list alone.
 #[derive(Debug)]
 pub struct Aligned<T> {
-    /// The list, and as many values more, before and behind it together, as a line holds.
+    /// The list with one cache line of further values, before and behind it together.
     padded: Vec<T>,
-    /// The first one of the list.
+    /// Index of the list's first value.
     first: usize,
     length: usize,
 }
 
 impl<T: Copy + Default> Aligned<T> {
-    /// So many zeros, or whatever is the default.
+    /// Creates a list of `length` zeros, or whatever is the default.
     #[must_use]
     pub fn zeros(length: usize) -> Self {
         const { assert!(LINE % size_of::<T>() == 0, "values do not fill lines") };
         let in_line = LINE / size_of::<T>();
         let padded = vec![T::default(); length + in_line];
-        // it need not be known: then nothing but time is lost
+        // the offset need not be known: then nothing but time is lost
         let first = padded.as_ptr().align_offset(LINE).min(in_line);
         Self { padded, first, length }
     }

@@ -1,16 +1,17 @@
-//! Mattes by name, as Cryptomatte 1.2 keeps them (Friedman and Jones, "Fully automatic ID mattes with support for motion blur
-//! and transparency", SIGGRAPH 2015 posters): a name becomes a number by a hash, pixels hold numbers with the share that each
-//! covers, and the header says which name has which number.
+//! Mattes by name, as in Cryptomatte 1.2 (Friedman and Jones, "Fully automatic ID mattes with support for
+//! motion blur and transparency", SIGGRAPH 2015 posters): a hash turns a name into a number, pixels hold
+//! numbers with the share that each covers, and the header lists the number of each name.
 
 use std::collections::BTreeMap;
 
 use crate::layers::Layers;
 use crate::scene::Scene;
 
-/// Pairs of number and coverage that a pixel holds at most: six, as compositing programs expect unless told otherwise.
+/// Largest number of pairs of id and coverage in a pixel: six, as compositing programs expect unless told
+/// otherwise.
 pub const RANKS: usize = 6;
 
-/// What mattes tell apart.
+/// Kind of things that mattes tell apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// The models of the shot.
@@ -22,37 +23,37 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All, by number.
+    /// All kinds, by number.
     pub const ALL: [Self; 3] = [Self::Object, Self::Material, Self::Group];
 
-    /// The layer that shows it.
+    /// Layer that shows this kind.
     pub fn layer(self) -> Layers {
         [Layers::CRYPTO_OBJECT, Layers::CRYPTO_MATERIAL, Layers::CRYPTO_GROUP][self as usize]
     }
 
-    /// Of the layer, without the digits that number its parts in files.
+    /// Name of the layer, without the digits that number its parts in files.
     pub fn layer_name(self) -> &'static str {
         ["CryptoObject", "CryptoMaterial", "CryptoGroup"][self as usize]
     }
 }
 
-/// The number that stands for a matte: the bits of a float that is neither zero, denormal, infinite nor NaN.
+/// Number that stands for a matte: the bits of a float that is neither zero, denormal, infinite nor NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Id(pub u32);
 
 impl Id {
-    /// Stands for no matte.
+    /// Number for no matte.
     pub const NONE: Self = Self(0);
 
-    /// Of a name.
+    /// Number of a name.
     pub fn of(name: &str) -> Self {
         let hash = murmur3(name.as_bytes());
-        // a float of this exponent would be none, or one that programs change when they read it
+        // a float of this exponent is not a number that programs keep unchanged when they read it
         let is_usable = !matches!(hash >> 23 & 0xFF, 0 | 0xFF);
         Self(if is_usable { hash } else { hash ^ 1 << 23 })
     }
 
-    /// As pixels hold it.
+    /// Value in pixels.
     pub fn as_float(self) -> f32 {
         f32::from_bits(self.0)
     }
@@ -74,27 +75,28 @@ fn murmur3(bytes: &[u8]) -> u32 {
     hash ^ hash >> 16
 }
 
-/// The name of the background's matte, where the picture shows it.
+/// Name of the background's matte, where the picture shows it.
 const BACKGROUND: &str = "background";
 
-/// The mattes of a scene.
+/// Mattes of a scene.
 #[derive(Debug, Clone)]
 pub struct Mattes {
-    /// Of each model.
+    /// Matte of each model.
     pub objects: Vec<Id>,
-    /// Of each material.
+    /// Matte of each material.
     pub materials: Vec<Id>,
-    /// Of each group of each model's mesh.
+    /// Mattes of each group of each model's mesh.
     pub groups: Vec<Vec<Id>>,
-    /// Of the background; [`Id::NONE`] where the picture does not show it.
+    /// Matte of the background; [`Id::NONE`] where the picture does not show it.
     pub background: Id,
-    /// By kind.
+    /// Manifests, by kind.
     manifests: [String; 3],
 }
 
 impl Mattes {
-    /// Those of `scene`. Materials that have a name in common are one matte, those of two files as well. Models of one name
-    /// are numbered. Groups are told apart by their models, and a model without any is one.
+    /// Names the mattes of `scene`. Materials that have a name in common are one matte, those of two files as
+    /// well. Models of one name are numbered. Groups are told apart by their models, and a model without any
+    /// is one.
     pub fn of(scene: &Scene, shows_background: bool) -> Self {
         let background = shows_background.then_some(BACKGROUND);
         let mut names: [BTreeMap<String, Id>; 3] = Default::default();
@@ -127,7 +129,7 @@ impl Mattes {
         Self { objects, materials, groups, background: background.map_or(Id::NONE, Id::of), manifests }
     }
 
-    /// What the header of a file with these layers says of them: names and texts.
+    /// Header attributes for a file with these layers: names and texts.
     pub fn attributes(&self, layers: Layers) -> Vec<(String, String)> {
         let kinds = Kind::ALL.into_iter().filter(|kind| layers.has(kind.layer()));
         let of_kind = |kind: Kind| {
@@ -146,7 +148,7 @@ impl Mattes {
     }
 }
 
-/// Those of one name get numbers from 2 on.
+/// Names of all models; where several share a name, the later ones get numbers from 2 on.
 fn names_of_models(scene: &Scene) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for model in &scene.models {
@@ -161,7 +163,7 @@ fn hex(id: Id) -> String {
     format!("{:08x}", id.0)
 }
 
-/// JSON: each name with the digits of its number.
+/// Manifest as JSON: each name with the digits of its number.
 fn manifest(names: &BTreeMap<String, Id>) -> String {
     let names = names.iter().map(|(name, id)| (name.clone(), hex(*id).into()));
     serde_json::Value::Object(names.collect()).to_string()

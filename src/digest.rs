@@ -1,5 +1,5 @@
-//! Short digests of content: the same content gives the same digest on every machine, and other content another one, but for
-//! chance (1 in 10^19). They tell whether something changed, and guard against nobody who wants to deceive.
+//! Short digests of content: the same content gives the same digest on every machine, and other content
+//! another one, but for chance (1 in 10^19). They detect changes, and give no protection against deception.
 //!
 //! XXH3 with 64 bits: faster than memory, so that files are digested while they are read.
 
@@ -13,28 +13,28 @@ use twox_hash::XxHash3_64;
 pub struct Digest(u64);
 
 impl Digest {
-    /// Of `bytes`.
+    /// Digest of `bytes`.
     pub fn of(bytes: &[u8]) -> Self {
         Self(XxHash3_64::oneshot(bytes))
     }
 
-    /// Of several contents, in this order.
+    /// Digest of several contents, in this order.
     pub fn of_all(digests: impl IntoIterator<Item = Self>) -> Self {
         let bytes: Vec<u8> = digests.into_iter().flat_map(|digest| digest.0.to_le_bytes()).collect();
         Self::of(&bytes)
     }
 
-    /// As eight bytes.
+    /// Converts the digest to eight bytes.
     pub fn to_bytes(self) -> [u8; 8] {
         self.0.to_le_bytes()
     }
 
-    /// What [`to_bytes`](Self::to_bytes) gave.
+    /// Inverse of [`to_bytes`](Self::to_bytes).
     pub fn from_bytes(bytes: [u8; 8]) -> Self {
         Self(u64::from_le_bytes(bytes))
     }
 
-    /// Of a table of `width` columns, whose values are `bytes`.
+    /// Digest of a table of `width` columns, whose values are `bytes`.
     pub fn of_table(width: u32, bytes: &[u8]) -> Self {
         Self::of_all([Self::of(&width.to_le_bytes()), Self::of(bytes)])
     }
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn files_of_other_machines_have_the_same_digests() {
-        // of the specification's own test program: no bytes, seed 0
+        // from the specification's own test program: no bytes, seed 0
         assert_eq!(Digest::of(b"").to_string(), "2d06800538d394c2");
         assert_eq!(Digest::of(b"afterimage"), Digest::of(b"afterimage"));
     }

@@ -1,13 +1,14 @@
-//! Motion blur and depth of field: when, and from which points of the lens, a frame is exposed.
+//! Motion blur and depth of field: the times and the points of the lens at which a frame is exposed.
 //!
-//! A frame is the mean of its *exposures*, the accumulation buffer of Haeberli and Akeley (1990): each is a picture at one time
-//! within the shutter, from one point of the lens, through a window that is shifted by a fraction of a cell. So the samples of a
-//! frame are spread evenly over shutter and lens in each pixel, whichever of them are reused: every pixel has as many at each of
-//! the times and points.
+//! A frame is the mean of its *exposures*, the accumulation buffer of Haeberli and Akeley (1990): each is a
+//! picture at one time within the shutter, from one point of the lens, through a window that is shifted by a
+//! fraction of a cell. So the samples of a frame are spread evenly over shutter and lens in each pixel,
+//! whichever of them are reused: every pixel has as many at each of the times and points.
 //!
-//! Times are the middles of equal parts of the shutter. Points of the lens lie on Vogel's spiral (1979), in rings of equal area, and
-//! shifts of the window on a lattice by the golden ratio. Which point and which shift go with which time is a walk around each list,
-//! taken so that the three have least to do with each other. All of it follows from the number of exposures alone.
+//! Times are the middles of equal parts of the shutter. Points of the lens lie on Vogel's spiral (1979), in
+//! rings of equal area, and shifts of the window on a lattice by the golden ratio. A walk through each list
+//! pairs points and shifts with times, chosen so that the three have the least correlation. All of it follows
+//! from the number of exposures alone.
 
 use std::f64::consts::TAU;
 
@@ -15,27 +16,27 @@ use serde::Serialize;
 
 use crate::stereo::EyePlace;
 
-/// Exposures of a frame at most.
+/// Largest number of exposures of a frame.
 pub const MOST_EXPOSURES: u32 = 256;
 
-/// When the shutter is open, in frames from the frame's own time.
+/// Time in which the shutter is open, in frames from the frame's own time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shutter {
-    /// From here,
+    /// Opening time.
     pub open: f64,
-    /// to here.
+    /// Closing time.
     pub close: f64,
 }
 
 impl Default for Shutter {
-    /// Half of the time from frame to frame (180 degrees), about the frame's own.
+    /// Opens the shutter for half of the time from frame to frame (180 degrees), about the frame's own.
     fn default() -> Self {
         Self { open: -0.25, close: 0.25 }
     }
 }
 
 impl Shutter {
-    /// What is wrong with it, and what to do.
+    /// Describes the error in the shutter's times, if there is one, and how to correct it.
     pub fn fault(&self) -> Option<String> {
         let Self { open, close } = *self;
         let within = |time: f64| (-1.0..=1.0).contains(&time);
@@ -58,30 +59,32 @@ impl Shutter {
     }
 }
 
-/// How long before a cut a take ends, in frames: what single and double floats tell apart in the longest shots.
+/// Time before a cut at which a take ends, in frames: the smallest that single and double floats can resolve
+/// in the longest shots.
 const JUST: f64 = 1e-6;
 
-/// The moments at which a shot is seen, counted through all of its frames: as many of each frame as it has different times.
+/// Moments at which a shot is seen, counted through all of its frames: as many of each frame as it has
+/// different times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clock {
     shutter: Shutter,
-    /// Moments of a frame.
+    /// Number of moments of a frame.
     per_frame: i64,
     /// Frames at which the shot cuts, rising: no frame is seen at a time of another take.
     cuts: Vec<i32>,
 }
 
 impl Clock {
-    /// One moment a frame: its own time.
+    /// Clock with one moment a frame: its own time.
     pub const FRAMES: Self =
         Self { shutter: Shutter { open: 0.0, close: 0.0 }, per_frame: 1, cuts: Vec::new() };
 
-    /// The number of moment `index` of `frame`, which are counted from 0; the last one, if it has fewer.
+    /// Number of moment `index` of `frame`, counted from 0; that of the last one, if it has fewer.
     pub fn moment(&self, frame: i32, index: usize) -> i64 {
         i64::from(frame) * self.per_frame + (index as i64).min(self.per_frame - 1)
     }
 
-    /// When a moment is, in frames.
+    /// Time of a moment, in frames.
     pub fn time(&self, moment: i64) -> f64 {
         let (frame, index) = (moment.div_euclid(self.per_frame), moment.rem_euclid(self.per_frame));
         let Shutter { open, close } = self.shutter;
@@ -93,12 +96,12 @@ impl Clock {
         time.clamp(begin, end)
     }
 
-    /// The first moment that is not before `time`.
+    /// First moment that is not before `time`.
     pub fn at_or_after(&self, time: f64) -> i64 {
-        /// Beyond it there are no frames.
+        /// Frame beyond which there are no others.
         const FAR: f64 = 4e9;
         let around = time.clamp(-FAR, FAR).floor() as i64;
-        // no time is further than a frame from that of its frame
+        // no moment is further than a frame from the time of its frame
         let (mut low, mut high) = ((around - 1) * self.per_frame, (around + 3) * self.per_frame);
         while low < high {
             let middle = (low + high).div_euclid(2);
@@ -107,13 +110,13 @@ impl Clock {
         low
     }
 
-    /// The last moment before `time`, or the first one at it.
+    /// Last moment before `time`, or the first one at it.
     pub fn at_or_before(&self, time: f64) -> i64 {
         let next = self.at_or_after(time);
         if self.time(next) > time { next - 1 } else { next }
     }
 
-    /// The first and the last moment of any frame that has a number.
+    /// First and last moment of all frames that have numbers.
     pub fn bounds(&self) -> [i64; 2] {
         [self.moment(i32::MIN, 0), self.moment(i32::MAX, usize::MAX >> 1)]
     }
@@ -122,23 +125,24 @@ impl Clock {
 /// One exposure of each frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Where it sees the scene from, in a lens of radius 1: to the right, and up.
+    /// Point from which it sees the scene, in a lens of radius 1: to the right, and up.
     pub lens: [f64; 2],
-    /// By how much its window is shifted, in cells.
+    /// Shift of its window, in cells.
     pub shift: [f64; 2],
 }
 
-/// The exposures of each frame of a shot.
+/// Exposures of each frame of a shot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exposures {
-    /// When they are.
+    /// Moments of the exposures.
     pub clock: Clock,
-    /// In the order of time.
+    /// Exposures in the order of time.
     pub all: Vec<Exposure>,
 }
 
 impl Exposures {
-    /// So many, one at least, with a `shutter` if the shot has one; `cuts`: see [`Clock`]. With `shifts` their windows are.
+    /// Creates `count` exposures, one at least, with a `shutter` if the shot has one; `cuts`: see [`Clock`].
+    /// Windows are shifted if `shifts` is set.
     pub fn new(count: u32, shutter: Option<Shutter>, cuts: &[i32], shifts: bool) -> Self {
         let count = count.clamp(1, MOST_EXPOSURES) as usize;
         let shutter = shutter.unwrap_or(Shutter { open: 0.0, close: 0.0 });
@@ -164,17 +168,17 @@ impl Exposures {
     }
 }
 
-/// A way through a list that comes to each of its entries once.
+/// A walk through a list that visits each of its entries once.
 #[derive(Debug, Clone, Copy)]
 struct Walk {
-    /// From one exposure to the next; it has no divisor in common with the length of the list.
+    /// Step from one exposure to the next; it has no divisor in common with the length of the list.
     step: usize,
-    /// What goes with the middle exposure.
+    /// Index of the entry for the middle exposure.
     middle: usize,
 }
 
 impl Walk {
-    /// The number in a list of `count` of what goes with exposure `number`.
+    /// Index, in a list of `count`, of the entry for exposure `number`.
     fn at(self, number: usize, count: usize) -> usize {
         ((number + count - count / 2) * self.step + self.middle) % count
     }
@@ -193,13 +197,13 @@ fn spiral(count: usize) -> Vec<[f64; 2]> {
     (0..count).map(point).collect()
 }
 
-/// The golden ratio, less 1.
+/// Golden ratio, less 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Points of a square of edge 1 about the origin, evenly spread; the first is near the origin.
 fn lattice(count: usize) -> Vec<[f64; 2]> {
     let centred = |share: f64| (share + 0.5).rem_euclid(1.0) - 0.5;
-    // of an even number none is in the middle
+    // an even number of points has none in the middle
     let first = if count % 2 == 0 { 0.5 } else { 0.0 };
     let point = |number: usize| {
         let x = (number as f64 + first) / count as f64;
@@ -211,12 +215,12 @@ fn lattice(count: usize) -> Vec<[f64; 2]> {
     points.into_iter().map(|point| [point[0] - mean[0], point[1] - mean[1]]).collect()
 }
 
-/// The ways through both lists with which time, lens and window have least to do with each other: the greatest correlation of
-/// any two of their coordinates is least. The middle exposure has the centre of the lens.
+/// Finds walks through both lists that give time, lens and window the least correlation: the greatest between
+/// any two of their coordinates is minimized. The middle exposure gets the centre of the lens.
 fn walks(lens: &[[f64; 2]], windows: &[[f64; 2]]) -> [Walk; 2] {
-    /// Correlations are compared in such steps: nothing is to depend on rounding.
+    /// Steps in which correlations are compared: nothing may depend on rounding.
     const EQUAL: f64 = 1e-6;
-    /// Ways that are tried, at most.
+    /// Largest number of walks that are tried.
     const MOST_WAYS: usize = 512;
     let count = lens.len();
     let coordinates = |points: &[[f64; 2]], walk: Walk| -> Vec<Vec<f64>> {
@@ -244,7 +248,7 @@ fn greatest_common_divisor(one: usize, other: usize) -> usize {
     if other == 0 { one } else { greatest_common_divisor(other, one % other) }
 }
 
-/// Pearson's; 0 where either is constant.
+/// Pearson's correlation; 0 where either is constant.
 fn correlation(ones: &[f64], others: &[f64]) -> f64 {
     let count = ones.len() as f64;
     let [mean, other_mean] = [ones, others].map(|all| all.iter().sum::<f64>() / count);
@@ -256,29 +260,30 @@ fn correlation(ones: &[f64], others: &[f64]) -> f64 {
     if own * other > 0.0 { both / (own * other).sqrt() } else { 0.0 }
 }
 
-/// A lens at one time, in world units.
+/// Lens at one time, in world units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LensPose {
-    /// Of the opening.
+    /// Radius of the opening.
     pub radius: f64,
-    /// Distance along the view axis of what is sharp.
+    /// Distance of the plane of focus along the view axis.
     pub focus: f64,
 }
 
 impl LensPose {
-    /// Radii over distances of what is sharp: beyond it, no window is left before the lens.
+    /// Largest ratio of radius to focus distance: beyond it, no window is left before the lens.
     pub const WIDEST: f64 = 10.0;
 
-    /// What to say where a camera has no place for a lens.
+    /// Message for a camera that has no place for a lens.
     pub const ORTHOGRAPHIC: &'static str = "goes with a perspective camera: lines of sight of an orthographic one do not meet in a lens; \
                                             leave `aperture` out";
 
-    /// Where the eye of `exposure` is beside the camera, in a picture of `width` x `height` pixels of `cells` x `cells` cells.
+    /// Place of the eye of `exposure` beside the camera, in a picture of `width` x `height` pixels of `cells`
+    /// x `cells` cells.
     pub fn place(lens: Option<Self>, exposure: &Exposure, [width, height]: [u32; 2], cells: u32) -> EyePlace {
         let [width, height] = [width, height].map(f64::from);
         let Self { radius, focus } = lens.unwrap_or(Self { radius: 0.0, focus: 1.0 });
         let aside = exposure.lens.map(|at| at * radius);
-        // between keys a curve may fall below what keys may have
+        // between keys a curve may fall below the values that keys may have
         let focus = focus.max(radius / Self::WIDEST).max(f64::MIN_POSITIVE);
         let pixels = width.max(height) * f64::from(cells);
         EyePlace {
@@ -296,7 +301,8 @@ mod tests {
 
     const COUNTS: [u32; 12] = [1, 2, 3, 4, 5, 8, 12, 16, 31, 32, 64, 256];
 
-    /// How far what is within a part of the unit interval may be from its share, by number.
+    /// Largest error of the share of `values` in each of `parts` equal parts of the unit interval, in numbers
+    /// of values.
     fn worst_share(values: impl Iterator<Item = f64>, parts: usize) -> f64 {
         let mut counts = vec![0.0; parts];
         let values: Vec<f64> = values.collect();

@@ -1,4 +1,4 @@
-//! The planes of one finished frame.
+//! Planes of one finished frame.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::aligned::Aligned;
 
-/// How a plane is stored in a file.
+/// Storage of a plane in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneKind {
     /// 16-bit float: colours, normals, fractions.
@@ -25,21 +25,21 @@ pub enum Values {
     Float(Aligned<f32>),
 }
 
-/// The largest finite half.
+/// Largest finite half.
 const HALF_MAX: f32 = 65504.0;
 
 impl Values {
-    /// As many zeros, to become halves.
+    /// Creates `count` zeros, as halves.
     pub fn halves(count: usize) -> Self {
         Self::Half(Aligned::zeros(count))
     }
 
-    /// As many zeros, to become floats.
+    /// Creates `count` zeros, as floats.
     pub fn floats(count: usize) -> Self {
         Self::Float(Aligned::zeros(count))
     }
 
-    /// `values` as a plane of that kind holds them.
+    /// Converts `values` to the type of a plane of that kind.
     pub fn of(kind: PlaneKind, values: &[f32]) -> Self {
         let mut some = match kind {
             PlaneKind::Half => Self::halves(values.len()),
@@ -49,7 +49,7 @@ impl Values {
         some
     }
 
-    /// How many there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Half(values) => values.len(),
@@ -57,17 +57,17 @@ impl Values {
         }
     }
 
-    /// Whether both are of one type, and as many.
+    /// Returns true if both have the same type and length.
     fn is_like(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other) && self.len() == other.len()
     }
 
-    /// Whether there is none.
+    /// Returns true if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Number `index`.
+    /// Value number `index`.
     #[inline]
     pub fn get(&self, index: usize) -> f32 {
         match self {
@@ -76,7 +76,7 @@ impl Values {
         }
     }
 
-    /// All of them.
+    /// Converts all values to floats.
     pub fn to_floats(&self) -> Vec<f32> {
         match self {
             Self::Half(values) => values.to_f32_vec(),
@@ -95,7 +95,7 @@ impl Values {
     }
 }
 
-/// Rounds as many values to halves. What is greater than the greatest half becomes it; a NaN stays one.
+/// Rounds as many values to halves. Values beyond the greatest half are clamped to it; a NaN stays one.
 #[inline(always)]
 pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
     const AT_ONCE: usize = 8;
@@ -113,23 +113,23 @@ pub fn round_to_halves(values: &[f32], halves: &mut [f16]) {
 /// One channel of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
-    /// Its name in the EXR file: `R`, `Z`, `P.X`, `status_good.V`.
+    /// Name in the EXR file: `R`, `Z`, `P.X`, `status_good.V`.
     pub name: Cow<'static, str>,
-    /// How it is stored.
+    /// Storage in files.
     pub kind: PlaneKind,
     /// `width * height` finite values, row-major, top row first.
     pub values: Values,
-    /// Known to be zero throughout: a renderer need not clear it, nor a writer look at it.
+    /// True if it is known to be zero throughout: a renderer need not clear it, nor a writer look at it.
     pub is_zero: bool,
 }
 
 impl Plane {
-    /// With these values, rounded as `kind` says.
+    /// Creates a plane with these values, rounded for its `kind`.
     pub fn new(name: impl Into<Cow<'static, str>>, kind: PlaneKind, values: &[f32]) -> Self {
         Self { name: name.into(), kind, values: Values::of(kind, values), is_zero: false }
     }
 
-    /// A copy of it, in the memory of another one of its name, kind and length.
+    /// Copies it into the memory of another plane of the same name, kind and length.
     fn copied_into(&self, other: Option<Self>) -> Self {
         let Some(mut other) = other else { return self.clone() };
         if !(self.is_zero && other.is_zero) {
@@ -150,17 +150,17 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// In any order; no two of the same name.
+    /// Planes in any order; no two of the same name.
     pub planes: Vec<Plane>,
 }
 
 impl Film {
-    /// Without a pixel and without a plane.
+    /// Creates a film without pixels and planes.
     pub fn empty() -> Self {
         Self { width: 0, height: 0, planes: Vec::new() }
     }
 
-    /// Becomes `other`, but for planes that `keeps` refuses by name. What memory there is is used again.
+    /// Copies `other`, except for planes that `keeps` refuses by name. Existing memory is used again.
     pub fn copy_from(&mut self, other: &Self, keeps: impl Fn(&str) -> bool) {
         let mut unused = std::mem::take(&mut self.planes);
         let kept = other.planes.iter().filter(|plane| keeps(&plane.name));
@@ -175,13 +175,13 @@ impl Film {
         (self.width, self.height) = (other.width, other.height);
     }
 
-    /// The plane of that name.
+    /// Plane of that name.
     #[must_use]
     pub fn plane(&self, name: &str) -> Option<&Plane> {
         self.planes.iter().find(|plane| plane.name == name)
     }
 
-    /// The values of the plane of that name.
+    /// Values of the plane of that name.
     #[must_use]
     pub fn values(&self, name: &str) -> Option<Vec<f32>> {
         self.plane(name).map(|plane| plane.values.to_floats())

@@ -1,8 +1,8 @@
 //! Opens every file that is read: regular files alone, none of them larger than its kind may be.
 //!
-//! Who opens a FIFO waits for a writer that may never come, and what a device gives may have no end. So nothing is read but what
-//! is a regular file where links end. (EXR files are opened by OpenEXR's wrapper, in the same way. What the system tells of
-//! itself, in `/proc`, is no input.)
+//! Opening a FIFO waits for a writer that may never come, and reading from a device may never end. So only
+//! regular files are read, after all links are followed. (EXR files are opened by OpenEXR's wrapper, in the
+//! same way. Files in `/proc`, in which the system describes itself, are not input.)
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Read};
@@ -15,11 +15,12 @@ use rustix::fs::OFlags;
 
 use crate::memory::Bytes;
 
-/// Looks at a file that another program is about to give back, and the time between two of them.
+/// Largest number of attempts to open a file that another program is about to release, and the time between
+/// two of them.
 const MOST_LOOKS: u32 = 100;
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Kinds of files.
+/// Kind of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A shot, as text.
@@ -37,14 +38,14 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Bytes at most; `None` where memory alone is the limit.
+    /// Largest size in bytes; `None` where memory alone is the limit.
     fn most_bytes(self) -> Option<u64> {
         match self {
             // some hundred thousand keys
             Self::Shot => Some(16 << 20),
             // a million materials
             Self::Materials => Some(256 << 20),
-            // more than the largest one that is taken, not packed, with floats for colours
+            // more than the largest picture that is accepted, uncompressed, with floats for colours
             Self::Picture => Some(16 << 30),
             Self::Model | Self::PointCache | Self::Store => None,
         }
@@ -62,14 +63,14 @@ impl Kind {
     }
 }
 
-/// Why a file is not read. The text, the end of a sentence, says what to do.
+/// Reason why a file is not read. The text, the end of a sentence, says what to do.
 #[derive(Debug)]
 pub(crate) enum InputError {
-    /// The system's answer.
+    /// Error of the system.
     System(io::Error),
-    /// It is this, and no regular file.
+    /// Something else than a regular file, by this name.
     NoFile(&'static str),
-    /// It has so many bytes.
+    /// Size in bytes, above the limit of this kind.
     TooLarge(u64, Kind),
 }
 
@@ -105,29 +106,29 @@ impl From<InputError> for io::Error {
     }
 }
 
-/// A regular file that is open.
+/// Regular file that is open.
 #[derive(Debug)]
 pub(crate) struct Input {
-    /// At its beginning.
+    /// File, at its beginning.
     pub file: File,
-    /// In bytes, as it was opened.
+    /// Length in bytes, when it was opened.
     pub length: u64,
     kind: Kind,
 }
 
 /// Opens the file at `path`, to which links may lead. Never waits for one.
 pub(crate) fn open(path: &Path, kind: Kind) -> Result<Input, InputError> {
-    // to open a device may do something already
+    // opening a device may do something already
     check(&path.metadata()?, kind)?;
     let file = open_at_once(path)?;
-    // it may be another one by now
+    // the file may be another one by now
     let found = file.metadata()?;
     check(&found, kind)?;
     Ok(Input { file, length: found.len(), kind })
 }
 
 impl Input {
-    /// All bytes; of a file that has become longer, no more than its kind may have.
+    /// Reads all bytes; of a file that has become longer, no more than its kind may have.
     pub fn read_all(self) -> Result<Vec<u8>, InputError> {
         let Self { file, length, kind } = self;
         let mut bytes = Vec::new();
@@ -157,7 +158,7 @@ fn check_length(bytes: u64, kind: Kind) -> Result<(), InputError> {
     }
 }
 
-/// Opens what is there, without waiting for another end.
+/// Opens a file, without waiting for another end.
 fn open_at_once(path: &Path) -> io::Result<File> {
     let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     let open = || OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(path);
@@ -223,7 +224,7 @@ mod tests {
             let text = refused(path, Kind::Model);
             assert!(text.contains(what) && text.contains("regular file"), "{text}");
         }
-        // one that takes the place of a file when that has been looked at
+        // a FIFO that takes the place of a file which has been checked
         open_at_once(&fifo).unwrap();
         assert!(refused(&folder.path().join("gone"), Kind::Shot).contains("No such file"));
     }

@@ -1,7 +1,7 @@
 //! Eight values at a time: arithmetic that becomes vector instructions.
 //!
-//! Only what shading needs, and no fused multiply-add: the same operations in the same order give the same
-//! bits on every processor. Nothing here branches; a choice is a [`Mask`] and [`Mask::select`].
+//! It has the operations that shading needs, and no fused multiply-add: the same operations in the same order
+//! give the same bits on every processor. Nothing here branches; a choice is a [`Mask`] and [`Mask::select`].
 
 use std::f32::consts::LN_2;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -9,14 +9,14 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use glam::Vec3;
 use wide::{CmpEq, CmpLe, CmpLt, f32x8, i32x8, u32x8};
 
-/// How many.
+/// Number of lanes.
 pub const LANES: usize = 8;
 
 /// Eight floats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct F32x8(f32x8);
 
-/// Eight answers.
+/// Eight booleans.
 #[derive(Debug, Clone, Copy)]
 pub struct Mask(f32x8);
 
@@ -36,24 +36,24 @@ impl F32x8 {
     /// Eight ones.
     pub const ONE: Self = Self::all(1.0);
 
-    /// Eight times the same, as a constant.
+    /// Sets all lanes to the same value, as a constant.
     const fn all(value: f32) -> Self {
         Self::of([value; LANES])
     }
 
-    /// These eight.
+    /// Creates eight lanes from these values.
     #[inline(always)]
     pub const fn of(values: [f32; LANES]) -> Self {
         Self(f32x8::new(values))
     }
 
-    /// Eight times the same.
+    /// Sets all lanes to the same value.
     #[inline(always)]
     pub fn splat(value: f32) -> Self {
         Self(f32x8::splat(value))
     }
 
-    /// The eight values of `column` from `first` on.
+    /// Loads eight values of `column` from `first` on.
     #[inline(always)]
     pub fn load(column: &[f32], first: usize) -> Self {
         let mut eight = [0.0; LANES];
@@ -67,43 +67,43 @@ impl F32x8 {
         column[first..first + LANES].copy_from_slice(self.values());
     }
 
-    /// All of them.
+    /// All eight values.
     #[inline(always)]
     pub fn values(&self) -> &[f32; LANES] {
         self.0.as_array_ref()
     }
 
-    /// All of them, to be changed.
+    /// Mutable access to the eight values.
     #[inline(always)]
     pub fn values_mut(&mut self) -> &mut [f32; LANES] {
         self.0.as_array_mut()
     }
 
-    /// One of the eight.
+    /// Value of one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> f32 {
         self.values()[lane]
     }
 
-    /// Writes one of the eight.
+    /// Sets the value of one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, value: f32) {
         self.values_mut()[lane] = value;
     }
 
-    /// The smaller of the two; the other one where one is not a number.
+    /// Smaller of the two; `other` where one is a NaN.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.lt(other).select(self, other)
     }
 
-    /// The greater of the two; `other` where one is not a number.
+    /// Greater of the two; `other` where one is a NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         self.gt(other).select(self, other)
     }
 
-    /// Without signs.
+    /// Absolute values.
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self(self.0.abs())
@@ -121,13 +121,14 @@ impl F32x8 {
         Self(self.0.copysign(other.0))
     }
 
-    /// These values, negated where `other` has a sign.
+    /// These values, negated where `other` is negative.
     #[inline(always)]
     pub fn with_sign_changed_by(self, other: Self) -> Self {
         Self(self.0.flip_signs(other.0))
     }
 
-    /// Towards zero, as whole numbers. What is beyond these becomes the last of them, and what is not a number 0.
+    /// Rounds towards zero to whole numbers. Values beyond their range become the last of them, and a NaN
+    /// becomes 0.
     #[inline(always)]
     pub fn to_whole(self) -> i32x8 {
         self.0.trunc_int()
@@ -145,44 +146,44 @@ impl F32x8 {
         Self::of(bits.to_array().map(f32::from_bits))
     }
 
-    /// Whole numbers with a sign, as floats.
+    /// Converts whole numbers with a sign to floats.
     #[inline(always)]
     pub fn from_whole(whole: i32x8) -> Self {
         Self(f32x8::from_i32x8(whole))
     }
 
-    /// Where this is less. No for what is not a number.
+    /// True where this is less. False for NaN.
     #[inline(always)]
     pub fn lt(self, other: Self) -> Mask {
         Mask(self.0.cmp_lt(other.0))
     }
 
-    /// Where this is not greater. No for what is not a number.
+    /// True where this is less or equal. False for NaN.
     #[inline(always)]
     pub fn le(self, other: Self) -> Mask {
         Mask(self.0.cmp_le(other.0))
     }
 
-    /// Where this is greater. No for what is not a number.
+    /// True where this is greater. False for NaN.
     #[inline(always)]
     pub fn gt(self, other: Self) -> Mask {
         other.lt(self)
     }
 
-    /// Of an angle in radians.
+    /// Cosines of angles in radians.
     #[inline(always)]
     pub fn cos(self) -> Self {
         Self(self.0.cos())
     }
 
-    /// Of an angle in radians.
+    /// Sines of angles in radians.
     #[inline(always)]
     pub fn sin(self) -> Self {
         Self(self.0.sin())
     }
 
-    /// `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b). Wrong by
-    /// less than 1e-6 and 2e-6 of the result, whichever is more.
+    /// Raises `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b).
+    /// The error is below 1e-6 and below 2e-6 of the result, whichever is more.
     #[inline(always)]
     pub fn power(self, exponent: Self) -> Self {
         let none = self.lt(Self::splat(f32::MIN_POSITIVE));
@@ -226,13 +227,13 @@ impl F32x8 {
     }
 }
 
-/// The same bits, with a sign.
+/// Converts to the same bits with a sign.
 #[inline(always)]
 pub fn signed(bits: u32x8) -> i32x8 {
     i32x8::new(bits.to_array().map(|bits| bits as i32))
 }
 
-/// The same bits, without a sign.
+/// Converts to the same bits without a sign.
 #[inline(always)]
 pub fn unsigned(bits: i32x8) -> u32x8 {
     u32x8::new(bits.to_array().map(|bits| bits as u32))
@@ -273,32 +274,32 @@ impl Neg for F32x8 {
     }
 }
 
-/// Whether all of some values, at least one, are the same.
+/// Returns true if all of some values, at least one, are the same.
 #[inline(always)]
 pub fn are_same<T: PartialEq>(values: &[T]) -> bool {
-    // no early way out: many are compared at once
+    // no early exit: so many are compared at once
     values.iter().fold(true, |same, value| same & (*value == values[0]))
 }
 
 impl Mask {
-    /// Yes throughout.
+    /// True in all lanes.
     pub const ALL: Self = Self(f32x8::new([f32::from_bits(u32::MAX); LANES]));
-    /// No throughout.
+    /// False in all lanes.
     pub const NONE: Self = Self(f32x8::new([0.0; LANES]));
 
-    /// Yes where `holds(lane)`.
+    /// True where `holds(lane)`.
     #[inline(always)]
     pub fn of(mut holds: impl FnMut(usize) -> bool) -> Self {
         Self::of_bits(u32x8::new(std::array::from_fn(|lane| u32::from(holds(lane)).wrapping_neg())))
     }
 
-    /// Yes where one of eight numbers is `wanted`.
+    /// True where one of eight numbers is `wanted`.
     #[inline(always)]
     pub fn equal(numbers: &[u32], wanted: u32) -> Self {
         Self::of_bits(eight(numbers).cmp_eq(u32x8::splat(wanted)))
     }
 
-    /// Yes where one of eight numbers is less than `border`.
+    /// True where one of eight numbers is less than `border`.
     #[inline(always)]
     pub fn less(numbers: &[u32], border: u32) -> Self {
         Self::of_bits(eight(numbers).cmp_lt(u32x8::splat(border)))
@@ -309,44 +310,44 @@ impl Mask {
         Self(F32x8::from_bits(bits).0)
     }
 
-    /// Answer number `lane`.
+    /// Value of lane `lane`.
     #[inline(always)]
     pub fn lane(self, lane: usize) -> bool {
         self.0.as_array_ref()[lane].to_bits() != 0
     }
 
-    /// Makes answer number `lane` a yes.
+    /// Sets lane `lane` to true.
     #[inline(always)]
     pub fn set(&mut self, lane: usize) {
         self.0.as_array_mut()[lane] = f32::from_bits(u32::MAX);
     }
 
-    /// Whether any answer is yes.
+    /// Returns true if any lane is true.
     #[inline(always)]
     pub fn any(self) -> bool {
         self.bits() != 0
     }
 
-    /// Bit `i` is answer `i`.
+    /// Converts to bits: bit `i` is lane `i`.
     #[inline(always)]
     pub fn bits(self) -> u8 {
         self.0.move_mask() as u8
     }
 
-    /// `yes` where the answer is yes, `no` elsewhere.
+    /// Selects `yes` where the lane is true, `no` elsewhere.
     #[inline(always)]
     pub fn select(self, yes: F32x8, no: F32x8) -> F32x8 {
         F32x8(self.0.blend(yes.0, no.0))
     }
 
-    /// `yes` where the answer is yes, `no` elsewhere.
+    /// Selects `yes` where the lane is true, `no` elsewhere.
     #[inline(always)]
     pub fn select3(self, yes: Vec3x8, no: Vec3x8) -> Vec3x8 {
         Vec3x8 { x: self.select(yes.x, no.x), y: self.select(yes.y, no.y), z: self.select(yes.z, no.z) }
     }
 }
 
-/// Eight numbers of a column.
+/// Loads eight numbers of a column.
 #[inline(always)]
 fn eight(numbers: &[u32]) -> u32x8 {
     let mut eight = [0; LANES];
@@ -382,13 +383,13 @@ impl Vec3x8 {
     /// Eight zeros.
     pub const ZERO: Self = Self { x: F32x8::ZERO, y: F32x8::ZERO, z: F32x8::ZERO };
 
-    /// Eight times the same.
+    /// Sets all lanes to the same vector.
     #[inline(always)]
     pub fn splat(value: Vec3) -> Self {
         Self { x: F32x8::splat(value.x), y: F32x8::splat(value.y), z: F32x8::splat(value.z) }
     }
 
-    /// Eight vectors of columns of coordinates, from `first` on.
+    /// Loads eight vectors from columns of coordinates, from `first` on.
     #[inline(always)]
     pub fn load([x, y, z]: [&[f32]; 3], first: usize) -> Self {
         Self { x: F32x8::load(x, first), y: F32x8::load(y, first), z: F32x8::load(z, first) }
@@ -402,13 +403,13 @@ impl Vec3x8 {
         self.z.store(z, first);
     }
 
-    /// One of the eight.
+    /// Vector of one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Vec3 {
         Vec3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
     }
 
-    /// Writes one of the eight.
+    /// Sets the vector of one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, value: Vec3) {
         let axes = [&mut self.x, &mut self.y, &mut self.z];
@@ -431,28 +432,28 @@ impl Vec3x8 {
         }
     }
 
-    /// The smaller of each two coordinates.
+    /// Smaller of each two coordinates.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         Self { x: self.x.min(other.x), y: self.y.min(other.y), z: self.z.min(other.z) }
     }
 
-    /// The greater of each two coordinates.
+    /// Greater of each two coordinates.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         Self { x: self.x.max(other.x), y: self.y.max(other.y), z: self.z.max(other.z) }
     }
 
-    /// To unit length. Not a number where there is no length.
+    /// Scales to unit length. NaN where there is no length.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self * (F32x8::splat(1.0) / self.dot(self).sqrt())
     }
 
-    /// Where any coordinate is not zero.
+    /// True where any coordinate is not zero.
     #[inline(always)]
     pub fn is_some(self) -> Mask {
-        // so that what is not a number is a yes on every processor
+        // compared so that a NaN gives true on every processor
         let differs = |a: F32x8| !Mask(a.0.cmp_eq(f32x8::ZERO));
         differs(self.x) | differs(self.y) | differs(self.z)
     }

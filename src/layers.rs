@@ -1,30 +1,31 @@
-//! Which layers a picture has beside `R G B A`.
+//! Layers of a picture beside `R G B A`.
 
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-/// Selected as one, by the name before the underscore: a layer of a file has four channels at most (Blender takes no more),
-/// of one letter each.
+/// Groups of layers that are selected as one, by the name before the underscore: a layer of a file has four
+/// channels at most (Blender takes no more), of one letter each.
 const GROUPS: [&str; 3] = ["status", "rays", "light"];
 
-/// Names of earlier versions, and those that are theirs now.
+/// Names of earlier versions, each with the present one.
 const RENAMED: [(&str, &str); 2] = [("id", "object"), ("sky", "background")];
 
-/// A set of layers. What nobody asked for is neither computed (where nothing else needs it) nor written.
+/// Set of layers. A layer that is not in it is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Layers(u32);
 
 impl Layers {
     /// `R G B A` alone.
     pub const NONE: Self = Self(0);
-    /// Every layer that there is.
+    /// All layers.
     pub const ALL: Self = Self((1 << Self::NAMES.len()) - 1);
-    /// What files hold if nobody says what: what compositors need most, and little to write (docs/layers.md).
+    /// Layers that files have by default: those that compositors need most, with little to write
+    /// (docs/layers.md).
     pub const USUAL: Self = Self(Self::Z.0 | Self::OBJECT.0 | Self::STATUS.0);
 
-    /// As the command line and shot files name them: what stands before the dot in the names of planes, or how it begins
-    /// ([`GROUPS`]).
+    /// Names of the layers on the command line and in shot files: the part before the dot in the names of
+    /// planes, or its beginning ([`GROUPS`]).
     pub const NAMES: [&'static str; 29] = [
         "diffuse",
         "specular",
@@ -57,7 +58,7 @@ impl Layers {
         "denoise_variance",
     ];
 
-    /// Names of several at once.
+    /// Names of sets of layers.
     pub const SETS: [&'static str; 3] = ["all", "usual", "none"];
 
     /// Diffuse reflectance.
@@ -70,9 +71,9 @@ impl Layers {
     pub const NORMAL: Self = Self(1 << 7);
     /// Models.
     pub const OBJECT: Self = Self(1 << 8);
-    /// What became of the samples, and their age.
+    /// Status of the samples, and their age.
     pub const STATUS: Self = Self(1 << 9);
-    /// Rays cast.
+    /// Numbers of rays that were cast.
     pub const RAYS: Self = Self(1 << 10);
     /// Diffuse light that comes straight from light sources.
     pub const DIRECT: Self = Self(1 << 11);
@@ -84,9 +85,9 @@ impl Layers {
     pub const BACKGROUND: Self = Self(1 << 14);
     /// Albedo and normals for denoisers.
     pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
-    /// The parts of `diffuse`, what denoisers are guided by, and the light of single groups.
+    /// Parts of `diffuse`, guides for denoisers, and the light of single groups.
     pub const PARTS: Self = Self(0b11_1111 << 11 | Self::LIGHT.0);
-    /// What share of the directions around is open.
+    /// Share of the directions around that is open.
     pub const OCCLUSION: Self = Self(1 << 17);
     /// Motion to the frame before and the next one, in all conventions.
     pub const ALL_MOTION: Self = Self(0b111 << 18);
@@ -106,9 +107,9 @@ impl Layers {
     pub const MATERIAL: Self = Self(1 << 26);
     /// Texture coordinates.
     pub const UV: Self = Self(1 << 27);
-    /// How far pixels may be from what more samples would show, for denoisers.
+    /// Variance of pixels, for denoisers.
     pub const VARIANCE: Self = Self(1 << 28);
-    /// Those that show one sample of each pixel.
+    /// Layers that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self = Self(
         Self::Z.0
             | Self::POSITION.0
@@ -120,19 +121,19 @@ impl Layers {
             | Self::UV.0,
     );
 
-    /// With `others` as well.
+    /// Union with `others`.
     #[must_use]
     pub const fn with(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// Whether any of `others` is among these.
+    /// Returns true if any of `others` is in the set.
     #[inline]
     pub fn has(self, others: Self) -> bool {
         self.0 & others.0 != 0
     }
 
-    /// Whether the plane of this name is in the picture.
+    /// Returns true if the plane of this name is in the picture.
     pub fn has_plane(self, name: &str) -> bool {
         match name.split_once('.').map_or(name, |(layer, _)| layer) {
             "R" | "G" | "B" | "A" => true,
@@ -140,12 +141,12 @@ impl Layers {
         }
     }
 
-    /// The layer of this name.
+    /// Layer of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().position(|known| *known == name).map(|number| Self(1 << number))
     }
 
-    /// What a name selects: a layer, or one of the [`SETS`](Self::SETS).
+    /// Layers that a name selects: one, or those of one of the [`SETS`](Self::SETS).
     fn selected(name: &str) -> Option<Self> {
         match name {
             "all" => Some(Self::ALL),
@@ -155,14 +156,14 @@ impl Layers {
         }
     }
 
-    /// The layers of these names or sets of names, and the name that is none.
+    /// Layers of these names or sets of names, or the first name that is unknown.
     pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
         let mut names = names.into_iter();
         names
             .try_fold(Self::NONE, |all, name| Self::selected(name).map(|layers| all.with(layers)).ok_or(name))
     }
 
-    /// From the command line: names with commas between them.
+    /// Parses names with commas between them, from the command line.
     ///
     /// # Errors
     /// A name that is none, and what there is.
@@ -170,7 +171,7 @@ impl Layers {
         Self::of(text.split(',').map(str::trim)).map_err(UnknownLayer::new)
     }
 
-    /// Their names.
+    /// Names of the layers.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Self::NAMES
             .into_iter()
@@ -236,7 +237,7 @@ fn selected_as(layer: &str) -> &str {
     group_of(layer).unwrap_or_else(|| layer.trim_end_matches(|last: char| last.is_ascii_digit()))
 }
 
-/// The group that a layer of a file belongs to.
+/// Group that a layer of a file belongs to.
 fn group_of(layer: &str) -> Option<&'static str> {
     let (start, _) = layer.split_once('_')?;
     GROUPS.into_iter().find(|group| *group == start)

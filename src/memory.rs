@@ -1,63 +1,65 @@
-//! Memory: how much is left for this process, and whether something fits into it before it is begun.
+//! Memory that is left for this process, and tests if something fits into it before it is begun.
 //!
-//! An allocation that fails ends the program at once, and the system may end a process that takes more than its share.
-//! So what is large and known beforehand (frames, models, textures, files) is asked for here first, and refused with
-//! its size and what to do. The limits are those of the process (`ulimit -v`, `ulimit -d`), of its control groups, and
-//! what the machine has left. A system that tells none of them has none.
+//! An allocation that fails ends the program at once, and the system may end a process that takes more than
+//! its share. So large amounts that are known beforehand (for frames, models, textures, files) are checked
+//! here first, and refused with their size and advice. The limits are those of the process (`ulimit -v`,
+//! `ulimit -d`), of its control groups, and the memory that the machine has left. Without any of these there
+//! is no limit.
 
 use std::path::{Path, PathBuf};
 use std::{fmt, fs};
 
 use crate::stats::entry;
 
-/// Of what is needed, a share that is asked for on top: allocators round up, and lists grow by doubling.
+/// Reciprocal of the share that is added to the memory needed: allocators round up, and lists grow by
+/// doubling.
 const MARGIN: u64 = 20;
 
-/// What holds a process back.
+/// Limit on the memory of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// `ulimit -v`: counts what is only reserved, too.
+    /// Limit on addresses, `ulimit -v`: counts memory that is only reserved, too.
     AddressSpace,
-    /// `ulimit -d`.
+    /// Limit on data, `ulimit -d`.
     Data,
-    /// Of a container or a service.
+    /// Limit of a container or a service.
     ControlGroup,
-    /// The machine has no more.
+    /// Memory of the machine.
     Machine,
 }
 
-/// Bytes that are left until a limit.
+/// Number of bytes that are left until a limit.
 pub type Left = (Limit, u64);
 
 /// Something that takes memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// For messages.
+    /// Its name in messages.
     pub what: String,
-    /// At most, as far as that is known.
+    /// Its size in bytes, at most, as far as that is known.
     pub bytes: u64,
-    /// How to need less: one way, or several with commas between them, the best one first.
+    /// Advice on needing less: one way, or several with commas between them, the best one first.
     pub remedy: &'static str,
 }
 
 impl Part {
-    /// So many bytes of that.
+    /// Creates a part of this name and size.
     pub fn new(what: impl Into<String>, bytes: u64, remedy: &'static str) -> Self {
         Self { what: what.into(), bytes, remedy }
     }
 }
 
-/// What is needed beside what the process has already.
+/// Memory that is needed beside that which the process has already.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Need {
-    /// What for.
+    /// Parts of the memory.
     pub parts: Vec<Part>,
-    /// Bytes of addresses that libraries reserve and hardly touch: they count against [`Limit::AddressSpace`], and
-    /// the first part of them against [`Limit::Data`].
+    /// Addresses, in bytes, that libraries reserve and hardly touch: they count against
+    /// [`Limit::AddressSpace`], and the first part of them against [`Limit::Data`].
     pub reserved: [u64; 2],
 }
 
-/// Why something is not begun.
+/// Reason why something is not begun.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TooLittle {
     need: Need,
@@ -65,12 +67,12 @@ pub struct TooLittle {
 }
 
 impl Need {
-    /// One thing alone.
+    /// Need of one part alone.
     pub fn of(part: Part) -> Self {
         Self { parts: vec![part], ..Self::default() }
     }
 
-    /// This and `other` at the same time; threads of libraries serve both.
+    /// Sum of this and `other`, needed at the same time; threads of libraries serve both.
     pub fn and(mut self, other: Self) -> Self {
         for part in other.parts {
             match self.parts.iter_mut().find(|known| known.what == part.what) {
@@ -87,7 +89,7 @@ impl Need {
         self.parts.iter().fold(0, |sum, part| sum.saturating_add(part.bytes))
     }
 
-    /// Whether it fits into what is left.
+    /// Checks that it fits into the memory left.
     pub fn check(&self, left: &[Left]) -> Result<(), TooLittle> {
         let bytes = self.bytes();
         let wanted = |limit: Limit| {
@@ -95,7 +97,8 @@ impl Need {
             let reserved = match limit {
                 Limit::AddressSpace => data.saturating_add(addresses),
                 Limit::Data => data,
-                // the estimate may be a fifth too large, and what is left of these is an estimate itself
+                // the estimate may be a fifth too large, and the memory left for these limits is an estimate
+                // itself
                 Limit::ControlGroup | Limit::Machine => return bytes - bytes / 6,
             };
             bytes.saturating_add(bytes / MARGIN).saturating_add(reserved)
@@ -111,7 +114,7 @@ impl Need {
 impl fmt::Display for TooLittle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const MOST_NAMED: usize = 3;
-        /// One part of so many.
+        /// Reciprocal of the share of a part from which on its advice is given.
         const LEAST_REMEDIED: u64 = 10;
         let mut parts: Vec<&Part> = self.need.parts.iter().collect();
         parts.sort_by_key(|part| std::cmp::Reverse(part.bytes));
@@ -147,7 +150,7 @@ impl fmt::Display for TooLittle {
     }
 }
 
-/// Bytes for people.
+/// Size in bytes, formatted for people.
 #[derive(Debug, Clone, Copy)]
 pub struct Bytes(pub u64);
 
@@ -161,7 +164,7 @@ impl fmt::Display for Bytes {
     }
 }
 
-/// What is left now, by limit: those that there are.
+/// Memory that is left now, for each limit that exists.
 pub fn left() -> Vec<Left> {
     let text = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let mut left = of_process(&text("/proc/self/limits"), &text("/proc/self/status"));
@@ -170,7 +173,7 @@ pub fn left() -> Vec<Left> {
     left
 }
 
-/// Of Linux's lists of a process's limits and of its state.
+/// Reads the limits of a process from Linux's lists of its limits and of its state.
 fn of_process(limits: &str, status: &str) -> Vec<Left> {
     let kinds =
         [(Limit::AddressSpace, "Max address space", "VmSize:"), (Limit::Data, "Max data size", "VmData:")];
@@ -181,14 +184,14 @@ fn of_process(limits: &str, status: &str) -> Vec<Left> {
     left.collect()
 }
 
-/// What the machine has: without what may be given up, and with what may be moved out.
+/// Reads the memory that the machine has: available memory, with swap space.
 fn of_machine(meminfo: &str) -> Option<Left> {
     let swap = entry(meminfo, "SwapFree:").unwrap_or(0);
     Some((Limit::Machine, entry(meminfo, "MemAvailable:")?.saturating_add(swap)))
 }
 
-/// Of the control groups in `membership` (`/proc/self/cgroup`), which are mounted at `root`: each may have a limit, and so
-/// may all that they are in.
+/// Reads the limits of the control groups in `membership` (`/proc/self/cgroup`), which are mounted at `root`:
+/// each may have a limit, and so may all that it is in.
 fn of_groups(membership: &str, root: &Path) -> Option<Left> {
     let lefts = membership.lines().flat_map(|line| {
         let mut fields = line.splitn(3, ':').skip(1);
@@ -205,22 +208,23 @@ fn of_groups(membership: &str, root: &Path) -> Option<Left> {
     lefts.min().map(|left| (Limit::ControlGroup, left))
 }
 
-/// The names of a group's files.
+/// Names of a group's files.
 struct Group {
     limit: &'static str,
     used: &'static str,
-    /// In its `memory.stat`: files in memory and the like, which are given up where it is short.
+    /// Entries of its `memory.stat` for files in memory and the like, which are given up where memory is
+    /// short.
     cached: &'static [&'static str],
 }
 
-/// Version 2 of control groups.
+/// Files of version 2 of control groups.
 const UNIFIED: Group = Group {
     limit: "memory.max",
     used: "memory.current",
     cached: &["inactive_file ", "active_file ", "slab_reclaimable "],
 };
 
-/// Version 1.
+/// Files of version 1.
 const SEPARATE: Group = Group {
     limit: "memory.limit_in_bytes",
     used: "memory.usage_in_bytes",
@@ -228,7 +232,7 @@ const SEPARATE: Group = Group {
 };
 
 impl Group {
-    /// Bytes that are left in the group at `folder`; `None` without a limit.
+    /// Number of bytes that are left in the group at `folder`; `None` without a limit.
     fn left(&self, folder: &Path) -> Option<u64> {
         let text = |name: &str| fs::read_to_string(PathBuf::from(folder).join(name)).ok();
         let number = |name: &str| text(name)?.trim().parse::<u64>().ok();

@@ -1,4 +1,4 @@
-//! Where camera, models and lights are at one frame, in world space, ready for use.
+//! Places of camera, models and lights at one frame, in world space, ready for use.
 
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
@@ -8,33 +8,35 @@ use crate::scene::camera::{Aim, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
 use crate::stereo::EyePlace;
 
-/// Everything that moves, at one frame. Two poses compare exactly: what is equal did not move.
+/// Everything that moves, at one frame. Two poses compare exactly: equal parts did not move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// The frame's number.
+    /// Number of the frame.
     pub frame: i32,
-    /// Which of the shot's [moments](crate::exposure::Clock) it is: the frame's number, where each frame has one.
+    /// Number of the [moment](crate::exposure::Clock) in the shot: the frame's number, where each frame has
+    /// one moment.
     pub moment: i64,
-    /// The eye and what it sees.
+    /// Camera of the frame.
     pub camera: CameraPose,
-    /// Object to world, one for each of [`Scene::models`].
+    /// Transforms from object to world space, one for each of [`Scene::models`].
     pub models: Vec<Transform>,
-    /// One for each of [`Scene::lights`].
+    /// Lights, one for each of [`Scene::lights`].
     pub lights: Vec<LightPose>,
 }
 
 impl Pose {
-    /// The pose of `scene` at `frame`: a function of the frame's number alone.
+    /// Pose of `scene` at `frame`: a function of the frame's number alone.
     pub fn of(scene: &Scene, frame: i32) -> Self {
         Self::seen_from(scene, frame, None)
     }
 
-    /// The same with the camera in one eye's place, if it is given.
+    /// Pose of `scene` at `frame`, with the camera in one eye's place, if it is given.
     pub fn seen_from(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
         Self::at(scene, (frame, frame.into()), f64::from(frame), eye)
     }
 
-    /// The same of exposure number `index` of the frame, in a picture of `size` pixels of `cells` x `cells` cells.
+    /// Pose of exposure number `index` of the frame, in a picture of `size` pixels of `cells` x `cells`
+    /// cells.
     pub fn exposed(
         scene: &Scene,
         frame: i32,
@@ -60,33 +62,34 @@ impl Pose {
     }
 }
 
-/// A camera. The axes have unit length and stand at right angles.
+/// Camera at one frame. Its axes have unit length and stand at right angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraPose {
-    /// World space.
+    /// Position of the eye, world space.
     pub eye: Vec3,
-    /// To the right of the picture.
+    /// Axis to the right of the picture.
     pub right: Vec3,
-    /// To the top of the picture.
+    /// Axis to the top of the picture.
     pub up: Vec3,
-    /// Into the picture.
+    /// Axis into the picture.
     pub forward: Vec3,
-    /// How lines of sight run.
+    /// Projection: the course of lines of sight.
     pub projection: Projection,
-    /// Half the height of what is seen: at distance 1 (the tangent of half the vertical field of view), or of an orthographic
-    /// camera in world units.
+    /// Half the height of the picture: at distance 1 (the tangent of half the vertical field of view), or of
+    /// an orthographic camera in world units.
     pub half_height: f32,
-    /// By how much the picture lies right of the view axis and above it, as shares of its longer side.
+    /// Offset of the picture from the view axis, to the right and up, as shares of its longer side.
     pub shift: [f32; 2],
 }
 
 impl CameraPose {
-    /// The camera at `frame`.
+    /// Camera at `frame`.
     pub fn of(track: &CameraTrack, frame: f64) -> Self {
         Self::seen_from(track, frame, None)
     }
 
-    /// The same in one eye's place beside it, if that is given: it looks along the same axis, through a window of its own.
+    /// Camera at `frame` in one eye's place beside it, if that is given: it looks along the same axis,
+    /// through a window of its own.
     pub fn seen_from(track: &CameraTrack, frame: f64, place: Option<&EyePlace>) -> Self {
         let mut eye = track.eye.at(frame);
         let axes = match &track.aim {
@@ -111,32 +114,32 @@ impl CameraPose {
         }
     }
 
-    /// Whether lines of sight run side by side.
+    /// Returns true if lines of sight are parallel.
     #[inline(always)]
     pub fn is_orthographic(&self) -> bool {
         self.projection == Projection::Orthographic
     }
 
-    /// Half the width and height of what is seen in a picture of this `aspect`, width over height, and where its middle
-    /// is, to the right of the view axis and above it. As [`half_height`](Self::half_height).
+    /// Half the width and height of a picture of this `aspect`, width over height, and the place of its
+    /// centre, to the right of the view axis and above it. Units as for [`half_height`](Self::half_height).
     pub fn frustum(&self, aspect: f32) -> [[f32; 2]; 2] {
         let half = [self.half_height * aspect, self.half_height];
         let longer = 2.0 * half[0].max(half[1]);
         [half, self.shift.map(|shift| shift * longer)]
     }
 
-    /// From where a line of sight begins to a point at `offset` from the eye.
+    /// Vector from the origin of a line of sight to a point at `offset` from the eye.
     pub fn sight(&self, offset: Vec3) -> Vec3 {
         if self.is_orthographic() { self.forward * offset.dot(self.forward) } else { offset }
     }
 
-    /// Where the line of sight begins on which a point at `offset` from the eye is seen. An orthographic camera's begin in the
-    /// plane through the eye at a right angle to the view axis.
+    /// Origin of the line of sight on which a point at `offset` from the eye is seen. With an orthographic
+    /// camera it lies in the plane through the eye at a right angle to the view axis.
     pub fn origin(&self, offset: Vec3) -> Vec3 {
         if self.is_orthographic() { self.eye + (offset - self.sight(offset)) } else { self.eye }
     }
 
-    /// World to camera, column vectors; the camera looks along -Z.
+    /// Matrix from world to camera space, column vectors; the camera looks along -Z.
     pub fn world_to_camera(&self) -> Mat4 {
         let rows = [self.right, self.up, -self.forward];
         Mat4::from_cols(
@@ -147,10 +150,10 @@ impl CameraPose {
         )
     }
 
-    /// World to normalised device coordinates (x, y in -1..1 over the picture, y upwards).
+    /// Matrix from world space to normalised device coordinates (x, y in -1..1 over the picture, y upwards).
     /// `aspect` is width over height.
     pub fn world_to_ndc(&self, aspect: f32) -> Mat4 {
-        // near and far planes only scale z: the picture has none, compositors want some
+        // near and far planes only scale z: the picture has none, but compositors expect them
         let (near, far) = (0.1, 10_000.0);
         let [[half_x, half_y], [x, y]] = self.frustum(aspect);
         let [right, up] = [x / half_x, y / half_y];
@@ -173,7 +176,7 @@ impl CameraPose {
 }
 
 impl RenderSpace {
-    /// The camera where the files have it.
+    /// Converts a camera to the space of the shot's files.
     pub fn camera_of_files(&self, camera: &CameraPose) -> CameraPose {
         let half_height = match camera.projection {
             Projection::Perspective => camera.half_height,
@@ -199,85 +202,86 @@ fn rotated(angles: DVec3) -> DMat3 {
     DMat3::from_euler(EulerRot::YXZ, yaw, pitch, -roll)
 }
 
-/// A light at one frame, world space.
+/// Light at one frame, world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPose {
-    /// What decides who is lit.
+    /// Part of the light that visibility depends on.
     pub shape: LightShape,
     /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along its axis). Linear RGB.
     pub strength: Vec3,
-    /// How many shadow rays each sample sends to it: to the points that stand for it, a grid of as many rows as columns.
+    /// Number of shadow rays that each sample sends to it: one to each of the points that stand for it, a
+    /// grid of as many rows as columns.
     pub points: usize,
 }
 
-/// The part of a light that visibility depends on.
+/// Part of a light that visibility depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LightShape {
-    /// All around.
+    /// Point that shines all around.
     Point {
-        /// World space.
+        /// Position, world space.
         position: Vec3,
     },
-    /// From infinitely far away.
+    /// Light from infinitely far away.
     Directional {
-        /// Unit length, from the scene to the light.
+        /// Direction from the scene to the light, unit length.
         to_light: Vec3,
     },
-    /// All within a cone.
+    /// Point that shines within a cone.
     Spot {
-        /// World space.
+        /// Position, world space.
         position: Vec3,
-        /// Unit length, the way the light travels.
+        /// Direction in which the light travels, unit length.
         axis: Vec3,
         /// Cosine of the half angle at which the light ends.
         cos_outer: f32,
         /// Cosine of the half angle up to which it is full.
         cos_inner: f32,
     },
-    /// From a rectangle, to the side that its axis points to.
+    /// Rectangle that shines to the side that its axis points to.
     Rectangle {
-        /// World space.
+        /// Centre, world space.
         center: Vec3,
-        /// Whole edge, level where it can be.
+        /// Whole edge, horizontal where it can be.
         across: Vec3,
         /// Whole edge, at a right angle to the other.
         up: Vec3,
-        /// Unit length, at right angles to both.
+        /// Axis, unit length, at right angles to both.
         axis: Vec3,
     },
-    /// From a disc, to the side that its axis points to.
+    /// Disc that shines to the side that its axis points to.
     Disk {
-        /// World space.
+        /// Centre, world space.
         center: Vec3,
-        /// From the centre to the rim.
+        /// Vector from the centre to the rim.
         across: Vec3,
-        /// The same, at a right angle to the other.
+        /// Vector from the centre to the rim, at a right angle to the other.
         up: Vec3,
-        /// Unit length, at right angles to both.
+        /// Axis, unit length, at right angles to both.
         axis: Vec3,
     },
-    /// From a sphere, outwards.
+    /// Sphere that shines outwards.
     Sphere {
-        /// World space.
+        /// Centre, world space.
         center: Vec3,
-        /// World units.
+        /// Radius, world units.
         radius: f32,
     },
-    /// From infinitely far away, from a cone.
+    /// Light from infinitely far away, from a cone of directions.
     Sun {
-        /// Unit length, from the scene to the middle of the light.
+        /// Direction from the scene to the middle of the light, unit length.
         to_light: Vec3,
-        /// Unit length.
+        /// Axis across the light, unit length.
         across: Vec3,
-        /// Unit length; the three are at right angles.
+        /// Other axis across the light, unit length; the three are at right angles.
         up: Vec3,
-        /// 1 less the cosine of the cone's half angle.
+        /// Versine of the cone's half angle: 1 less its cosine.
         versine: f32,
     },
 }
 
 impl LightShape {
-    /// Whether it is more than a point.
+    /// Returns true if the light has an area.
     pub fn is_area(&self) -> bool {
         match self {
             Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
@@ -285,8 +289,8 @@ impl LightShape {
         }
     }
 
-    /// No part of it lies further than this from its centre, world units, or for a sun from the middle of its
-    /// directions; 0 for what is no area.
+    /// Upper bound of the distance of its points from its centre, world units, or for a sun from the middle
+    /// of its directions; 0 for lights that have no area.
     pub fn reach(&self) -> f32 {
         match self {
             Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),
@@ -299,12 +303,12 @@ impl LightShape {
 }
 
 impl LightPose {
-    /// Whether it sends nothing anywhere, for want of power or colour: no ray to it is worth casting.
+    /// Returns true if it sends no light, for want of power or colour: no ray to it is worth casting.
     pub fn is_dark(&self) -> bool {
         self.strength == Vec3::ZERO
     }
 
-    /// The light at `frame`.
+    /// Light at `frame`.
     pub fn of(light: &Light, frame: f64) -> Self {
         let strength = light.color.at(frame) * light.power.at(frame) as f32;
         let shape = match &light.kind {

@@ -1,21 +1,21 @@
-//! Telling the processor what memory is needed soon, so that it is fetched while other work goes on. Nothing but time
-//! depends on it, and where processors cannot be told, nothing happens.
+//! Prefetching: tells the processor which memory is needed soon, so that it is fetched while other work goes
+//! on. Nothing but time depends on it; on processors without such an instruction, nothing happens.
 
-/// Bytes that caches fetch together.
+/// Number of bytes that caches fetch together.
 pub const LINE: usize = 64;
 
-/// `values` are read or written over soon.
+/// Prefetches `values`, which are read or written over soon.
 #[inline(always)]
 pub fn prefetch<T>(values: &[T]) {
     let in_line = (LINE / size_of::<T>()).max(1);
     values.iter().step_by(in_line).for_each(fetch);
-    // where the first is not at the beginning of its line, the last may have a line more
+    // if the first value is not at the beginning of its line, the last one may be in one line more
     if let [_, .., last] = values {
         fetch(last);
     }
 }
 
-/// Into the second-level cache: there may be more of it than fits into the first.
+/// Fetches into the second-level cache: there may be more than fits into the first.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse"))]
 #[inline(always)]
 fn fetch<T>(value: &T) {

@@ -1,4 +1,4 @@
-//! What decides a picture beside the scene: size, samples, filter, depth, mode.
+//! Settings that decide a picture beside the scene: size, samples, filter, depth, mode.
 
 pub use crate::exposure::Shutter;
 use crate::layers::Layers;
@@ -15,26 +15,26 @@ pub const MOST_OVERSCAN: u32 = 16_384;
 /// Most samples along a pixel's edge.
 pub const MOST_SAMPLES: u32 = 16;
 
-/// Most paths by which a sample may gather light: as many as the sequence of their random numbers keeps apart well, and a
-/// tile can hold.
+/// Most paths by which a sample may gather light: as many as the sequence of their random numbers keeps apart
+/// well, and as a tile can hold.
 pub const MOST_PATHS: u32 = 1024;
 
-/// Paths of a sample where there is light to gather and nothing is said.
+/// Default number of paths of a sample, where there is light to gather.
 pub const DEFAULT_PATHS: u32 = 16;
 
 /// Most rays by which a rough surface may reflect: those of a tile are held at once.
 pub const MOST_REFLECTIONS: u32 = 64;
 
-/// Most rays by which a sample finds out how open it is.
+/// Most rays of ambient occlusion of a sample.
 pub const MOST_OCCLUSION_RAYS: u32 = 256;
 
-/// Most that kept ray trees may take, MiB: a tebibyte.
+/// Most memory that stored ray trees may take, MiB: a tebibyte.
 pub const MOST_TREE_MEMORY: u32 = 1 << 20;
 
-/// What kept ray trees may take where nothing is said, MiB: those of 9.5 million samples.
+/// Default of the memory that stored ray trees may take, MiB: room for those of 9.5 million samples.
 pub const DEFAULT_TREE_MEMORY: u32 = 256;
 
-/// How a frame gets its samples.
+/// Source of a frame's samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
@@ -47,7 +47,7 @@ pub enum Mode {
     Full,
 }
 
-/// Which of the samples that are kept a cell shows.
+/// Choice of the kept sample that a cell shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {
@@ -58,7 +58,8 @@ pub enum Reuse {
     Paper,
 }
 
-/// Which frame of a segment is its base frame: segments lie between cuts, and are as long as [`Settings::base_every`] says at most.
+/// Place of the base frame in a segment: segments lie between cuts, and are as long as
+/// [`Settings::base_every`] says at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BasePlace {
@@ -69,7 +70,7 @@ pub enum BasePlace {
     Middle,
 }
 
-/// How samples become pixels.
+/// Filter that makes pixels of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Filter {
@@ -89,12 +90,12 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// In pixels.
+    /// Least radius, in pixels.
     pub const LEAST_RADIUS: f32 = 0.5;
-    /// In pixels.
+    /// Largest radius, in pixels.
     pub const LARGEST_RADIUS: f32 = 4.0;
 
-    /// Where nothing is said: how far it reaches, in pixels.
+    /// Default radius, in pixels.
     pub fn usual_radius(self) -> f32 {
         match self {
             Self::Box => 0.5,
@@ -106,7 +107,7 @@ impl Filter {
     }
 }
 
-/// How light comes by way of clear glass and of mirrors: the light that they throw, which is called caustics.
+/// Caustics: the light that comes by way of clear glass and of mirrors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Caustics {
@@ -117,7 +118,7 @@ pub enum Caustics {
     Paths,
 }
 
-/// What frames spend on more paths for samples that have fewer than they may.
+/// Budget of frames for more paths of samples that have fewer than they may.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Budget {
@@ -159,27 +160,28 @@ impl std::error::Error for BudgetError {}
 /// How the file of a frame is made. The values in it do not depend on that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FileFormat {
-    /// A part for each layer, where files have one part otherwise.
+    /// True for a part for each layer; otherwise files have one part.
     pub multipart: bool,
-    /// Of all parts.
+    /// Compression of all parts.
     pub compression: Compression,
 }
 
-/// How pictures for screens show the light of a frame: previews, contact sheets, movies, reports. EXR files hold the light itself.
+/// Conversion of the light of a frame for screens: previews, contact sheets, movies, reports. EXR files hold
+/// the light itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Look {
-    /// In stops: each doubles the light.
+    /// Exposure in stops: each doubles the light.
     pub exposure: f32,
-    /// How light becomes what a screen shows.
+    /// View transform: the conversion of light to the values of a screen.
     pub view: View,
 }
 
 impl Look {
-    /// The most stops, up or down.
+    /// Largest number of stops, up or down.
     pub const MOST_EXPOSURE: f32 = 20.0;
 }
 
-/// How light becomes what a screen shows: a view transform.
+/// View transform: the conversion of light to the values of a screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum View {
@@ -192,7 +194,7 @@ pub enum View {
     Agx,
 }
 
-/// What becomes of the background where the camera sees it directly.
+/// Treatment of the background where the camera sees it directly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Backdrop {
@@ -203,7 +205,7 @@ pub enum Backdrop {
     Transparent,
 }
 
-/// How files are made smaller. Nothing is lost in any way: methods that lose something spoil normals and counts.
+/// Compression of files. Nothing is lost in any way: methods that lose something spoil normals and counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Compression {
@@ -218,7 +220,7 @@ pub enum Compression {
     Piz,
 }
 
-/// What denoising a picture is worth: time, or quality.
+/// Choice between time and quality when a picture is denoised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DenoiseQuality {
@@ -231,8 +233,8 @@ pub enum DenoiseQuality {
     Fast,
 }
 
-/// What the structures that rays are traced through are worth, where the tracer has a choice. Pictures are the
-/// same but for rounding at edges.
+/// Effort in building the structures that rays are traced through, where the tracer has a choice. Pictures
+/// are the same but for rounding at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Build {
@@ -244,34 +246,34 @@ pub enum Build {
 }
 
 impl Build {
-    /// Rays for each triangle below which a careful build does not pay. With ten million triangles it takes a
-    /// quarter of a microsecond a triangle longer, and makes a ray 1 to 5 nanoseconds faster (docs/performance.md,
-    /// "Time to the first frame"): it pays from 50 rays a triangle on at best. Through smaller models rays gain
-    /// less, but those are built in no time.
+    /// Number of rays for each triangle below which a careful build does not pay. With ten million triangles
+    /// it takes a quarter of a microsecond a triangle longer, and makes a ray 1 to 5 nanoseconds faster
+    /// (docs/performance.md, "Time to the first frame"): it pays from 50 rays a triangle on at best. Through
+    /// smaller models rays gain less, but those are built in no time.
     const RAYS_A_TRIANGLE: u64 = 40;
 
-    /// What pays for so many rays through so many triangles.
+    /// Chooses the build that pays for so many rays through so many triangles.
     pub fn that_pays(rays: u64, triangles: u64) -> Self {
         if rays < triangles.saturating_mul(Self::RAYS_A_TRIANGLE) { Self::Quick } else { Self::Best }
     }
 }
 
-/// A rectangle of pixels, counted from the picture's first to the right and down. What lies left of the picture or above
-/// it has negative places.
+/// Rectangle of pixels, counted from the picture's first to the right and down. Pixels left of the picture or
+/// above it have negative places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct PixelRect {
-    /// The first column.
+    /// First column.
     pub x: i32,
-    /// The first row.
+    /// First row.
     pub y: i32,
-    /// How many columns.
+    /// Number of columns.
     pub width: u32,
-    /// How many rows.
+    /// Number of rows.
     pub height: u32,
 }
 
 impl PixelRect {
-    /// As the command line states it: `WxH+X+Y`, with `-` before what is negative.
+    /// Parses the form of the command line: `WxH+X+Y`, with `-` before a negative place.
     pub fn parse(text: &str) -> Option<Self> {
         let (width, rest) = text.split_once(['x', 'X'])?;
         let signs: Vec<usize> = rest.match_indices(['+', '-']).map(|(at, _)| at).collect();
@@ -287,12 +289,12 @@ impl PixelRect {
         })
     }
 
-    /// How many pixels it has.
+    /// Number of pixels.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Whether all of `other` lies in it, and there is any of that.
+    /// Returns true if `other` is not empty and lies in it.
     pub fn holds(&self, other: &Self) -> bool {
         let within = |first: i32, count: u32, other: i32, others: u32| {
             let [first, count, other, others] =
@@ -313,14 +315,14 @@ impl std::fmt::Display for PixelRect {
 /// Adaptive samples: pixels that differ from their neighbours get more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Refinement {
-    /// N, for N x N samples in such a pixel at most: the fewest, doubled once or more.
+    /// Number N, for N x N samples in such a pixel at most: the fewest, doubled once or more.
     pub most: u32,
-    /// The contrast of colours from which on pixels differ: see [`contrast`](crate::frame::tiles::contrast).
+    /// Contrast of colours from which on pixels differ: see [`contrast`](crate::frame::tiles::contrast).
     pub threshold: f32,
 }
 
 impl Refinement {
-    /// Where nothing is said.
+    /// Default threshold.
     pub const THRESHOLD: f32 = 0.1;
 
     /// Checks that pixels can be refined so from `fewest` samples on, and mixed by this filter.
@@ -374,73 +376,74 @@ impl std::error::Error for RefinementError {}
 /// Settings of a whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
-    /// Pixels.
+    /// Width of the picture, pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height of the picture, pixels.
     pub height: u32,
-    /// Pixels around the picture, on each side, that are rendered as well.
+    /// Number of pixels around the picture, on each side, that are rendered as well.
     pub overscan: u32,
-    /// What is rendered of the picture and its overscan; none: all.
+    /// Part of the picture and its overscan that is rendered; `None` for all.
     pub crop: Option<PixelRect>,
-    /// N, for N x N samples a pixel; the fewest, if there is a refinement.
+    /// Number N, for N x N samples a pixel; the fewest, if there is a refinement.
     pub samples: u32,
-    /// Where there are more.
+    /// Adaptive samples, if pixels may have more.
     pub refinement: Option<Refinement>,
-    /// Samples to pixels.
+    /// Filter from samples to pixels.
     pub filter: Filter,
-    /// How far it reaches, in pixels; the filter's usual radius if nobody says. The box has no other.
+    /// Radius of the filter, in pixels; the filter's usual radius if `None`. The box has no other.
     pub filter_radius: Option<f32>,
-    /// Bounces that a ray from the eye may take at mirrors and glass.
+    /// Largest number of bounces, at mirrors and glass, of a ray from the eye.
     pub depth: u32,
-    /// Rays by which each sample of a rough surface reflects the scene, at most; 0: it does not.
+    /// Largest number of rays by which each sample of a rough surface reflects the scene; 0: it does not.
     pub reflections: u32,
-    /// Paths by which each sample gathers light from all around; 0: none.
+    /// Number of paths by which each sample gathers light from all around; 0: none.
     pub paths: u32,
-    /// Paths of them that a sample gets at once; the others as far as the budget goes.
+    /// Number of these paths that a sample gets at once; the others follow as far as the budget goes.
     pub paths_per_frame: u32,
-    /// What frames spend on more paths.
+    /// Budget of frames for more paths.
     pub budget: Budget,
-    /// Surfaces that such a path may meet.
+    /// Largest number of surfaces that such a path may meet.
     pub bounces: u32,
-    /// How light comes by way of clear glass.
+    /// Treatment of light by way of clear glass.
     pub caustics: Caustics,
-    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most; none: whatever it finds. Radiance.
+    /// Upper limit of the indirect light of a ray beyond the first surface, or of a path; `None` for no
+    /// limit. Radiance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp: Option<f32>,
-    /// Rays by which each sample finds out how open it is, where a layer or the ambient light asks for it.
+    /// Number of rays of ambient occlusion of each sample, where a layer or the ambient light needs it.
     pub occlusion_rays: u32,
-    /// How far these reach, in the units of the shot's files.
+    /// Length of these rays, in the units of the shot's files.
     pub occlusion_radius: f64,
-    /// What the ray trees of mirrors and glass may take that are kept before a camera at rest, MiB.
+    /// Memory for the ray trees of mirrors and glass that are kept before a camera at rest, MiB.
     pub tree_memory: u32,
-    /// Two eyes, if there are two.
+    /// Stereo, if there are two eyes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stereo: Option<Stereo>,
-    /// When the shutter is open, if there is one.
+    /// Shutter, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shutter: Option<Shutter>,
-    /// Of a frame, if there is a shutter or a lens.
+    /// Number of exposures of a frame, if there is a shutter or a lens.
     pub exposures: u32,
-    /// Reuse or not.
+    /// Source of the frames' samples.
     pub mode: Mode,
-    /// Which kept samples serve the cells of an inferred frame.
+    /// Rule by which kept samples serve the cells of an inferred frame.
     pub reuse: Reuse,
-    /// A base frame every so many frames, counted from the shot's first; 0: the first alone.
+    /// Distance of base frames, in frames, counted from the shot's first; 0: the first alone is one.
     pub base_every: u32,
-    /// Which of so many frames is the base frame.
+    /// Place of the base frame among these frames.
     pub base_place: BasePlace,
-    /// What is made and written beside `R G B A`.
+    /// Layers that are made and written beside `R G B A`.
     pub layers: Layers,
-    /// What becomes of the background.
+    /// Treatment of the background.
     pub background: Backdrop,
-    /// Trace every sample again and count what differs.
+    /// True to trace every sample again and count those that differ.
     pub audit: bool,
-    /// How the tracer is built.
+    /// Effort in building the tracer's structures.
     pub build: Build,
 }
 
 impl Default for Settings {
-    /// As a shot has them that says nothing.
+    /// Settings of a shot that says nothing.
     fn default() -> Self {
         Self {
             width: 1280,
@@ -478,17 +481,17 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// How far, in pixels, a sample shows beyond its own pixel.
+    /// Number of pixels beyond its own that a sample shows in.
     pub fn filter_reach(&self) -> u32 {
         if self.filter == Filter::Box { 0 } else { self.filter_radius().ceil() as u32 }
     }
 
-    /// How far the filter reaches, in pixels.
+    /// Radius of the filter, in pixels.
     pub fn filter_radius(&self) -> f32 {
         self.filter_radius.unwrap_or(self.filter.usual_radius())
     }
 
-    /// Paths that a new sample gets at once.
+    /// Number of paths that a new sample gets at once.
     pub fn first_paths(&self) -> u32 {
         if self.budget == Budget::None {
             self.paths
@@ -497,7 +500,7 @@ impl Settings {
         }
     }
 
-    /// The picture and its overscan.
+    /// Picture with its overscan.
     pub fn overscanned(&self) -> PixelRect {
         let around = self.overscan as i32;
         PixelRect {
@@ -508,31 +511,31 @@ impl Settings {
         }
     }
 
-    /// Whether the picture with its overscan has no side that is too long.
+    /// Returns true if the picture with its overscan has no side that is too long.
     pub fn fits(&self) -> bool {
         let longest = self.width.max(self.height);
         u64::from(longest) + 2 * u64::from(self.overscan) <= u64::from(LONGEST_SIDE)
     }
 
-    /// The pixels that are rendered. Files call it so.
+    /// Pixels that are rendered; files call it data window.
     pub fn data_window(&self) -> PixelRect {
         self.crop.unwrap_or_else(|| self.overscanned())
     }
 
-    /// The samples along a pixel's edge of each level, from the fewest on.
+    /// Samples along a pixel's edge of each level, from the fewest on.
     pub fn levels(&self) -> impl Iterator<Item = u32> + use<> {
         let most = self.refinement.map_or(self.samples, |refinement| refinement.most);
         std::iter::successors(Some(self.samples), |samples| samples.checked_mul(2))
             .take_while(move |samples| *samples <= most)
     }
 
-    /// Samples of a pixel at most, those of all levels.
+    /// Largest number of samples of a pixel, those of all levels together.
     pub fn samples_a_pixel(&self) -> u64 {
         self.levels().map(|samples| u64::from(samples).pow(2)).sum()
     }
 
-    /// Samples of one frame of the whole picture at most, without overscan: what depends on this does not depend on what part
-    /// of it is rendered.
+    /// Largest number of samples of one frame of the whole picture, without overscan: values derived from
+    /// this do not depend on which part of it is rendered.
     pub fn samples_a_frame(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * self.samples_a_pixel()
     }

@@ -1,4 +1,4 @@
-//! What a frame cost and what it reused: rays by kind, samples by status, seconds by phase.
+//! Cost of a frame, and the samples that it reused: rays by kind, samples by status, seconds by phase.
 
 use std::fmt;
 use std::ops::AddAssign;
@@ -10,20 +10,20 @@ use crate::stereo::Eye;
 
 /// Seconds of wall-clock time, by phase.
 ///
-/// The phases of a frame run tile by tile on all threads: their time is split by what the threads spent in
-/// each. `reproject` has the pose, the commit to the tracer and scattering as well, `enhance` the shadow
-/// rays of samples. `total` is the whole frame with what is in no phase, without the audit.
+/// The phases of a frame run tile by tile on all threads: their time is split by the time that the threads
+/// spent in each. `reproject` includes the pose, the commit to the tracer and scattering, `enhance` the
+/// shadow rays of samples. `total` is the whole frame, with work that is in no phase, without the audit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]
 pub struct Seconds {
-    /// All of the frame, `denoise` and `write` included.
+    /// The whole frame, `denoise` and `write` included.
     pub total: f64,
     pub reproject: f64,
     pub verify: f64,
     pub trace: f64,
     pub enhance: f64,
     pub filter: f64,
-    /// Only where frames are denoised.
+    /// Present only where frames are denoised.
     #[serde(skip_serializing_if = "is_zero")]
     pub denoise: f64,
     pub write: f64,
@@ -42,7 +42,7 @@ pub struct SampleCounts {
     pub overlapped: u64,
     pub missed: u64,
     pub obscured: u64,
-    /// Kept, and serving no cell in this frame: in no total.
+    /// Samples that are kept and serve no cell in this frame: in no total.
     pub spare: u64,
 }
 
@@ -53,74 +53,75 @@ pub struct RayCounts {
     pub primary: u64,
     /// Segments from the eye to reprojected samples.
     pub verification: u64,
-    /// For primary samples and for what is seen in mirrors and through glass.
+    /// Shadow rays for primary samples and for surfaces seen in mirrors and through glass.
     pub shadow: u64,
     pub reflection: u64,
     pub refraction: u64,
-    /// Of paths that gather light: from surface to surface, or to the sky.
+    /// Rays of paths that gather light: from surface to surface, or to the sky.
     pub gathering: u64,
 }
 
 impl RayCounts {
-    /// All of them.
+    /// Number of all rays.
     pub fn total(&self) -> u64 {
         self.primary + self.verification + self.shadow + self.reflection + self.refraction + self.gathering
     }
 }
 
-/// Seconds that threads spent in the tracer, all of them together, by kind of ray. Beside the phases' seconds,
-/// which are wall-clock time and have them within.
+/// Seconds that threads spent in the tracer, all of them together, by kind of ray. The seconds of the phases
+/// are wall-clock time, and include these.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "one number a kind, by name")]
 pub struct TracingSeconds {
     pub primary: f64,
     pub verification: f64,
     pub shadow: f64,
-    /// Reflection, refraction, and gathering.
+    /// Time of reflection, refraction, and gathering.
     pub bounced: f64,
 }
 
-/// What `--audit` found. Its own rays are in no other count.
+/// Findings of `--audit`. Its own rays are in no other count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct AuditCounts {
-    /// Samples looked at.
+    /// Number of samples that were checked.
     pub checked: u64,
-    /// Samples that do not hold, or whose pixel shows what no sample of it does. The claim is that this is 0.
+    /// Number of samples that do not hold, or whose pixel differs from all of its samples. The claim is that
+    /// this is 0.
     pub differing: u64,
-    /// Samples that hold within the named tolerance only: on an edge, or where surfaces coincide.
+    /// Number of samples that hold within the named tolerance only: on an edge, or where surfaces coincide.
     pub on_edge: u64,
 }
 
-/// One frame.
+/// Statistics of one frame.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FrameStats {
-    /// The frame's number.
+    /// Number of the frame.
     pub frame: i32,
-    /// Which of two eyes saw it.
+    /// Eye that saw it, of two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eye: Option<Eye>,
-    /// Of the right eye: what is reused comes from the left eye's samples of this frame, and not from its own of the frame
-    /// before.
+    /// True for a frame of the right eye that reuses the left eye's samples of this frame, and not its own of
+    /// the frame before.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub from_left: bool,
-    /// `base` (traced in full because nothing could be reused), `reproject` or `full`.
+    /// Mode: `base` (traced in full because nothing could be reused), `reproject` or `full`.
     pub mode: &'static str,
-    /// Of a base frame, and only where it holds: the shot says that it cuts here, or next to nothing of the frame before is in
-    /// sight.
+    /// True for a base frame at a cut: the shot says that it cuts here, or next to nothing of the frame
+    /// before is in sight.
     #[serde(skip_serializing_if = "is_false")]
     pub cut: bool,
-    /// By phase.
+    /// Seconds by phase.
     pub seconds: Seconds,
-    /// By status.
+    /// Samples by status.
     pub samples: SampleCounts,
-    /// By kind.
+    /// Rays by kind.
     pub rays: RayCounts,
-    /// In the tracer, by kind.
+    /// Seconds in the tracer, by kind.
     pub tracing: TracingSeconds,
-    /// Only where an audit was asked for.
+    /// Findings of the audit, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
-    /// Of a frame with several exposures the first of which was traced in full: what is told by that one.
+    /// Estimate from the first of several exposures, if that one was traced in full.
     #[serde(skip)]
     pub full: Option<FullEstimate>,
 }
@@ -132,21 +133,21 @@ fn is_false(holds: &bool) -> bool {
 /// Sums over frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Totals {
-    /// By phase.
+    /// Seconds by phase.
     pub seconds: Seconds,
-    /// By status.
+    /// Samples by status.
     pub samples: SampleCounts,
-    /// By kind.
+    /// Rays by kind.
     pub rays: RayCounts,
-    /// In the tracer, by kind.
+    /// Seconds in the tracer, by kind.
     pub tracing: TracingSeconds,
-    /// Only where an audit was asked for.
+    /// Findings of audits, if there were any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
 }
 
 impl Totals {
-    /// The sum over `frames`.
+    /// Sum over `frames`.
     pub fn of<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Self {
         let mut sum = Self::default();
         for frame in frames {
@@ -162,33 +163,33 @@ impl Totals {
     }
 }
 
-/// What each of two eyes cost, and what the right one took from the left one.
+/// Cost of each of two eyes, and the samples that the right one took from the left one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Eyes {
-    /// The sum over its frames.
+    /// Sum over the left eye's frames.
     pub left: Totals,
-    /// The same.
+    /// Sum over the right eye's frames.
     pub right: Totals,
-    /// Over those frames of the right eye that were made from the left eye's samples.
+    /// Sums over those frames of the right eye that were made from the left eye's samples.
     pub from_left: FromLeft,
 }
 
 /// Samples that the right eye took from the left one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct FromLeft {
-    /// How many frames of the right eye were made so. The others were traced in full, or go on with its own samples while the
-    /// camera rests.
+    /// Number of frames of the right eye that were made so. The others were traced in full, or go on with its
+    /// own samples while the camera rests.
     pub frames: u64,
-    /// Samples of the left eye that the right one shows in them.
+    /// Number of samples of the left eye that the right one shows in them.
     pub reused: u64,
-    /// Of so many.
+    /// Number of all samples in them.
     pub samples: u64,
-    /// The share of them.
+    /// Percentage of `reused` in `samples`.
     pub percent: f64,
 }
 
 impl Eyes {
-    /// Of the frames of a run; `None` where there is one eye.
+    /// Sums over the frames of a run; `None` if there is one eye.
     pub fn of<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Option<Self> {
         let frames: Vec<&FrameStats> = frames.into_iter().filter(|frame| frame.eye.is_some()).collect();
         let of = |eye| Totals::of(frames.iter().copied().filter(|frame| frame.eye == Some(eye)));
@@ -206,32 +207,33 @@ impl Eyes {
 /// Memory, in bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Memory {
-    /// Most that the process ever held (resident).
+    /// Largest amount that the process ever held (resident).
     pub peak_bytes: u64,
-    /// The sample store, both halves of it.
+    /// Size of the sample store, both halves of it.
     pub store_bytes: u64,
     /// `store_bytes` over the samples of a frame.
     pub bytes_per_sample: f64,
 }
 
 impl Memory {
-    /// The same, with the most that this process ever held until now.
+    /// Updates the largest amount that this process ever held.
     pub fn with_peak(self) -> Self {
         Self { peak_bytes: peak_bytes().unwrap_or(self.peak_bytes), ..self }
     }
 }
 
-/// Most bytes that this process ever held in memory (resident); `None` where the system does not tell.
+/// Largest number of bytes that this process ever held in memory (resident); `None` if the system does not
+/// tell.
 pub fn peak_bytes() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// Bytes that this process holds in memory now (resident); `None` where the system does not tell.
+/// Number of bytes that this process holds in memory now (resident); `None` if the system does not tell.
 pub fn held_bytes() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
 }
 
-/// An entry of Linux's process status, or of its account of memory, that is in KiB.
+/// Reads an entry, in KiB, of Linux's process status or of its account of memory. Returns bytes.
 pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
@@ -249,44 +251,44 @@ impl FrameStats {
         }
     }
 
-    /// How the frame came about, in a word for people: its mode, or `cut`.
+    /// Kind of the frame, in a word for people: its mode, or `cut`.
     pub fn kind(&self) -> &'static str {
         if self.cut { "cut" } else { self.mode }
     }
 }
 
 impl Seconds {
-    /// Without denoising and the writing of files, which cost the same whatever made the picture.
+    /// Time without denoising and the writing of files, which cost the same for any picture.
     pub fn rendering(&self) -> f64 {
         self.total - self.denoise - self.write
     }
 }
 
 impl SampleCounts {
-    /// All of them.
+    /// Number of all samples.
     pub fn total(&self) -> u64 {
         self.base + self.reused() + self.missed + self.obscured
     }
 
-    /// Those that were not traced.
+    /// Number of samples that were not traced.
     pub fn reused(&self) -> u64 {
         self.good + self.overlapped
     }
 }
 
-/// What tracing every sample of a frame would cast, estimated in a run that does not do it.
+/// Estimate of the rays for tracing every sample of a frame, in a run that does not do it.
 ///
-/// One primary ray a sample; shadow and gathering rays a sample as in the last base frame, where they were counted;
-/// reflection and refraction rays as cast, which is too few where the camera rests and some are spared: no more is said
-/// to be saved than is. `compare` measures instead.
+/// It counts one primary ray a sample; shadow and gathering rays a sample as in the last base frame, where
+/// they were counted; reflection and refraction rays as cast, which is too few where the camera rests and
+/// some are spared: no more is said to be saved than is. `compare` measures instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FullEstimate {
-    /// Shadow rays, and rays that gather light.
+    /// Number of shadow rays, and of rays that gather light, for each sample.
     lighting_per_sample: f64,
 }
 
 impl FullEstimate {
-    /// From a frame that was traced in full; `None` where `frame` was not.
+    /// Estimate from a frame that was traced in full; `None` if `frame` was not.
     pub fn from_base(frame: &FrameStats) -> Option<Self> {
         let samples = frame.samples.total();
         let full = samples > 0 && frame.samples.base == samples;
@@ -294,47 +296,48 @@ impl FullEstimate {
         full.then(|| Self { lighting_per_sample: lighting / samples as f64 }).or(frame.full)
     }
 
-    /// Rays of `frame`, had it been traced in full.
+    /// Estimated number of rays of `frame`, had it been traced in full.
     pub fn rays(&self, frame: &FrameStats) -> f64 {
         let each = 1.0 + self.lighting_per_sample;
         each * frame.samples.total() as f64 + (frame.rays.reflection + frame.rays.refraction) as f64
     }
 }
 
-/// Percent of `full` that `cast` leaves out; negative where it is more.
+/// Percentage of `full` that `cast` leaves out; negative where it is more.
 pub fn saved_percent(cast: f64, full: f64) -> f64 {
     if full > 0.0 { 100.0 * (1.0 - cast / full) } else { 0.0 }
 }
 
-/// A percentage with one decimal, and without the sign of what rounds to zero.
+/// Percentage with one decimal, and without a sign if it rounds to zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Percent(pub f64);
 
 impl fmt::Display for Percent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = format!("{:.1}", self.0);
-        // numbers stand to the right
+        // numbers are aligned to the right
         let width = f.width().unwrap_or(0);
         write!(f, "{:>width$}", if text == "-0.0" { "0.0" } else { &text })
     }
 }
 
-/// What was saved, for people. Where much more was taken, a percentage far below zero says little: how many times as much does.
+/// Savings, for people. Where much more was taken, a percentage far below zero says little; a factor says
+/// more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Saved {
-    /// Of what is compared with; negative where up to twice as much was taken.
+    /// Percentage of the reference; negative where up to twice as much was taken.
     Percent(Percent),
-    /// So many times as much was taken: more than 2.
+    /// Factor by which more was taken: above 2.
     Times(f64),
 }
 
 impl Saved {
-    /// Of `full`, where `taken` was taken; `None` where that is nothing.
+    /// Savings where `taken` was taken instead of `full`; `None` where `full` is nothing.
     pub fn of(taken: f64, full: f64) -> Option<Self> {
         (full > 0.0).then(|| Self::of_percent(saved_percent(taken, full)))
     }
 
-    /// By [`saved_percent`].
+    /// Savings from a [`saved_percent`].
     pub fn of_percent(percent: f64) -> Self {
         if percent < -100.0 { Self::Times(1.0 - percent / 100.0) } else { Self::Percent(Percent(percent)) }
     }
@@ -349,37 +352,36 @@ impl fmt::Display for Saved {
     }
 }
 
-/// The settings of a run as its statistics state them.
+/// Settings of a run as its statistics state them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSettings {
-    /// What decides the pictures.
+    /// Settings that decide the pictures.
     #[serde(flatten)]
     pub picture: Settings,
-    /// Which tracer answered the rays.
+    /// Name of the tracer.
     pub backend: &'static str,
-    /// That worked.
+    /// Number of threads that worked.
     pub threads: usize,
 }
 
-/// All that `--stats` writes.
+/// Contents of the file that `--stats` writes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunStats<'a> {
-    /// The shot's file as it was named.
+    /// File of the shot, as it was named.
     pub shot: &'a str,
-    /// Of the run.
+    /// Settings of the run.
     pub settings: &'a RunSettings,
     /// Frames that were written, in the order of rendering.
     pub frames: &'a [FrameStats],
-    /// The sum over frames that were rendered only because others are inferred from them; in no other
-    /// sum.
+    /// Sum over frames that were rendered only because others are inferred from them; in no other sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run_up: Option<Totals>,
-    /// Of two eyes, what each of them cost.
+    /// Cost of each of two eyes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eyes: Option<Eyes>,
-    /// The sum over `frames`.
+    /// Sum over `frames`.
     pub totals: Totals,
-    /// Of the process.
+    /// Memory of the process.
     pub memory: Memory,
 }
 

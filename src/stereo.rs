@@ -1,66 +1,68 @@
-//! Two eyes: where they are beside the shot's camera, and through which window each looks.
+//! Stereo: the places of two eyes beside the shot's camera, and the window through which each looks.
 //!
-//! Both cameras look along the shot's view axis. They stand `separation` apart, each half of it from the shot's camera, and
-//! their pictures are shifted within the lens (off axis) so that both show the same rectangle at the distance `convergence`:
-//! what is there has the same place in both pictures, and the shot's camera has it there, too. Cameras that are turned towards
-//! each other instead (toed in) would see that rectangle as two different trapezoids, whose rows do not match.
+//! Both cameras look along the shot's view axis. They stand `separation` apart, each half of it from the
+//! shot's camera, and their pictures are shifted within the lens (off axis) so that both show the same
+//! rectangle at the distance `convergence`: points there have the same place in both pictures, and in that of
+//! the shot's camera, too. Cameras that are turned towards each other instead (toed in) would see that
+//! rectangle as two different trapezoids, whose rows do not match.
 
 use serde::{Deserialize, Serialize};
 
 /// Two eyes, in the units of the shot's files.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stereo {
-    /// From the left eye to the right one, above 0.
+    /// Distance from the left eye to the right one, above 0.
     pub separation: f64,
-    /// Distance along the view axis at which both pictures agree, above 0. None: infinity, where windows are not shifted.
+    /// Distance along the view axis at which both pictures agree, above 0. `None` for infinity, where windows
+    /// are not shifted.
     pub convergence: Option<f64>,
 }
 
-/// Which eye sees a picture. The one eye of a shot that is not in stereo is the left.
+/// Eye that sees a picture. The one eye of a shot that is not in stereo is the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Eye {
-    /// Seen first.
+    /// Left eye, which sees a frame first.
     Left,
-    /// Made from the left eye's samples.
+    /// Right eye, whose pictures are made from the left eye's samples.
     Right,
 }
 
 impl Eye {
-    /// Both, in the order in which they see a frame.
+    /// Both eyes, in the order in which they see a frame.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
-    /// Their names, in that order: what files call their views.
+    /// Names of both, in that order: those of their views in files.
     pub const NAMES: [&'static str; 2] = ["left", "right"];
 
-    /// What files call its view.
+    /// Name of its view in files.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
 }
 
-/// Where an eye, or a point of a lens, is beside a camera, and what it sees through its window.
+/// Place of an eye, or of a point of a lens, beside a camera, and its window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EyePlace {
-    /// To the right of the camera and up, world units.
+    /// Offset to the right of the camera and up, world units.
     pub aside: [f64; 2],
-    /// By how much the middle of its picture lies right of the view axis, and above it, at distance 1.
+    /// Offset of the centre of its picture from the view axis, to the right and up, at distance 1.
     pub window: [f64; 2],
-    /// Width of the picture over its height, or 1 if that is less: over the longer side, shifts are counted.
+    /// Width of the picture over its height, or 1 if that is less: shifts are shares of the longer side.
     pub longer: f64,
-    /// What is added to the shift of the lens in any case: shares of the picture's longer side.
+    /// Further shift of the lens, whatever the window: shares of the picture's longer side.
     pub shift: [f64; 2],
 }
 
 impl Stereo {
-    /// What to say where a camera has no place for two eyes.
+    /// Message for a camera that has no place for two eyes.
     pub const ORTHOGRAPHIC: &'static str = "an orthographic camera shows no depth: both eyes would see one picture, shifted; \
                                             take a perspective camera for stereo";
-    /// Of separations and convergences, in any unit: beyond these, single floats lose them.
+    /// Range of separations and convergences, in any unit: beyond it, single floats lose them.
     const LENGTHS: std::ops::RangeInclusive<f64> = 1e-18..=1e18;
-    /// Separations over convergences: beyond it, no window is left before the eyes.
+    /// Largest ratio of separation to convergence: beyond it, no window is left before the eyes.
     const WIDEST: f64 = 10.0;
 
-    /// What is wrong with it, and what to do.
+    /// Describes what is wrong with it, if anything, and what to do.
     pub fn fault(&self) -> Option<String> {
         let Self { separation, convergence } = *self;
         let (least, most) = Self::LENGTHS.into_inner();
@@ -81,7 +83,7 @@ impl Stereo {
         ))
     }
 
-    /// Where `eye` is. `to_world` converts a length; `size`: columns and rows of the picture.
+    /// Place of `eye`. `to_world` converts a length; `size`: columns and rows of the picture.
     pub fn place(&self, eye: Eye, to_world: impl Fn(f64) -> f64, size: [u32; 2]) -> EyePlace {
         let half = match eye {
             Eye::Left => -0.5 * self.separation,
@@ -98,7 +100,8 @@ impl Stereo {
 }
 
 impl EyePlace {
-    /// That of a point of a lens, `self`, of a camera that stands in this place `of_eye` itself, in the same picture.
+    /// Place of a point of a lens, `self`, for a camera that stands in the place `of_eye` itself, in the same
+    /// picture.
     pub fn in_eye(self, of_eye: Option<&Self>) -> Self {
         let Some(eye) = of_eye else { return self };
         let sum = |one: [f64; 2], other: [f64; 2]| [one[0] + other[0], one[1] + other[1]];
@@ -110,8 +113,8 @@ impl EyePlace {
         }
     }
 
-    /// What the eye adds to the lens shift, to the right and upwards, of a camera that sees as far as `half_height` above its
-    /// axis at distance 1: shares of the picture's longer side.
+    /// Shift that the eye adds to that of the lens, to the right and up, for a camera that sees as far as
+    /// `half_height` above its axis at distance 1: shares of the picture's longer side.
     pub fn shift(&self, half_height: f64) -> [f64; 2] {
         let at_window = self.window.map(|window| window / (2.0 * half_height * self.longer));
         [at_window[0] + self.shift[0], at_window[1] + self.shift[1]]

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-/// `text` with all characters escaped, as `\u{1b}`, that a terminal or a browser would obey instead of showing:
-/// control characters (C0, DEL, C1), but for line feeds, and those that change the direction of the text, so that
-/// it does not read as it stands ("Trojan Source", CVE-2021-42574; the same that rustc warns of).
+/// Escapes all characters of `text`, as `\u{1b}`, that a terminal or a browser would obey instead of showing:
+/// control characters (C0, DEL, C1), but for line feeds, and those that change the direction of the text, so
+/// that it does not read as it stands ("Trojan Source", CVE-2021-42574; the same that rustc warns of).
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_obeyed) {
         return Cow::Borrowed(text);

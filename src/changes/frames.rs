@@ -1,15 +1,16 @@
-//! The moments at which something differs from the moment before: frames, where each is seen at its own time alone.
+//! Moments at which something differs from the moment before. These are frames, if each is seen at its own
+//! time alone.
 
 use crate::animation::{Keyed, ShapeTrack, Track, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
 use crate::scene::{Light, LightKind};
 
-/// A value that has not changed for so many frames in a row, although its tracks do, counts as changed: frame by
-/// frame the search would take too long.
+/// Number of moments in a row without a change of a value, although its tracks change, after which it counts
+/// as changed: frame by frame the search would take too long.
 const MOST_EQUAL: usize = 1_000_000;
 
-/// Which way time runs for whoever infers one frame from another.
+/// Direction of time in which one frame is inferred from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
     /// To higher numbers.
@@ -20,7 +21,8 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// From a moment's number to what counts up as time goes on, or back.
+    /// Converts a moment's number to a count that rises in this direction of time. Applied to the count, it
+    /// gives the moment.
     pub fn count(self, moment: i64) -> i64 {
         match self {
             Self::Forward => moment,
@@ -29,13 +31,13 @@ impl Direction {
     }
 }
 
-/// What of a track does not depend on its values.
+/// Timing of a track, which does not depend on the type of its values.
 trait Keys {
-    /// The first and the last key's frame.
+    /// Frames of the first and the last key.
     fn span(&self) -> (f64, f64);
-    /// As [`Track::rests_until`].
+    /// See [`Track::rests_until`].
     fn rests_until(&self, frame: f64) -> f64;
-    /// As [`Track::rests_since`].
+    /// See [`Track::rests_since`].
     fn rests_since(&self, frame: f64) -> f64;
 }
 
@@ -68,8 +70,8 @@ impl Keys for ShapeTrack {
     }
 }
 
-/// The moments g of `clock` at which a model's transform, or its shape, differs from that of the moment that comes before it in `direction`, or
-/// at which it appears or disappears: rising, as [counts](Direction::count).
+/// Moments of `clock` at which a model's transform or shape differs from that of the moment that comes before
+/// it in `direction`, or at which it appears or disappears: rising, as [counts](Direction::count).
 pub fn of_model<'a>(
     track: &'a TransformTrack,
     clock: &'a Clock,
@@ -82,7 +84,7 @@ pub fn of_model<'a>(
     changes(tracks, clock, direction, |time| track.at(time))
 }
 
-/// The same of a light's pose, in anything.
+/// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
 pub fn of_light<'a>(
     light: &'a Light,
     clock: &'a Clock,
@@ -102,7 +104,8 @@ pub fn of_light<'a>(
     changes(tracks, clock, direction, |time| LightPose::of(light, time))
 }
 
-/// The counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the count before.
+/// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the
+/// count before.
 fn changes<'a, T: PartialEq + 'a>(
     tracks: Vec<&'a dyn Keys>,
     clock: &'a Clock,
@@ -116,7 +119,7 @@ fn changes<'a, T: PartialEq + 'a>(
     let ends = [clock.at_or_before(first), clock.at_or_after(last)]
         .map(|moment| direction.count(moment.clamp(earliest, latest)));
     let (mut count, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-    // a count's moment is found as a moment's count is
+    // conversion is its own inverse: this gives a count's moment
     let time = move |count: i64| clock.time(direction.count(count));
     let mut value = at(time(count));
     std::iter::from_fn(move || {

@@ -1,4 +1,5 @@
-//! Where something changes, and when: boxes around parts of the models at each of their places.
+//! Leaves of the hierarchy: boxes around parts of the models at each of their places, and the frames in which
+//! these change.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,25 +16,25 @@ use crate::scene::{Mesh, Model};
 #[derive(Debug)]
 pub struct Mover<'a> {
     pub model: &'a Model,
-    /// The frames in which it is elsewhere than in the frame before; rising, at least one. Counted as
+    /// Frames in which it differs from the frame before; rising, at least one. Counted as
     /// [`Until`](super::Until) counts.
     pub changes: Vec<u16>,
 }
 
-/// How coarse leaves are, so that there are not too many.
+/// Coarseness of leaves, which limits their number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Grain {
-    /// Boxes of each mesh.
+    /// Number of boxes of each mesh.
     boxes: usize,
-    /// Places of a model in a row that share a leaf.
+    /// Number of successive places of a model that share a leaf.
     places: usize,
 }
 
-/// All leaves of `movers`: `limit` at most, or one a mover if these are more. `at`: where a mover is in a
-/// frame, counted as [`Until`](super::Until) counts.
+/// Creates all leaves of `movers`: `limit` at most, or one a mover if these are more. `at` gives the
+/// transform of a mover in a frame, counted as [`Until`](super::Until) counts.
 ///
-/// Beyond the limit meshes have fewer boxes, and places in a row share leaves. What such a leaf says is never later
-/// than the truth.
+/// Beyond the limit meshes have fewer boxes, and successive places share leaves. The frames of such a leaf
+/// are never later than the true ones.
 pub fn leaves(
     movers: &[Mover<'_>],
     at: impl Fn(&Mover<'_>, i64) -> Transform + Sync,
@@ -72,28 +73,30 @@ impl Grain {
 }
 
 impl Mover<'_> {
-    /// How often it stands somewhere.
+    /// Number of its successive places.
     fn places(&self) -> usize {
         self.changes.len() + 1
     }
 
-    /// A frame in which it stands at a place.
+    /// A frame in which it is at a place.
     fn frame_at(&self, place: usize) -> i64 {
         // the first place is that of the frame before the first change
         if place == 0 { i64::from(self.changes[0]) - 1 } else { self.changes[place - 1].into() }
     }
 
-    /// The frame of arriving at a place; nobody arrives at the first.
+    /// Frame in which it arrives at a place; of the first place, where it does not arrive, that in which it
+    /// leaves it.
     fn arrives(&self, place: usize) -> u16 {
         self.changes[place.saturating_sub(1)]
     }
 
-    /// The frame of leaving a place; nobody leaves the last.
+    /// Frame in which it leaves a place; of the last place, which it does not leave, that in which it
+    /// arrives.
     fn leaves_at(&self, place: usize) -> u16 {
         self.changes[place.min(self.changes.len() - 1)]
     }
 
-    /// A leaf for each of `boxes` at each `together` places in a row.
+    /// Creates a leaf for each of `boxes` at each group of `together` successive places.
     fn leaves(&self, boxes: &PartBoxes, at: impl Fn(&Self, i64) -> Transform, together: usize) -> Vec<Leaf> {
         let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.count());
         for from in (0..self.places()).step_by(together) {
@@ -113,13 +116,13 @@ impl Mover<'_> {
                 }
             }
         }
-        // where it is not there, nothing is arrived at and nothing left
+        // a place where the model is not visible is neither reached nor left
         leaves.retain(|leaf| !leaf.bounds.is_empty());
         leaves
     }
 }
 
-/// For each mesh that moves, by its address, boxes around its parts.
+/// Boxes around the parts of each mesh that moves, by its address.
 fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, PartBoxes> {
     let mut boxes = HashMap::new();
     for Mover { model: Model { mesh, .. }, .. } in movers {
@@ -128,7 +131,7 @@ fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, PartBoxe
     boxes
 }
 
-/// What tells meshes apart: models may share one.
+/// Identity of a mesh: models may share one.
 fn address(mesh: &Arc<Mesh>) -> usize {
     Arc::as_ptr(mesh).addr()
 }

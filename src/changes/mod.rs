@@ -1,8 +1,8 @@
-//! When an answer about a segment may change: all motion of a shot is known before its first frame.
+//! Expiry of results about segments: all motion of a shot is known before its first frame.
 //!
-//! A ray's answer (what it met, or that nothing was in the way) can only change in a frame in which something that
-//! moves touches the segment that the ray went along. [`Motion`] finds the first such frame, and [`Until`] is the
-//! two bytes in which an answer keeps it.
+//! The result of a ray (the surface that it met, or that nothing was in the way) can only change in a frame
+//! in which something that moves touches the segment that the ray went along. [`Motion`] finds the first such
+//! frame, and [`Until`] stores it in two bytes.
 //!
 //! | step | file | what |
 //! |---|---|---|
@@ -11,11 +11,12 @@
 //! | where | `leaves.rs` | boxes around parts of the models at each of their places, with the frames of arriving and leaving |
 //! | tree | `split.rs`, `tree.rs` | a hierarchy over space and frames with eight children a node |
 //!
-//! What counts in frame g are the boxes of each model whose transform differs, exactly, from that of frame g - 1:
-//! at its old place (leaving unblocks a ray) and at its new one (arriving blocks it). What rests changes nothing. The
-//! camera does not count. All of it is a function of the scene and of absolute frame numbers.
+//! Frame g depends on the boxes of each model whose transform differs, exactly, from that of frame g - 1: at
+//! its old place (leaving unblocks a ray) and at its new one (arriving blocks it). Models at rest change
+//! nothing. The camera does not count. All of it is a function of the scene and of absolute frame numbers.
 //!
-//! For frames that are inferred backwards there is a second `Motion`, in which time runs the other way: frame g comes after g + 1.
+//! For frames that are inferred backwards there is a second `Motion`, in which time runs the other way: frame
+//! g comes after g + 1.
 
 mod frames;
 mod leaves;

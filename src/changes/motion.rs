@@ -1,4 +1,4 @@
-//! All motion of a shot, to be asked about segments.
+//! Motion of a whole shot, with queries about segments.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -10,56 +10,59 @@ use super::until::Until;
 use crate::exposure::Clock;
 use crate::scene::{Light, Model, Scene};
 
-/// Leaves at most: some 60 MB of nodes.
+/// Largest number of leaves: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
 
-/// How far beyond their ends segments are looked at: the distances at which rays meet surfaces are rounded.
+/// Factor by which segments are tested beyond their ends: the distances at which rays meet surfaces are
+/// rounded.
 const BEYOND_END: f32 = 1.0 + 1e-5;
 
-/// When what moves in a shot touches a segment, and when its lights change. Time runs forwards in it, or backwards: "later" is what
-/// comes later in its direction, and "before" what came before. Where frames are seen at several times, it counts their
-/// [moments](Clock) instead of frames.
+/// Frames in which models that move touch a segment, and in which lights change. Time runs forwards or
+/// backwards: "later" is later in its direction, and "before" is earlier in it. Where frames are seen at
+/// several times, it counts their [moments](Clock) instead of frames.
 ///
-/// Never later than the truth. Earlier where a box around a part of a model is touched and the model is not, and in
-/// shots with so much motion that boxes are shared by parts, or by places of several frames.
+/// Results are never later than the truth. They are earlier where a box around a part of a model is touched
+/// and the model is not, and in shots with so much motion that boxes are shared by parts, or by places of
+/// several frames.
 #[derive(Debug, Clone, Default)]
 pub struct Motion {
-    /// The [count](Direction::count) of the frame two before the first one in which anything differs from the frame before; 0 if
-    /// nothing ever moves. Other frames are counted from here.
+    /// [Count](Direction::count) of the frame two before the first one in which anything differs from the
+    /// frame before; 0 if nothing ever moves. Other frames are counted from here.
     start: i64,
-    /// In which frames are counted.
+    /// Direction in which frames are counted.
     direction: Direction,
-    /// Of the models.
+    /// Hierarchy of the models' motion.
     tree: Tree,
-    /// Whether a model moves after the last frame that [`Until`] can name: there everything counts as touched.
+    /// True if a model moves after the last frame that [`Until`] can name: there everything counts as
+    /// touched.
     moves_later: bool,
-    /// One for each of the scene's, or none if nothing ever changes.
+    /// Changes of each of the scene's lights; empty if nothing ever changes.
     lights: Vec<Changes>,
-    /// One for each of the scene's, or none if nothing ever changes.
+    /// Changes of each of the scene's models; empty if nothing ever changes.
     models: Vec<Changes>,
 }
 
-/// When something changes.
+/// Frames in which something changes.
 #[derive(Debug, Clone, Default)]
 struct Changes {
-    /// Rising.
+    /// Frames, rising.
     frames: Vec<u16>,
-    /// Whether it changes after the last frame that [`Until`] can name.
+    /// True if it changes after the last frame that [`Until`] can name.
     changes_later: bool,
 }
 
 impl Motion {
-    /// Of all models and lights of `scene`; time runs forwards.
+    /// Motion of all models and lights of `scene`; time runs forwards.
     pub fn of(scene: &Scene) -> Self {
         Self::in_direction(scene, &Clock::FRAMES, Direction::Forward)
     }
 
-    /// Of all models and lights of `scene`, at the moments of `clock`.
+    /// Motion of all models and lights of `scene`, at the moments of `clock`.
     pub fn in_direction(scene: &Scene, clock: &Clock, direction: Direction) -> Self {
         Self::with_limit(scene, clock, direction, MOST_LEAVES)
     }
 
-    /// With not many more than `limit` leaves.
+    /// Motion with not many more than `limit` leaves.
     pub(super) fn with_limit(scene: &Scene, clock: &Clock, direction: Direction, limit: usize) -> Self {
         let moving = (0..).zip(&scene.models).filter(|(_, model)| !model.track.is_constant());
         let models: Vec<(u32, &Model)> = moving.collect();
@@ -73,7 +76,7 @@ impl Motion {
         let Some(start) = first_changes.0.into_iter().chain(first_changes.1).min() else {
             return Self { direction, ..Self::default() };
         };
-        // counted from two frames before it: the first two numbers of `Until` name none
+        // counted from two frames before it: the first two numbers of `Until` are not frames
         let start = start - 2;
         let of_model =
             |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, clock, direction), start);
@@ -100,17 +103,17 @@ impl Motion {
         }
     }
 
-    /// For an answer about the segment `origin + t * direction`, t in `0..=far`, that was found in frame `after`: the
-    /// first later frame in which something that moves may touch it, arriving or leaving. World space; `far` may be
-    /// infinite, `direction` has any length but zero.
+    /// First frame after `after` in which something that moves may touch the segment `origin + t *
+    /// direction`, t in `0..=far`, arriving or leaving: until then a result about the segment that was found
+    /// in frame `after` holds. World space; `far` may be infinite, `direction` has any length but zero.
     ///
-    /// What rests in the way, and the end of the segment on a model that moves later, are seen to: the model touches
-    /// the segment when it leaves.
+    /// This covers occluders that rest at first, and segments that end on a model that moves later: the model
+    /// touches the segment when it leaves.
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: impl Into<i64>) -> Until {
         self.first_touch_before(origin, direction, far, after, Until::FOREVER)
     }
 
-    /// The same, but `before` if that is earlier: less is looked at then.
+    /// Like [`first_touch`](Self::first_touch), or `before` if that is earlier: less is searched then.
     pub fn first_touch_before(
         &self,
         origin: Vec3,
@@ -120,13 +123,14 @@ impl Motion {
         before: Until,
     ) -> Until {
         let (after, end) = (self.count(after), end(self.moves_later).min(before));
-        // what ends on a surface may meet, at the same place, what comes there: which of the two is nearer is rounding
+        // a segment that ends on a surface may meet, at the same place, one that arrives there: rounding
+        // decides which of the two is nearer
         let far = far * BEYOND_END;
         let frame = self.tree.first_touch(origin, direction, far, after as f32, f32::from(end.to_bits()));
         Until::from_bits(frame as u16)
     }
 
-    /// How many nodes [`Motion::first_touch`] looks at.
+    /// Number of nodes that [`Motion::first_touch`] visits.
     #[cfg(test)]
     pub(super) fn visits(&self, origin: Vec3, direction: Vec3, far: f32, after: impl Into<i64>) -> usize {
         let (after, end) = (self.count(after), f32::from(end(self.moves_later).to_bits()));
@@ -135,28 +139,28 @@ impl Motion {
         visits
     }
 
-    /// The first frame after `after` in which light number `light` differs in anything from the frame before.
+    /// First frame after `after` in which light number `light` differs in anything from the frame before.
     pub fn first_light_change(&self, light: usize, after: impl Into<i64>) -> Until {
         self.lights.get(light).map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
-    /// The first frame after `after` in which a model differs from the frame before: in place or shape, or because it appears or
-    /// disappears. Whoever depends on where a model is, or that it is there, asks this: where a segment ends on it is a matter of
-    /// rounding.
+    /// First frame after `after` in which a model differs from the frame before: in place or shape, or
+    /// because it appears or disappears. For results that depend on the place or presence of a model: if a
+    /// segment that ends on the model is touched is a matter of rounding.
     pub fn first_change_of(&self, model: u32, after: impl Into<i64>) -> Until {
         self.models
             .get(model as usize)
             .map_or(Until::FOREVER, |changes| changes.first_after(self.count(after)))
     }
 
-    /// Whether an answer does not hold in `frame`. It holds in the frames from that on in which it was found to the one
-    /// before this is true.
+    /// Returns true if a result is invalid in `frame`. It is valid from the frame in which it was found up to
+    /// the last one before this becomes true.
     pub fn has_expired(&self, until: Until, frame: impl Into<i64>) -> bool {
         let frame = self.since_start(frame);
         until != Until::FOREVER && (until <= Until::EXPIRED || frame >= i64::from(until.to_bits()))
     }
 
-    /// Whether an answer does not hold in the frame after `frame`, if it does in that.
+    /// Returns true if a result that is valid in `frame` is invalid in the frame after.
     pub fn expires_next(&self, until: Until, frame: impl Into<i64>) -> bool {
         until <= Until::EXPIRED
             || until != Until::FOREVER && i64::from(until.to_bits()) <= self.since_start(frame) + 1
@@ -170,23 +174,23 @@ impl Motion {
             return until;
         }
         let frames = i64::from(until.to_bits()) - self.since_start(frame);
-        // before the first frame of motion none has a number
+        // before the first frame of motion, frames have no numbers
         let count = other.since_start(frame) + frames;
         Until::frame(count.clamp(Until::EXPIRED.to_bits().into(), Until::LAST.into()) as u16)
     }
 
-    /// Whether nothing ever moves or changes.
+    /// Returns true if nothing ever moves or changes.
     pub fn is_none(&self) -> bool {
         self.tree.nodes() == 0 && self.lights.iter().all(|light| light.frames.is_empty())
     }
 
-    /// Nodes of the hierarchy.
+    /// Number of nodes of the hierarchy.
     pub fn nodes(&self) -> usize {
         self.tree.nodes()
     }
 
-    /// A frame counted from [`start`](Self::start): -1 for all that are before it, and [`Until::LAST`] for those that
-    /// cannot be named. The first frame of motion is 2.
+    /// Counts a frame from [`start`](Self::start): -1 for all that are before it, and [`Until::LAST`] for
+    /// those that cannot be named. The first frame of motion is 2.
     fn count(&self, frame: impl Into<i64>) -> i32 {
         self.since_start(frame).clamp(-1, Until::LAST.into()) as i32
     }
@@ -196,13 +200,14 @@ impl Motion {
     }
 }
 
-/// What holds of an answer after all frames with numbers.
+/// Expiry of a result that holds in all frames with numbers.
 fn end(changes_later: bool) -> Until {
     if changes_later { Until::frame(Until::LAST) } else { Until::FOREVER }
 }
 
 impl Changes {
-    /// Those of the `counts` that can be named, counted from `start`, and whether there are others after them.
+    /// Collects those of the `counts` that can be named, counted from `start`, and notes if there are others
+    /// after them.
     fn of(counts: impl Iterator<Item = i64>, start: i64) -> Self {
         let mut frames = Vec::new();
         for frame in counts.map(|frame| frame - start) {
@@ -214,7 +219,7 @@ impl Changes {
         Self { frames, changes_later: false }
     }
 
-    /// The first one after frame `after`, counted as [`Motion::start`] says.
+    /// First change after frame `after`, counted from [`Motion::start`].
     fn first_after(&self, after: i32) -> Until {
         let next = self.frames.partition_point(|frame| i32::from(*frame) <= after);
         self.frames.get(next).map_or(end(self.changes_later), |frame| Until::frame(*frame))

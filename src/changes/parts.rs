@@ -1,4 +1,5 @@
-//! Boxes around parts of a mesh: what moves is in them, and only where they are touched may anything change.
+//! Boxes around parts of a mesh: they contain all that moves, and only where they are touched may anything
+//! change.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,19 +9,19 @@ use crate::animation::Shape;
 use crate::geometry::Bounds;
 use crate::scene::{Mesh, Shapes};
 
-/// Boxes of a mesh at most: several give fewer false alarms where it is round, thin or hollow. With 256 a ball that flies
-/// through a room has a tenth fewer rays of paths than with 64.
+/// Largest number of boxes of a mesh: several give fewer false alarms where it is round, thin or hollow. With
+/// 256 a ball that flies through a room has a tenth fewer rays of paths than with 64.
 pub const MOST_BOXES: usize = 256;
 
 /// Boxes around the parts of a mesh, object space. The parts are the same triangles in all of its shapes.
 #[derive(Debug)]
 pub struct PartBoxes {
-    /// Part by part; of a mesh that does not deform for the one shape that it has.
+    /// Boxes by shape and part; a mesh that does not deform has one shape.
     in_shapes: Vec<Vec<Bounds>>,
 }
 
 impl PartBoxes {
-    /// Up to `most` for each shape of `mesh`, which hold all its triangles.
+    /// Creates up to `most` boxes for each shape of `mesh`, which contain all its triangles.
     pub fn of(mesh: &Mesh, most: usize) -> Self {
         let Some(shapes) = &mesh.shapes else { return Self { in_shapes: vec![boxes_of(mesh, most)] } };
         let parts = parts_of(mesh, most);
@@ -36,13 +37,13 @@ impl PartBoxes {
         Self { in_shapes: Shapes::list(shapes).par_iter().map(in_shape).collect() }
     }
 
-    /// How many there are in a shape.
+    /// Number of boxes in a shape.
     pub fn count(&self) -> usize {
         self.in_shapes[0].len()
     }
 
-    /// Around the parts in `shape`. Corners go straight from shape to shape: in between they are within what goes straight from box to
-    /// box, but for rounding by a float.
+    /// Boxes around the parts in `shape`. Corners move straight from shape to shape, and so do boxes: in
+    /// between, corners are within the interpolated boxes, but for a rounding by one float.
     pub fn in_shape(&self, shape: &Shape) -> impl Iterator<Item = Bounds> + '_ {
         let [from, to] = [shape.from, shape.to].map(|number| &self.in_shapes[number as usize]);
         let shape = *shape;
@@ -53,12 +54,13 @@ impl PartBoxes {
     }
 }
 
-/// `point`, moved by a share of its coordinates, upwards or downwards.
+/// Moves `point` by a share of its coordinates, upwards or downwards.
 fn moved(point: Vec3, by: f32) -> Vec3 {
     point + point.abs() * by
 }
 
-/// Up to `most` lists of triangles that lie together in the shape at rest, about as long as each other.
+/// Divides the triangles into up to `most` lists of about the same length, each of triangles that lie
+/// together in the shape at rest.
 fn parts_of(mesh: &Mesh, most: usize) -> Vec<Vec<u32>> {
     let positions = mesh.positions.as_slice();
     let middle = |triangle: &u32| -> Vec3 {
@@ -82,16 +84,16 @@ fn parts_of(mesh: &Mesh, most: usize) -> Vec<Vec<u32>> {
     parts
 }
 
-/// Three corners, object space.
+/// Three corners of a triangle, object space.
 type Corners = [Vec3; 3];
 
-/// How many boxes there are [of](PartBoxes::of) a mesh.
+/// Number of boxes [of](PartBoxes::of) a mesh.
 pub fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
     if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
 }
 
-/// Whether triangles of `mesh` are cut to pieces: what stands in for a quadric's pieces has their boxes, and is no surface; and
-/// parts of a mesh that deforms are whole triangles.
+/// Returns true if triangles of `mesh` are cut to pieces. Stand-ins for a quadric's pieces have their boxes,
+/// and are not surfaces; and parts of a mesh that deforms are whole triangles.
 fn is_cut(mesh: &Mesh, most: usize) -> bool {
     mesh.quadric.is_none()
         && mesh.shapes.is_none()
@@ -99,8 +101,9 @@ fn is_cut(mesh: &Mesh, most: usize) -> bool {
         && mesh.triangles.len() < most
 }
 
-/// Up to `most` boxes, object space, that hold all triangles of `mesh`: the top of a hierarchy over them. Where triangles are
-/// few they are cut to as many pieces: a box around a large one that is turned is mostly empty.
+/// Creates up to `most` boxes, object space, that contain all triangles of `mesh`: the top of a hierarchy
+/// over them. If triangles are few they are cut to as many pieces: a box around a large one that is turned is
+/// mostly empty.
 pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
     let positions = mesh.positions.as_slice();
     let corners = |triangle: &[u32; 3]| -> Corners {
@@ -119,8 +122,8 @@ pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
     parts.iter().map(|part| Around::of(part).bounds).collect()
 }
 
-/// `count` pieces of `triangles`: always that with the longest edge is cut in the middle of it. What rounding does to middles is
-/// far less than the [room](Bounds::placed) around boxes.
+/// Cuts `triangles` to `count` pieces: always the one with the longest edge, in the middle of that. The
+/// rounding of middles is far less than the [room](Bounds::placed) around boxes.
 fn pieces(mut triangles: Vec<Corners>, count: usize) -> Vec<Corners> {
     let edge = |[a, b, c]: &Corners| [a.distance_squared(*b), b.distance_squared(*c), c.distance_squared(*a)];
     let longest = |triangle: &Corners| edge(triangle).into_iter().fold(0.0, f32::max);

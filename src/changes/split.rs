@@ -1,34 +1,35 @@
-//! Which leaves lie together: by surface area, in space and in time.
+//! Grouping of leaves: by surface area, in space and in time.
 
 use crate::geometry::Bounds;
 
-/// Places along an axis at which a list may be split.
+/// Number of bins along an axis, between which a list may be split.
 const BINS: usize = 16;
 
-/// What is in the way somewhere, and when that changes. Frames are counted as [`Until`](super::Until) counts.
+/// Box of something that moves, and the frames in which it changes. Frames are counted as
+/// [`Until`](super::Until) counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaf {
-    /// World space, but for parts of a mesh, which have no frames.
+    /// Box in world space; for parts of a mesh, which have no frames, in object space.
     pub bounds: Bounds,
-    /// The first frame of a change.
+    /// First frame of a change.
     pub first: u16,
-    /// After the first, nothing changes before this frame; from it on up to the last any frame may be one of a change.
+    /// Earliest frame of a change after the first; from it on, up to the last, any frame may have a change.
     pub second: u16,
-    /// The last frame of a change.
+    /// Last frame of a change.
     pub last: u16,
 }
 
-/// How lists are split.
+/// Rule by which lists are split.
 #[derive(Debug, Clone, Copy)]
 pub enum Split {
-    /// Where the two parts are met least often.
+    /// Split that makes the two parts be met least often.
     Best {
-        /// How many frames a query looks ahead, about: a part that lasts longer is met more often.
+        /// Number of frames, about, that a query looks ahead: a part that lasts longer is met more often.
         patience: f64,
-        /// Parts of so many leaves or fewer are not split.
+        /// Number of leaves up to which parts are not split.
         together: usize,
     },
-    /// In the middle of the frames: both parts have equally many leaves.
+    /// Split in the middle of the frames: both parts have equally many leaves.
     Middle,
 }
 
@@ -37,7 +38,7 @@ pub fn parts(leaves: &mut [Leaf], most: usize, split: Split) -> Vec<&mut [Leaf]>
     if leaves.len() <= most {
         return leaves.chunks_mut(1).collect();
     }
-    // none for parts that stay as they are
+    // negative infinity for parts that stay as they are
     let weight = |part: &[Leaf]| match split {
         Split::Best { together, .. } if part.len() <= together => f64::NEG_INFINITY,
         Split::Best { patience, .. } => Around::of(part).cost(patience),
@@ -58,7 +59,7 @@ pub fn parts(leaves: &mut [Leaf], most: usize, split: Split) -> Vec<&mut [Leaf]>
     parts.into_iter().map(|(_, part)| part).collect()
 }
 
-/// What some leaves have around them all.
+/// Bounds of some leaves in space and time.
 #[derive(Debug, Clone, Copy)]
 pub struct Around {
     pub bounds: Bounds,
@@ -87,8 +88,8 @@ impl Around {
         }
     }
 
-    /// How often a leaf in it is looked at, about: surface area, which rays meet in proportion, times frames, times
-    /// leaves. 0 for nothing.
+    /// Cost: about how often a leaf in it is visited. Surface area, which rays meet in proportion, times
+    /// frames, times leaves. 0 for no leaves.
     fn cost(&self, patience: f64) -> f64 {
         if self.count == 0 {
             return 0.0;
@@ -99,14 +100,14 @@ impl Around {
     }
 }
 
-/// Twice the middle of a leaf: x, y, z, frame.
+/// Centre of a leaf, doubled: x, y, z, frame.
 fn middle(leaf: &Leaf) -> [f32; 4] {
     let [x, y, z] = (leaf.bounds.low + leaf.bounds.high).to_array();
     [x, y, z, f32::from(leaf.first) + f32::from(leaf.last)]
 }
 
-/// Two lists, neither empty, that cost least among those cut across one axis. Few leaves are cut across that axis so
-/// that all parts but one can have `together` leaves.
+/// Splits a list into two, neither empty, that cost least among those cut across one axis. Few leaves are cut
+/// across that axis so that all parts but one can have `together` leaves.
 fn in_best(leaves: &mut [Leaf], patience: f64, together: usize) -> (&mut [Leaf], &mut [Leaf]) {
     let ends = leaves.iter().map(middle).fold(([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]), |ends, at| {
         let each = |axis: usize| (ends.0[axis].min(at[axis]), ends.1[axis].max(at[axis]));
@@ -114,7 +115,7 @@ fn in_best(leaves: &mut [Leaf], patience: f64, together: usize) -> (&mut [Leaf],
     });
     let scale: [f32; 4] = std::array::from_fn(|axis| BINS as f32 / (ends.1[axis] - ends.0[axis]));
     let bin = |leaf: &Leaf, axis: usize| {
-        // an axis without extent has not a number here, which becomes bin 0
+        // an axis without extent gives a NaN here, which becomes bin 0
         (((middle(leaf)[axis] - ends.0[axis]) * scale[axis]) as usize).min(BINS - 1)
     };
     let mut bins = [[Around::NOTHING; BINS]; 4];
@@ -145,7 +146,7 @@ fn in_best(leaves: &mut [Leaf], patience: f64, together: usize) -> (&mut [Leaf],
     leaves.split_at_mut(at)
 }
 
-/// For each number of bins that leaves something on either side: what both sides cost.
+/// Costs of both sides, for each number of bins that leaves something on either side.
 fn costs(bins: &[Around; BINS], patience: f64) -> impl Iterator<Item = (usize, f64)> {
     let mut right = [Around::NOTHING; BINS + 1];
     for i in (0..BINS).rev() {
@@ -165,7 +166,7 @@ fn in_middle(leaves: &mut [Leaf]) -> (&mut [Leaf], &mut [Leaf]) {
     leaves.split_at_mut(half)
 }
 
-/// Moves those that `belong` to the front, and counts them.
+/// Moves those that `belong` to the front, and returns their number.
 fn partition(leaves: &mut [Leaf], belong: impl Fn(&Leaf) -> bool) -> usize {
     let mut count = 0;
     for i in 0..leaves.len() {

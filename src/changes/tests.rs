@@ -1,4 +1,4 @@
-//! Answers of [`Motion`], compared with those of looking at each frame, box and triangle.
+//! Results of [`Motion`], compared with those of a search through each frame, box and triangle.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,17 +17,17 @@ use crate::scene::{Mesh, Scene, Shapes};
 /// Frames that hold all motion of random scenes.
 const FRAMES: std::ops::RangeInclusive<i32> = -15..=50;
 
-/// A frame's count, and a count's frame.
+/// Converts a frame to its count, and a count to its frame.
 fn count(direction: Direction, frame: i32) -> i32 {
     direction.count(frame.into()) as i32
 }
 
-/// The number of a frame's first moment.
+/// Number of a frame's first moment.
 fn first_moment(clock: &Clock, frame: i32) -> i32 {
     clock.moment(frame, 0) as i32
 }
 
-/// The counts of the moments of these frames, rising.
+/// Counts of the moments of these frames, rising.
 fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
     let moments = first_moment(clock, *FRAMES.start())..first_moment(clock, FRAMES.end() + 1);
     let mut counts: Vec<i32> = moments.map(|moment| count(direction, moment)).collect();
@@ -35,10 +35,10 @@ fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
     counts
 }
 
-/// What touches a segment, by brute force: a function of a model and its place.
+/// Brute-force test if a model, by number and place, touches a segment.
 type Touches<'a> = dyn Fn(usize, &Transform, &Segment) -> bool + 'a;
 
-/// The first frame after the segment's in which a model that is not where it was in the frame before touches the
+/// First frame after the segment's in which a model that is not where it was in the frame before touches the
 /// segment at its old place or its new one.
 fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Option<i32> {
     let later = poses.windows(2).filter(|pair| pair[1].frame > segment.after);
@@ -51,7 +51,7 @@ fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Opti
     touched.next().map(|pair| pair[1].frame)
 }
 
-/// In the order of time that runs in `direction`; their frames are counts.
+/// Poses in the order of time that runs in `direction`; their frames are counts.
 fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
     let pose = |counted: i32| {
         let time = clock.time(count(direction, counted).into());
@@ -66,7 +66,7 @@ fn boxes(scene: &Scene) -> Vec<PartBoxes> {
     scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
 }
 
-/// Whether a segment meets a box that is larger by a share of its distance: in double precision.
+/// Returns true if a segment meets a box that is enlarged by a share of its distance: in double precision.
 fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     let (mut enter, mut leave) = (0.0, f64::from(segment.far));
     for axis in 0..3 {
@@ -86,7 +86,7 @@ fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     enter <= leave
 }
 
-/// Whether a segment meets a triangle of a model, in double precision.
+/// Returns true if a segment meets a triangle of a model, in double precision.
 fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment) -> bool {
     let mesh = &scene.models[model].mesh;
     let deformed = mesh.shapes.as_ref().map(|shapes| shapes.positions(&place.shape));
@@ -105,39 +105,39 @@ fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment)
     })
 }
 
-/// The frame of an answer; none if it holds forever.
+/// Frame of a result; `None` if it holds forever.
 fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
     count_of(motion, &Clock::FRAMES, Direction::Forward, until)
 }
 
-/// Its count.
+/// Count of a result's frame.
 fn count_of(motion: &Motion, clock: &Clock, direction: Direction, until: Until) -> Option<i32> {
     counts(clock, direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
-/// Frames in their order, never last.
+/// Rank of frames in their order, never last.
 fn rank(frame: Option<i32>) -> i32 {
     frame.unwrap_or(i32::MAX)
 }
 
-/// How answers compare with those of brute force.
+/// Comparison of results with those of brute force.
 #[derive(Debug, Default)]
 struct Tally {
     asked: usize,
-    /// Touched by a triangle some time.
+    /// Segments that a triangle touches some time.
     touched: usize,
-    /// Later than the boxes, or than the triangles: wrong.
+    /// Results later than the boxes, or than the triangles: wrong.
     late: usize,
-    /// Not after the frame of the question: wrong.
+    /// Results not after the frame of the query: wrong.
     spent: usize,
-    /// Earlier than boxes that are a little larger: the hierarchy is wrong, or coarse.
+    /// Results earlier than boxes that are a little larger: the hierarchy is wrong, or coarse.
     early: usize,
-    /// Earlier than the triangles: the price of boxes.
+    /// Results earlier than the triangles: the price of boxes.
     false_alarms: usize,
 }
 
 impl Tally {
-    /// Asks random questions about `scene`. `answer` has the count of the first frame of a touch.
+    /// Makes random queries about `scene`. `answer` returns the count of the first frame of a touch.
     fn of(
         scene: &Scene,
         (clock, direction): (&Clock, Direction),
@@ -185,12 +185,12 @@ impl Tally {
         }
     }
 
-    /// Of many random scenes; `change` is done to each answer.
+    /// Compares many random scenes; `change` is applied to each result.
     fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         Self::at_moments(limit, &Clock::FRAMES, direction, change)
     }
 
-    /// The same at the moments of `clock`.
+    /// Compares many random scenes at the moments of `clock`.
     fn at_moments(limit: usize, clock: &Clock, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
         let scenes = if *clock == Clock::FRAMES { 200 } else { 30 };
@@ -218,7 +218,7 @@ fn answers_are_those_of_looking_at_each_frame_and_box() {
     }
 }
 
-/// Frames that are exposed several times: half of the time between them, all of it, and with cuts.
+/// Tests frames that are exposed several times: half of the time between them, all of it, and with cuts.
 #[test]
 fn answers_are_those_of_looking_at_each_moment_and_box() {
     let clock = |count, open, close, cuts: &[i32]| {
@@ -264,12 +264,12 @@ fn sliding(keys: &[(f64, f64)]) -> TransformTrack {
     TransformTrack { translate, ..TransformTrack::identity() }
 }
 
-/// A small mover on the x axis.
+/// Creates a scene with a small mover on the x axis.
 fn slider(keys: &[(f64, f64)]) -> Scene {
     scene(vec![model(pane(), sliding(keys))], vec![])
 }
 
-/// Across the x axis at `x`, without an end.
+/// Queries a segment across the x axis at `x`, without an end.
 fn across(motion: &Motion, x: f32, after: i32) -> Until {
     motion.first_touch(Vec3::new(x, 0.0, -9.0), Vec3::Z, f32::INFINITY, after)
 }
@@ -335,7 +335,7 @@ fn frames_that_two_bytes_cannot_name_are_never_late() {
     assert_eq!(across(&motion, 90.0, last), Until::FOREVER);
 }
 
-/// Whatever the frame: forwards and backwards the same number of frames.
+/// Checks that, whatever the frame, results hold for the same number of frames forwards and backwards.
 #[test]
 fn an_answer_can_be_told_in_the_other_direction() {
     let keys = [(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0), (400.0, 90.0), (401.0, 0.0)];
@@ -533,7 +533,7 @@ fn speed_of_queries() {
     }
 }
 
-/// A pane that goes to and fro for ever: it is back in each frame, as it is in the first ones.
+/// Tests a pane that goes to and fro for ever: it is back in each frame, as it is in the first ones.
 #[test]
 fn what_repeats_moves_for_ever_from_its_first_frame_on() {
     let mesh = pane();

@@ -7,41 +7,41 @@ use super::split::{Around, Leaf, Split, parts};
 use crate::geometry::{Bounds8, Segments};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 
-/// Below so many levels lists are split in the middle, so that no scene makes the tree deep.
+/// Number of levels below which lists are split in the middle, so that no scene makes the tree deep.
 const BEST_LEVELS: usize = 12;
 
-/// Nodes on the way from the root to a leaf, at most: in the middle 2^32 leaves are split eleven times.
+/// Largest number of nodes between the root and a leaf: split in the middle, 2^32 leaves take eleven levels.
 const DEPTH: usize = BEST_LEVELS + 12;
 
-/// How far ahead queries look, about, as a share of all frames.
+/// Share of all frames, about, that queries look ahead.
 const PATIENCE: f64 = 0.1;
 
-/// Leaves from which on parts are built by several threads.
+/// Number of leaves from which on parts are built by several threads.
 const PARALLEL: usize = 1 << 12;
 
-/// Up to eight children, by rising first frame. Frames are whole numbers, exact as floats.
+/// Node with up to eight children, by rising first frame. Frames are whole numbers, exact as floats.
 #[derive(Debug, Clone)]
 struct Node {
     boxes: Bounds8,
-    /// The first frame of a change within each child.
+    /// First frame of a change within each child.
     first: F32x8,
-    /// The last one. Before all frames where there is no child.
+    /// Last frame of a change within each child; negative infinity for a missing child.
     last: F32x8,
-    /// Of a leaf its second frame, or else the child's number.
+    /// Second frame of a leaf, or the number of a child node.
     links: [u32; LANES],
-    /// Which children are leaves, a bit each.
+    /// Bit mask of the children that are leaves.
     leaves: u8,
 }
 
-/// Finds the first frame of a change along a segment.
+/// Hierarchy that finds the first frame of a change along a segment.
 #[derive(Debug, Clone, Default)]
 pub struct Tree {
-    /// The root is the first.
+    /// Nodes; the root is the first.
     nodes: Vec<Node>,
 }
 
 impl Tree {
-    /// Of `leaves`, in any order.
+    /// Builds the hierarchy of `leaves`, in any order.
     pub fn of(mut leaves: Vec<Leaf>) -> Self {
         let mut nodes = Vec::new();
         if !leaves.is_empty() {
@@ -52,18 +52,18 @@ impl Tree {
         Self { nodes }
     }
 
-    /// How many nodes there are.
+    /// Number of nodes.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The first frame after `after` in which something changes along the segment, if it is before `end`, or else
+    /// First frame after `after` in which something changes along the segment, if it is before `end`, or else
     /// `end`. `after` is -1 at least.
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32, after: f32, end: f32) -> f32 {
         self.search(origin, direction, far, after, end, || ())
     }
 
-    /// The same. `visit` is called for each node that is looked at.
+    /// [`first_touch`](Self::first_touch) with a call of `visit` for each node that is visited.
     #[inline(always)]
     pub fn search(
         &self,
@@ -79,7 +79,7 @@ impl Tree {
         }
         let segment = Segments::new(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
         let mut best = end;
-        // nodes on the way to the current one, with the children that are still to be looked at
+        // nodes on the way to the current one, with the children that are still to be visited
         let mut way = [(0_u32, 0_u8); DEPTH];
         let (mut depth, mut number) = (0, 0);
         let mut open = self.nodes[0].open(&segment, after, &mut best);
@@ -117,8 +117,8 @@ impl Node {
         leaves: 0,
     };
 
-    /// The nodes among the children that may hold a better frame than `best`, a bit each. Leaves are done with: `best`
-    /// is the best of them.
+    /// Bit mask of the child nodes that may contain a better frame than `best`. Children that are leaves are
+    /// handled here: `best` becomes the best of them.
     #[inline(always)]
     fn open(&self, segment: &Segments, after: f32, best: &mut f32) -> u8 {
         let in_time = self.last.gt(F32x8::splat(after)) & self.first.lt(F32x8::splat(*best));
@@ -132,7 +132,7 @@ impl Node {
         met & !self.leaves
     }
 
-    /// The first frame after `after` in which a leaf changes; it does.
+    /// First frame after `after` in which a leaf changes; there must be one.
     #[inline(always)]
     fn leaf_change(&self, lane: usize, after: f32) -> f32 {
         let first = self.first.lane(lane);
@@ -146,7 +146,7 @@ impl Node {
     }
 }
 
-/// Appends a node for `leaves`, and all that are below it.
+/// Appends a node for `leaves`, and all nodes below it.
 fn build(nodes: &mut Vec<Node>, leaves: &mut [Leaf], level: usize, patience: f64) {
     let is_large = leaves.len() >= PARALLEL;
     // full nodes at the bottom make a smaller tree
@@ -189,7 +189,7 @@ fn build(nodes: &mut Vec<Node>, leaves: &mut [Leaf], level: usize, patience: f64
 }
 
 impl Node {
-    /// The same with numbers of nodes that are greater by `by`.
+    /// Increases the numbers of its child nodes by `by`.
     fn shifted(mut self, by: u32) -> Self {
         for lane in 0..LANES {
             if self.leaves >> lane & 1 == 0 {

@@ -20,7 +20,7 @@ impl Dice {
         (mixed ^ mixed >> 31) % end
     }
 
-    /// In `low..high`.
+    /// Number in `low..high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.below(1 << 40) as f64 / (1_u64 << 40) as f64
     }
@@ -56,7 +56,7 @@ pub fn track(
     Track::through(keys, interpolation).expect("keys rise").cut_at(&cuts)
 }
 
-/// Moves, turns or grows, or some of them.
+/// Creates a track that moves, turns or grows, or does some of these.
 pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
     let still = dice.point(reach);
     TransformTrack {
@@ -81,7 +81,7 @@ pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
     }
 }
 
-/// From one map that shears to another.
+/// Creates a track from one map that shears to another.
 fn matrices(dice: &mut Dice, frames: [f64; 2]) -> Track<DAffine3> {
     let map = |dice: &mut Dice| {
         let shear = dice.point(0.3);
@@ -102,7 +102,7 @@ fn visibility(dice: &mut Dice, [first, last]: [f64; 2]) -> Visibility {
     Visibility::through(is_there, keys).expect("keys rise")
 }
 
-/// A mesh of `count` triangles of size `thick` along an L of size 3: what one box fits badly.
+/// Creates a mesh of `count` triangles of size `thick` along an L of size 3, which one box fits badly.
 pub fn bent(dice: &mut Dice, count: usize, thick: f64) -> Mesh {
     let corners = (0..count).flat_map(|i| {
         let along = 6.0 * i as f64 / count as f64;
@@ -232,7 +232,7 @@ pub fn random_scene(dice: &mut Dice) -> Scene {
     scene(models.collect(), vec![])
 }
 
-/// A question to be asked of a [`Motion`](super::Motion).
+/// Query to a [`Motion`](super::Motion).
 #[derive(Debug, Clone, Copy)]
 pub struct Segment {
     pub origin: Vec3,
@@ -241,7 +241,7 @@ pub struct Segment {
     pub after: i32,
 }
 
-/// Across a cube of size 8, short, long or without an end; some along an axis.
+/// Creates a segment across a cube of size 8, short, long or without an end; some along an axis.
 pub fn random_segment(dice: &mut Dice) -> Segment {
     let mut direction = dice.point(4.0).as_vec3();
     if dice.one_in(4) {

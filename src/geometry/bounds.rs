@@ -1,11 +1,11 @@
-//! A box along the axes, and which segments meet it.
+//! Axis-aligned boxes, and their intersection with segments.
 
 use glam::Vec3;
 
 use crate::animation::Transform;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 
-/// A box along the axes, world or object space.
+/// Axis-aligned box, world or object space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Least coordinates.
@@ -15,37 +15,37 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Around nothing.
+    /// Empty box.
     pub const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
-    /// Around one point.
+    /// Box of one point.
     pub fn at(point: Vec3) -> Self {
         Self { low: point, high: point }
     }
 
-    /// Around a rectangle.
+    /// Box around a rectangle.
     pub fn of_rectangle(center: Vec3, across: Vec3, up: Vec3) -> Self {
         let reach = (across.abs() + up.abs()) * 0.5;
         Self { low: center - reach, high: center + reach }
     }
 
-    /// Around eight points.
+    /// Box around eight points.
     pub fn of_lanes(points: Vec3x8) -> Self {
         (0..LANES).fold(Self::EMPTY, |all, lane| all.with(points.lane(lane)))
     }
 
-    /// Whether there is nothing in it.
+    /// Returns true if the box is empty.
     pub fn is_empty(&self) -> bool {
         !self.low.cmple(self.high).all()
     }
 
-    /// Around this box and a point.
+    /// Box around this box and a point.
     pub fn with(self, point: Vec3) -> Self {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
-    /// Around this box after `transform`, with room for what rounding does; empty where nothing is there. As much room on all sides:
-    /// what is thin has none of its own, and lies in the face of its box.
+    /// Box around this box after `transform`, with room for rounding; empty if the model is not there. There
+    /// is as much room on all sides: a thin model has none of its own, and lies in the face of its box.
     pub fn placed(&self, transform: &Transform) -> Self {
         if !transform.is_visible {
             return Self::EMPTY;
@@ -60,12 +60,12 @@ impl Bounds {
         Self { low: tight.low - room, high: tight.high + room }
     }
 
-    /// Around both boxes.
+    /// Box around both boxes.
     pub fn union(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Of eight segments, those that meet the box (slabs). A bit that is not set is certain.
+    /// Mask of those of eight segments that meet the box (slabs). A bit that is not set is certain.
     #[inline(always)]
     pub fn meets(&self, segments: &Segments) -> Mask {
         let Segments { origin, inverse, far } = *segments;
@@ -78,7 +78,7 @@ impl Bounds {
     }
 }
 
-/// Eight boxes along the axes.
+/// Eight axis-aligned boxes.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds8 {
     low: Vec3x8,
@@ -86,17 +86,17 @@ pub struct Bounds8 {
 }
 
 impl Bounds8 {
-    /// Eight times the box around the origin alone.
+    /// Eight boxes that contain the origin alone.
     pub const ORIGIN: Self = Self { low: Vec3x8::ZERO, high: Vec3x8::ZERO };
 
-    /// Makes `bounds` the box number `lane`.
+    /// Sets box number `lane` to `bounds`.
     pub fn set_lane(&mut self, lane: usize, bounds: &Bounds) {
         self.low.set_lane(lane, bounds.low);
         self.high.set_lane(lane, bounds.high);
     }
 
-    /// Of eight segments, those that meet the box of their own number (slabs). A bit that is not set is certain,
-    /// however far from the boxes the segments begin.
+    /// Mask of those of eight segments that meet the box of their own number (slabs). A bit that is not set
+    /// is certain, however far from the boxes the segments begin.
     #[inline(always)]
     pub fn meets(&self, segments: &Segments) -> Mask {
         // three roundings of each distance, by 2^-24 each, at either end
@@ -115,16 +115,16 @@ impl Bounds8 {
 #[derive(Debug, Clone, Copy)]
 pub struct Segments {
     origin: Vec3x8,
-    /// One over the direction, finite.
+    /// Reciprocals of the directions, finite.
     inverse: Vec3x8,
     far: F32x8,
 }
 
 impl Segments {
-    /// From `origin` along `direction` (of any length) up to `far` times its length.
+    /// Creates segments from `origin` along `direction` (of any length) up to `far` times its length.
     #[inline]
     pub fn new(origin: Vec3x8, direction: Vec3x8, far: F32x8) -> Self {
-        // parallel to a slab: a huge slope says inside or outside as well as an infinite one, and 0 times
+        // parallel to a slab: a huge slope tells inside from outside as well as an infinite one, and 0 times
         // it is a number
         let steep = |along: F32x8| {
             let is_parallel = along.abs().lt(F32x8::splat(1e-30));
@@ -139,7 +139,7 @@ impl Segments {
 pub(super) mod tests {
     use super::*;
 
-    /// The answer for one segment, in each lane.
+    /// Tests one segment, in each lane.
     pub fn meets(bounds: &Bounds, origin: Vec3, direction: Vec3, far: f32) -> bool {
         let segments = Segments::new(Vec3x8::splat(origin), Vec3x8::splat(direction), F32x8::splat(far));
         let bits = bounds.meets(&segments).bits();

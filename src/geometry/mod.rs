@@ -1,5 +1,5 @@
-//! Axis-aligned boxes, at rest and swept: what is certainly not met needs no ray. And quadrics, which no list of corners
-//! describes.
+//! Axis-aligned boxes, at rest and swept, which show without a ray that certain models are not met; and
+//! quadrics, surfaces that are not lists of corners.
 
 mod bounds;
 pub mod quadric;

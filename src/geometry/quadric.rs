@@ -1,12 +1,13 @@
-//! Quadrics of revolution and planes: where rays meet them, and what their surfaces are there.
+//! Quadrics of revolution and planes: their intersections with rays, and their surfaces there.
 //!
-//! Both tracers ask [`Quadric::meet_four`], so that both answer the same floats. All is computed in double floats, in a
-//! space of the quadric's own, where it is about as large as 1 and stands around the Y axis: its
-//! [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An affine map leads from there to
-//! object space. Ellipsoids and elliptical cylinders are spheres and cylinders under such maps.
+//! Both tracers call [`Quadric::meet_four`], so that both get the same floats. All is computed in double
+//! floats, in a space of the quadric's own, where it is about as large as 1 and stands around the Y axis: its
+//! [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An affine map leads
+//! from there to object space. Ellipsoids and elliptical cylinders are spheres and cylinders under such maps.
 //!
-//! *Weights*. A place on a piece is two numbers, as it is on a triangle, and each kind of piece has a [chart](Kind) that
-//! leads from them to the place without a loss: no chart has a spot where single floats are coarse.
+//! *Weights*. A point on a piece is two numbers, as it is on a triangle, and each kind of piece has a
+//! [chart](Kind) that maps them to the point without a loss: no chart has a region where single floats are
+//! coarse.
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -18,66 +19,66 @@ pub use piece::{Meeting, Ray};
 mod four;
 mod piece;
 
-/// The solid or surface that a quadric is, about the Y axis of its object. All but the sphere stand on y = 0.
+/// Solid or surface of a quadric, about the Y axis of its object. All but the sphere stand on y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// Around the origin, with a radius along each axis.
+    /// Ellipsoid around the origin, with a radius along each axis.
     Ellipsoid {
-        /// Along x, y and z.
+        /// Radii along x, y and z.
         radii: DVec3,
     },
     /// A tube.
     Cylinder {
-        /// Of the tube.
+        /// Radius of the tube.
         radius: f64,
-        /// Of its upper rim.
+        /// Height of its upper rim.
         height: f64,
     },
     /// A cone, or a part of one.
     Cone {
-        /// At y = 0.
+        /// Radius at y = 0.
         radius: f64,
-        /// At the upper end; 0 for a tip. One of the two is above 0.
+        /// Radius at the upper end; 0 for a tip. One of the two is above 0.
         top: f64,
-        /// Of the upper end.
+        /// Height of the upper end.
         height: f64,
     },
     /// A bowl whose lowest point is the origin.
     Paraboloid {
-        /// Of the rim.
+        /// Radius of the rim.
         radius: f64,
-        /// Of the rim.
+        /// Height of the rim.
         height: f64,
     },
-    /// Of one sheet: a tube with a waist.
+    /// Hyperboloid of one sheet: a tube with a waist.
     Waisted {
-        /// Of both rims.
+        /// Radius of both rims.
         radius: f64,
-        /// Half way up; above 0, less than `radius`.
+        /// Radius half way up; above 0, less than `radius`.
         waist: f64,
-        /// Of the upper rim.
+        /// Height of the upper rim.
         height: f64,
     },
     /// Hyperboloid of two sheets: two bowls, one upside down.
     Parted {
-        /// Of both rims.
+        /// Radius of both rims.
         radius: f64,
-        /// Between the bowls; above 0, less than `height`.
+        /// Distance between the bowls; above 0, less than `height`.
         gap: f64,
-        /// Of the upper rim.
+        /// Height of the upper rim.
         height: f64,
     },
-    /// y = 0, around `center` as far as `reach`.
+    /// Plane y = 0, around `center` as far as `reach`.
     Plane {
-        /// x and z of the middle.
+        /// Coordinates x and z of the centre.
         center: [f64; 2],
-        /// How far it is drawn.
+        /// Half of the edge of the square that is drawn of it.
         reach: f64,
     },
 }
 
 impl Shape {
-    /// As shot files spell it; spheres are ellipsoids.
+    /// Name of the shape in shot files; spheres are ellipsoids.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ellipsoid { .. } => "ellipsoid",
@@ -95,20 +96,20 @@ impl Shape {
 pub struct Quadric {
     name: &'static str,
     pieces: Vec<Piece>,
-    /// From the quadric's own space to object space.
+    /// Map from the quadric's own space to object space.
     place: DAffine3,
-    /// And back.
+    /// Map from object space to the quadric's own space.
     inverse: DAffine3,
-    /// From object space to the one in which a plane's texture coordinates are x and -z.
+    /// Map from object space to the one in which a plane's texture coordinates are x and -z.
     to_texture: DAffine3,
     is_endless: bool,
 }
 
-/// Of a coordinate of a box: room for rounding to single floats.
+/// Room of a box for rounding to single floats, as a share of a coordinate.
 const BOX_ROOM: f64 = 2e-7;
 
 impl Quadric {
-    /// `shape` in its object's space; `is_open`: without the disks that close it.
+    /// Creates `shape` in its object's space; `is_open`: without the disks that close it.
     pub fn new(shape: Shape, is_open: bool) -> Self {
         let (sides, place) = own_space(shape);
         let mut pieces = sides;
@@ -120,29 +121,29 @@ impl Quadric {
         Self { name: shape.name(), pieces, place, inverse, to_texture, is_endless }
     }
 
-    /// The same after `map`, which has an inverse.
+    /// Transforms the quadric by `map`, which has an inverse.
     pub fn placed(&self, map: DAffine3) -> Self {
         let place = map * self.place;
         let to_texture = self.to_texture * map.inverse();
         Self { pieces: self.pieces.clone(), place, inverse: place.inverse(), to_texture, ..*self }
     }
 
-    /// What it is.
+    /// Name of its shape.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// How many pieces it has; at least one.
+    /// Number of its pieces; at least one.
     pub fn count(&self) -> u32 {
         self.pieces.len() as u32
     }
 
-    /// Whether it is a plane, which has no size.
+    /// Returns true if it is a plane, which has no size.
     pub fn is_endless(&self) -> bool {
         self.is_endless
     }
 
-    /// Around a piece, object space.
+    /// Box around a piece, object space.
     pub fn bounds(&self, piece: u32) -> Bounds {
         let piece = self.piece(piece);
         let [x, y, z] = [self.place.matrix3.x_axis, self.place.matrix3.y_axis, self.place.matrix3.z_axis];
@@ -162,21 +163,21 @@ impl Quadric {
         bounds
     }
 
-    /// Where `ray` meets a piece first.
+    /// First intersection of `ray` with a piece.
     #[inline]
     pub fn meet(&self, piece: u32, ray: &Ray) -> Option<Meeting> {
         let (met, [meeting, ..]) = self.meet_four(piece, &[*ray; FOUR]);
         (met & 1 != 0).then_some(meeting)
     }
 
-    /// Where four rays meet a piece first: whether they do, a bit each, and where. A ray's answer is that of
-    /// [`meet`](Self::meet), whatever rays are beside it.
+    /// First intersections of four rays with a piece: a bit mask of the rays that have one, and the
+    /// intersections. A ray's result is that of [`meet`](Self::meet), whatever rays are beside it.
     pub fn meet_four(&self, piece: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
         four::meet(self.piece(piece), &self.inverse, rays)
     }
 
-    /// The place where the line from `origin` along `direction` (object space) meets a piece, that nearest to `about`: in
-    /// double floats, and on the piece even if the line passes by it.
+    /// Intersection of the line from `origin` along `direction` (object space) with a piece, the one nearest
+    /// to `about`: in double floats, and on the piece even if the line passes by it.
     pub fn meet_line(&self, piece: u32, origin: DVec3, direction: DVec3, about: Vec3) -> Vec3 {
         let piece = self.piece(piece);
         let [origin, about] = [origin, about.as_dvec3()].map(|point| self.inverse.transform_point3(point));
@@ -188,20 +189,21 @@ impl Quadric {
         self.place.transform_point3(piece.point(four::weights_of(piece, met))).as_vec3()
     }
 
-    /// The point of a piece, object space, at these weights.
+    /// Point of a piece, object space, at these weights.
     pub fn point(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
         self.place.transform_point3(self.piece(piece).point(weights.map(f64::from))).as_vec3()
     }
 
-    /// The weights of a point on a piece, object space; of one beside it those of a point near it.
+    /// Weights of a point on a piece, object space; of a point beside it those of one near it.
     pub fn weights(&self, piece: u32, point: Vec3) -> [f32; 2] {
         let own = self.inverse.transform_point3(point.as_dvec3());
         four::weights_of(self.piece(piece), own).map(|weight| weight as f32)
     }
 
-    /// How far a point is from a piece, object space: no more than from the place with its weights, which on a steep side is far
-    /// above or below; than from the places along the axes, which in a flat one are near; and right beside the piece to the first
-    /// order.
+    /// Bound of the distance of a point from a piece, object space. It is the least of three: the distance to
+    /// the point with its weights, which on a steep side is far above or below; the distances along the axes,
+    /// which are small where the piece is flat; and a first-order estimate, which is right close to the
+    /// piece.
     pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
         let piece = self.piece(piece);
         let own = self.inverse.transform_point3(point.as_dvec3());
@@ -218,11 +220,11 @@ impl Quadric {
         to_place.min(value.abs() / gradient.length())
     }
 
-    /// The normal of a piece, outwards, of unit length, object space.
+    /// Normal of a piece, outwards, of unit length, object space.
     pub fn normal(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
         let piece = self.piece(piece);
         let normal = piece.normal(piece.point(weights.map(f64::from)));
-        // by the transposed inverse: outwards stays outwards in mirror images
+        // by the transposed inverse: outward normals stay outward in mirror images
         (self.inverse.matrix3.transpose() * normal).normalize_or(DVec3::Y).as_vec3()
     }
 
@@ -248,7 +250,7 @@ impl Quadric {
         }
     }
 
-    /// The last one in place of one that is not there: a wrong number shows, and is no fault.
+    /// Piece number `number`, or the last one if there is none: a wrong number shows, and is no fault.
     #[inline]
     fn piece(&self, number: u32) -> &Piece {
         const NOTHING: &Piece = &Piece { kind: Kind::Ball, profile: [0.0; 3], range: [0.0; 2] };
@@ -260,7 +262,7 @@ fn latitude(point: DVec3) -> f64 {
     point.y.atan2((point.x * point.x + point.z * point.z).sqrt())
 }
 
-/// The pieces of the side of `shape` in its own space, and the way from there to object space.
+/// Pieces of the side of `shape` in its own space, and the map from there to object space.
 fn own_space(shape: Shape) -> (Vec<Piece>, DAffine3) {
     let belt = |profile, range| vec![Piece { kind: Kind::Belt, profile, range }];
     let standing = |radius, height| DAffine3::from_scale(DVec3::new(radius, height, radius));
@@ -310,7 +312,7 @@ fn disk(height: f64, squared_radius: f64, faces_up: bool) -> Piece {
     Piece { kind: Kind::Disk { faces_up }, profile: [0.0, 0.0, squared_radius], range: [height; 2] }
 }
 
-/// Disks at the ends of `sides` that are not closed by themselves.
+/// Disks at those ends of `sides` that are not closed by themselves.
 fn caps(sides: &[Piece]) -> Vec<Piece> {
     let least = |all: &[Piece]| all.iter().map(|piece| piece.range[0]).fold(f64::INFINITY, f64::min);
     let most = |all: &[Piece]| all.iter().map(|piece| piece.range[1]).fold(f64::NEG_INFINITY, f64::max);

@@ -1,43 +1,43 @@
-//! A box that grows while it moves: all segments between two boxes at once.
+//! Boxes that grow while they move: all segments between two boxes at once.
 
 use glam::Vec3;
 
 use super::Bounds;
 
-/// The boxes of points that grow from one box to another as t goes from 0 to `end`: each side of the box is a
-/// linear function of t.
+/// Box that grows from one box to another as t goes from 0 to `end`: each side of the box is a linear
+/// function of t.
 #[derive(Debug, Clone, Copy)]
 pub struct SweptBox {
     start: Bounds,
-    /// What one step of t adds to `low` and `high`.
+    /// Change of `low` and `high` for each unit of t.
     slope: Bounds,
     end: f32,
 }
 
 impl SweptBox {
-    /// All segments from points in `sources` to points in `targets`.
+    /// Swept box of all segments from points in `sources` to points in `targets`.
     pub fn between(sources: &Bounds, targets: &Bounds) -> Self {
         let slope = Bounds { low: targets.low - sources.low, high: targets.high - sources.high };
         Self { start: *sources, slope, end: 1.0 }
     }
 
-    /// All rays from points in `sources` along `direction`.
+    /// Swept box of all rays from points in `sources` along `direction`.
     pub fn along(sources: &Bounds, direction: Vec3) -> Self {
         Self { start: *sources, slope: Bounds { low: direction, high: direction }, end: f32::INFINITY }
     }
 
-    /// All rays from `source` along directions in `directions`.
+    /// Swept box of all rays from `source` along directions in `directions`.
     pub fn fan(source: Vec3, directions: &Bounds) -> Self {
         Self::fans(&Bounds::at(source), directions)
     }
 
-    /// All rays from points in `sources` along directions in `directions`.
+    /// Swept box of all rays from points in `sources` along directions in `directions`.
     pub fn fans(sources: &Bounds, directions: &Bounds) -> Self {
         Self { start: *sources, slope: *directions, end: f32::INFINITY }
     }
 
-    /// Whether the growing box meets `other` at some t: on each axis its low side must be below the other's
-    /// high side, and its high side above the other's low side.
+    /// Returns true if the growing box meets `other` at some t: on each axis its low side must be below the
+    /// other's high side, and its high side above the other's low side.
     pub fn meets(&self, other: &Bounds) -> bool {
         let mut span = (0.0_f32, self.end);
         for axis in 0..3 {

@@ -1,7 +1,8 @@
-//! What samples gather from all around: light, path by path, and how open they are; and how long that holds.
+//! Light that samples gather from all around, path by path, and their openness, with the frames until which
+//! these are valid.
 //!
-//! Paths are functions of the sample, its seed among what it keeps, and of the scene in a frame. So one that holds is not traced
-//! again, however often the sample is handed on, and one that does not is replaced alone.
+//! A path is a function of the sample, of its seed, which is stored, and of the scene in a frame. So a valid
+//! path is not traced again, however often the sample is handed on, and an invalid one is replaced alone.
 
 use wide::u32x8;
 
@@ -11,44 +12,44 @@ use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::shade::sampling::SampleSeed;
 
-/// What a path, or the mean of a sample's paths, brings.
+/// Result of a path, or the mean of those of a sample's paths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathLight {
     /// Radiance, linear RGB.
     pub radiance: HalfColor,
-    /// The first frame in which it may be another.
+    /// First frame in which the radiance may differ.
     pub until: Until,
 }
 
 const _: () = assert!(size_of::<PathLight>() == 8);
 
 impl PathLight {
-    /// Nothing is known.
+    /// Result that is not known.
     pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
 }
 
-/// The gathered light of a list of samples, how open they are, and the seeds of their random numbers: nothing of what samples do
-/// not gather, and no seeds where nothing of theirs is random.
+/// Gathered light, openness and seeds of random numbers of a list of samples. There is nothing for what
+/// samples do not gather, and no seeds where samples use no random numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GatheredLight {
-    /// Whether samples have seeds.
+    /// True if samples have seeds.
     is_seeded: bool,
-    /// Paths of each sample.
+    /// Number of paths of each sample.
     pub(super) paths: usize,
-    /// Rays by which each sample finds out how open it is.
+    /// Number of each sample's occlusion rays.
     pub(super) rays: usize,
-    /// Sample by sample.
+    /// Results of paths, sample by sample.
     of_paths: Vec<PathLight>,
-    /// The mean of those of each sample's paths that are known, and the first frame in which any of them may be another.
+    /// Mean of each sample's known paths, with the first frame in which any of them may differ.
     pub(super) means: Vec<PathLight>,
-    /// How open each sample is.
+    /// Openness of each sample.
     pub(super) openness: Vec<Openness>,
-    /// Of each sample's random numbers.
+    /// Seed of each sample's random numbers.
     pub(super) seeds: Vec<SampleSeed>,
 }
 
 impl GatheredLight {
-    /// Of `count` samples, of which nothing is known, as `layout` says.
+    /// Creates `count` samples of which nothing is known, for this `layout`.
     pub fn unknown(layout: &TagLayout, count: usize) -> Self {
         let TagLayout { paths, occlusion_rays: rays, is_seeded, .. } = *layout;
         Self {
@@ -62,14 +63,14 @@ impl GatheredLight {
         }
     }
 
-    /// Bytes for a sample.
+    /// Size of a sample's part, in bytes.
     pub fn bytes_of_sample(layout: &TagLayout) -> usize {
         let of_light = if layout.paths == 0 { 0 } else { (layout.paths + 1) * size_of::<PathLight>() };
         let of_openness = if layout.occlusion_rays == 0 { 0 } else { size_of::<Openness>() };
         of_light + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
-    /// Gives back memory that is not needed.
+    /// Returns memory that is not needed.
     pub fn trim(&mut self) {
         self.of_paths.shrink_to_fit();
         self.means.shrink_to_fit();
@@ -77,39 +78,39 @@ impl GatheredLight {
         self.seeds.shrink_to_fit();
     }
 
-    /// Bytes on the heap.
+    /// Memory held on the heap, in bytes.
     pub fn bytes(&self) -> usize {
         (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
             + self.openness.capacity() * size_of::<Openness>()
             + self.seeds.capacity() * size_of::<SampleSeed>()
     }
 
-    /// Whether samples gather light.
+    /// Returns true if samples gather light.
     pub fn is_some(&self) -> bool {
         self.paths != 0
     }
 
-    /// Whether samples have seeds: all have that gather anything.
+    /// Returns true if samples have seeds: all samples that gather anything have.
     pub fn is_seeded(&self) -> bool {
         self.is_seeded
     }
 
-    /// What the paths of a sample brought, in their order.
+    /// Results of a sample's paths, in their order.
     pub fn paths(&self, sample: usize) -> &[PathLight] {
         &self.of_paths[sample * self.paths..(sample + 1) * self.paths]
     }
 
-    /// How many paths of a sample are known: the first ones.
+    /// Number of paths of a sample that are known: the first ones.
     pub fn known(&self, sample: usize) -> usize {
         known_of(self.paths(sample)).len()
     }
 
-    /// The mean of those of a sample's paths that are known.
+    /// Mean of a sample's known paths.
     pub fn mean(&self, sample: usize) -> PathLight {
         self.means[sample]
     }
 
-    /// The same of eight samples, from `first` on: radiance, black where samples gather none.
+    /// [Means](Self::mean) of eight samples, from `first` on: radiance, black where samples gather none.
     #[inline(always)]
     pub fn means(&self, first: usize) -> Vec3x8 {
         let mut eight = Vec3x8::ZERO;
@@ -121,13 +122,13 @@ impl GatheredLight {
         eight
     }
 
-    /// Keeps what path number `path` of a sample brings. The mean is the caller's to [bring up to
-    /// date](Self::update_mean).
+    /// Stores the result of path number `path` of a sample. The caller has to [update the
+    /// mean](Self::update_mean).
     pub fn set_path(&mut self, sample: usize, path: usize, light: PathLight) {
         self.of_paths[sample * self.paths + path] = light;
     }
 
-    /// Says that a sample gathers no light, for good.
+    /// Marks a sample as one that gathers no light, for good.
     pub fn set_dark(&mut self, sample: usize) {
         let dark = PathLight { until: Until::FOREVER, ..PathLight::UNKNOWN };
         let paths = self.paths;
@@ -135,32 +136,32 @@ impl GatheredLight {
         self.means[sample] = dark;
     }
 
-    /// Computes the mean of a sample's paths anew; whether its radiance is another now.
+    /// Computes the mean of a sample's paths anew. Returns true if its radiance has changed.
     pub fn update_mean(&mut self, sample: usize) -> bool {
         let mean = mean_of(self.paths(sample));
         let before = std::mem::replace(&mut self.means[sample], mean);
         before.radiance != mean.radiance || before.until == Until::UNKNOWN
     }
 
-    /// How open a sample is.
+    /// Openness of a sample.
     pub fn openness(&self, sample: usize) -> Openness {
         self.openness[sample]
     }
 
-    /// Keeps how open a sample is; whether that is news.
+    /// Stores the openness of a sample. Returns true if it has changed.
     pub fn set_openness(&mut self, sample: usize, openness: Openness) -> bool {
         let before = std::mem::replace(&mut self.openness[sample], openness);
         before.until == Until::UNKNOWN || before.open != openness.open
     }
 
-    /// Which share of their rays gets away from eight samples, from `first` on. Samples must find out.
+    /// Share of open rays of eight samples, from `first` on. Samples must have occlusion rays.
     #[inline(always)]
     pub fn opennesses(&self, first: usize) -> F32x8 {
         let (eight, rays) = (&self.openness[first..first + LANES], self.rays as f32);
         F32x8::of(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
     }
 
-    /// Forgets what those samples have found out whose number `is_doubtful`: what they have gathered, and how open they are.
+    /// Resets gathered light and openness of the samples whose number `is_doubtful`.
     pub fn forget(&mut self, is_doubtful: impl Fn(usize) -> bool) {
         let samples = self.means.len().max(self.openness.len());
         for sample in (0..samples).filter(|sample| is_doubtful(*sample)) {
@@ -168,7 +169,7 @@ impl GatheredLight {
         }
     }
 
-    /// Forgets what that sample has found out.
+    /// Resets gathered light and openness of a sample.
     pub(super) fn forget_one(&mut self, sample: usize) {
         if self.is_some() {
             self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
@@ -179,18 +180,18 @@ impl GatheredLight {
         }
     }
 
-    /// Of a sample's random numbers.
+    /// Seed of a sample's random numbers.
     pub fn seed(&self, sample: usize) -> SampleSeed {
         self.seeds[sample]
     }
 
-    /// Begins with a new sample, of which nothing is known.
+    /// Resets a sample to a new one with this seed, of which nothing is known.
     pub fn begin(&mut self, sample: usize, seed: SampleSeed) {
         self.seeds[sample] = seed;
         self.forget_one(sample);
     }
 
-    /// The seeds of eight samples, from `first` on, as words; 0 where they have none.
+    /// Seeds of eight samples, from `first` on, as words; 0 if samples have none.
     #[inline(always)]
     pub fn seeds(&self, first: usize) -> u32x8 {
         match self.seeds.get(first..first + LANES) {
@@ -199,7 +200,8 @@ impl GatheredLight {
         }
     }
 
-    /// Says of all paths that they hold a frame longer than they do: how many do not hold forever. For tests of the audit.
+    /// Postpones the expiry of all paths by a frame. Returns the number of those that do expire. For tests of
+    /// the audit.
     pub fn delay(&mut self) -> u64 {
         let mut count = 0;
         for light in self.of_paths.iter_mut().chain(&mut self.means) {
@@ -208,19 +210,19 @@ impl GatheredLight {
         count
     }
 
-    /// The same of how open samples are.
+    /// Postpones the expiry of all openness in the same way.
     pub fn delay_openness(&mut self) -> u64 {
         self.openness.iter_mut().map(|openness| u64::from(openness.until.delay())).sum()
     }
 
-    /// Has everything hold until `changed` of what it did.
+    /// Replaces the expiry of everything by what `changed` returns for it.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
         let lights = self.of_paths.iter_mut().chain(&mut self.means).map(|light| &mut light.until);
         let openness = self.openness.iter_mut().map(|openness| &mut openness.until);
         lights.chain(openness).for_each(|until| *until = changed(*until));
     }
 
-    /// Forgets what is known of all of them.
+    /// Resets gathered light and openness of all samples.
     pub fn forget_all(&mut self) {
         self.of_paths.fill(PathLight::UNKNOWN);
         self.means.fill(PathLight::UNKNOWN);
@@ -243,7 +245,7 @@ impl GatheredLight {
         }
     }
 
-    /// Adds sample number `at` of `from` to the list.
+    /// Appends sample number `at` of `from` to the list.
     pub fn push(&mut self, from: &Self, at: usize) {
         if self.is_some() {
             self.of_paths.extend_from_slice(from.paths(at));
@@ -257,7 +259,7 @@ impl GatheredLight {
         }
     }
 
-    /// Forgets all samples, and keeps their memory.
+    /// Removes all samples, and keeps their memory.
     pub fn clear(&mut self) {
         self.of_paths.clear();
         self.means.clear();
@@ -266,13 +268,13 @@ impl GatheredLight {
     }
 }
 
-/// Those that are known: the first ones.
+/// Paths that are known: the first ones.
 fn known_of(paths: &[PathLight]) -> &[PathLight] {
     let known = paths.iter().position(|path| path.until == Until::UNKNOWN);
     &paths[..known.unwrap_or(paths.len())]
 }
 
-/// The mean of those paths that are known, and the first frame in which any of them may be another.
+/// Mean of the paths that are known, with the first frame in which any of them may differ.
 pub fn mean_of(paths: &[PathLight]) -> PathLight {
     let paths = known_of(paths);
     if paths.is_empty() {

@@ -1,4 +1,4 @@
-//! The sample store: what a frame keeps for the next one.
+//! The sample store: data that a frame keeps for the next one.
 //!
 //! A picture of `width x height` pixels with N x N samples a pixel is a grid of *cells*, one sample in
 //! each. Cells are stored in [tiles](Tile) of 32 x 32, a tile in blocks of 4 x 4: sixteen neighbours lie
@@ -28,34 +28,34 @@ pub use store::{
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
 
-/// What became of a cell's sample in this frame. `Empty` and `Outside` are states on the way and beyond
-/// the picture's rim; the others are the contract's.
+/// Result of reprojection for a cell's sample in this frame. `Empty` and `Outside` are states on the way and
+/// beyond the picture's rim; the others are the contract's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Status {
     /// Beyond the picture's rim: no sample.
     Outside,
-    /// Nothing yet; or nobody asks for it.
+    /// No sample yet; or the cell is not wanted.
     #[default]
     Empty,
-    /// Traced because the whole frame was.
+    /// Traced with the whole frame.
     Base,
     /// Served by a kept sample, the only one near enough.
     Good,
     /// Served by a kept sample; others were near enough, too.
     Overlapped,
-    /// No kept sample was near enough; traced.
+    /// Traced, since no kept sample was near enough.
     Missed,
-    /// Those near enough are hidden now; traced.
+    /// Traced, since the samples near enough are hidden now.
     Obscured,
 }
 
 impl Status {
-    /// In the order of their numbers.
+    /// All statuses, in the order of their numbers.
     pub const ALL: [Self; 7] =
         [Self::Outside, Self::Empty, Self::Base, Self::Good, Self::Overlapped, Self::Missed, Self::Obscured];
 
-    /// Whether the sample came from the frame before.
+    /// Returns true if the sample comes from the frame before.
     pub fn is_reused(self) -> bool {
         matches!(self, Status::Good | Status::Overlapped)
     }

@@ -11,7 +11,7 @@ use crate::lanes::{F32x8, LANES, Vec3x8, signed};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Octahedral(u32);
 
-/// Steps from the centre of the square to its edge.
+/// Number of steps from the centre of the square to its edge.
 const STEPS: f32 = 32767.0;
 
 impl Octahedral {
@@ -20,12 +20,12 @@ impl Octahedral {
         Self::fold_lanes(Vec3x8::splat(unit))[0]
     }
 
-    /// As a word.
+    /// Converts the vector to a word.
     pub fn to_bits(self) -> u32 {
         self.0
     }
 
-    /// What [`to_bits`](Self::to_bits) gave; any other word is some vector, too.
+    /// Inverse of [`to_bits`](Self::to_bits); any other word is some vector, too.
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
@@ -39,25 +39,25 @@ impl Octahedral {
         let (x, y) = (unit.x * scale, unit.y * scale);
         let below = unit.z.lt(F32x8::ZERO);
         let (across, down) = ((one - y.abs()).with_sign_of(x), (one - x.abs()).with_sign_of(y));
-        // added to this, a small number is rounded and stands in the low bits
+        // the float to which a small number is added so that it is rounded and stands in the low bits
         const ROUND: f32 = 12_582_912.0;
         let steps = |value: F32x8| (value * F32x8::splat(STEPS) + F32x8::splat(ROUND)).to_bits();
         let (x, y) = (steps(below.select(across, x)), steps(below.select(down, y)));
         ((x & u32x8::splat(0xffff)) | (y << 16_u32)).to_array().map(Self)
     }
 
-    /// The vector, of unit length.
+    /// Converts to a vector of unit length.
     pub fn unfold(self) -> Vec3 {
         Self::unfold_lanes([self; LANES]).lane(0)
     }
 
-    /// Eight vectors, of unit length.
+    /// Converts to eight vectors of unit length.
     #[inline(always)]
     pub fn unfold_lanes(eight: [Self; LANES]) -> Vec3x8 {
         Self::directions(eight).normalize()
     }
 
-    /// Eight vectors, of any length.
+    /// Converts to eight vectors of any length.
     #[inline(always)]
     pub fn directions(eight: [Self; LANES]) -> Vec3x8 {
         let bits = u32x8::new(std::array::from_fn(|lane| eight[lane].0));

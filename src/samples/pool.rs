@@ -1,11 +1,11 @@
-//! Where tiles come from and where they go: the new store of a frame grows out of what the old one no longer
-//! needs, so that both together hold little more than one.
+//! Pool of tiles: the new store of a frame grows out of the tiles that the old one no longer needs, so that
+//! both together hold little more than one.
 
 use rayon::prelude::*;
 
 use super::{SampleStore, TagLayout, Tile};
 
-/// Tiles whose samples nobody needs, to be written over.
+/// Tiles whose samples are not needed any more, to be written over.
 #[derive(Debug)]
 pub struct TilePool {
     tiles: Vec<Box<Tile>>,
@@ -13,7 +13,7 @@ pub struct TilePool {
 }
 
 impl TilePool {
-    /// None yet, for stores with tags as `layout` says.
+    /// Creates an empty pool, for stores with this `layout`.
     pub fn new(layout: TagLayout) -> Self {
         Self { tiles: Vec::new(), layout }
     }
@@ -23,7 +23,7 @@ impl TilePool {
         self.tiles.extend(store.tiles);
     }
 
-    /// Adds tiles to `store` until it has `count`: what is in them means nothing.
+    /// Adds tiles to `store` until it has `count`; their contents mean nothing.
     pub fn grow(&mut self, store: &mut SampleStore, count: usize) {
         let wanted = count.saturating_sub(store.tiles.len());
         store.tiles.extend(self.tiles.drain(self.tiles.len().saturating_sub(wanted)..));
@@ -32,26 +32,27 @@ impl TilePool {
         store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(&self.layout))));
     }
 
-    /// Bytes held.
+    /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.tiles.iter().map(|tile| tile.bytes(&self.layout)).sum()
     }
 }
 
-/// The store of the frame before while its samples go over to the new one. Each of its tiles is given back as
+/// Store of the frame before, while its samples go over to the new one. Each of its tiles is given back as
 /// soon as no sample in it is wanted any more.
 #[derive(Debug)]
 pub struct LeavingStore {
     tiles: Vec<Option<Box<Tile>>>,
-    /// For each tile, how many tiles of the new store must be done until it can go; and its number. In that
-    /// order.
+    /// Number of tiles of the new store that must be done until a tile can go, and the number of that tile.
+    /// Sorted.
     order: Vec<(u32, u32)>,
-    /// How many of `order` have gone.
+    /// Number of entries of `order` whose tiles have gone.
     gone: usize,
 }
 
 impl LeavingStore {
-    /// `until`: for each tile of `store`, how many tiles of the new store must be done until it can go.
+    /// Creates the store from `store`. `until`: for each of its tiles, the number of tiles of the new store
+    /// that must be done until it can go.
     pub fn new(store: SampleStore, until: &[u32]) -> Self {
         let mut order: Vec<(u32, u32)> = until.iter().copied().zip(0..).collect();
         order.sort_unstable();

@@ -1,9 +1,11 @@
-//! Tiles as bytes, to be kept in a file: all that later frames need of them.
+//! Tiles as bytes, for files: all that later frames need of them.
 //!
-//! Of levels that are not asked for all of their cells, a tile begins with a bit for each cell: whether it is.
+//! In levels that have not all of their cells wanted, a tile begins with a bit for each cell: 1 if it is
+//! wanted.
 //!
-//! A tile is the number of its spare samples (two bytes), its cells in their order, and the spare samples. A cell is a byte (its
-//! [`Status`], whether it has a sample, whether that is a copy) and its sample, if it has one. Numbers are little-endian.
+//! A tile is the number of its spare samples (two bytes), its cells in their order, and the spare samples. A
+//! cell is a byte (its [`Status`], a bit if it has a sample, a bit if that is a copy) and its sample, if it
+//! has one. Numbers are little-endian.
 //!
 //! | of a sample | bytes |
 //! |---|---|
@@ -30,51 +32,51 @@ use crate::scene::Scene;
 use crate::shade::sampling::SampleSeed;
 use crate::stereo::Eye;
 
-/// The cells of a tile, a bit each.
+/// Set of a tile's cells, a bit each.
 pub type CellMask = [u8; CELLS / 8];
 
-/// What is kept of one level of a frame.
+/// Saved samples of one level of a frame.
 #[derive(Debug, Clone)]
 pub struct LevelSamples<S> {
-    /// Its samples.
+    /// Samples of the level.
     pub store: S,
-    /// For each tile the cells that were asked for; none of the coarsest level, of which all are.
+    /// Wanted cells of each tile; `None` in the coarsest level, in which all are.
     pub wanted: Option<Vec<CellMask>>,
 }
 
-/// One of the pictures that a frame is made of.
+/// Name of one of the pictures that a frame is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PictureName {
-    /// Whose.
+    /// Eye that sees the picture.
     pub eye: Eye,
-    /// Of a frame with a shutter or a lens: which of its exposures, counted from 0 in the order of time.
+    /// Number of the exposure, counted from 0 in the order of time, in a frame with a shutter or a lens.
     pub exposure: usize,
 }
 
-/// What is kept of one of them.
+/// Saved samples of one picture.
 #[derive(Debug, Clone)]
 pub struct PictureSamples<S> {
-    /// Which.
+    /// Name of the picture.
     pub picture: PictureName,
-    /// From the coarsest on.
+    /// Levels, from the coarsest on.
     pub levels: Vec<LevelSamples<S>>,
 }
 
-/// What the samples of a frame may be.
+/// Shape of a renderer's sample stores.
 #[derive(Debug, Clone)]
 pub struct Shape<'a> {
-    /// How many tiles each level of a picture has.
+    /// Number of tiles of each level of a picture.
     pub tiles: Vec<usize>,
-    /// What their samples keep.
+    /// Layout of the samples' data.
     pub layout: &'a TagLayout,
-    /// Who sees the frame.
+    /// Eyes that see the frame.
     pub eyes: &'a [Eye],
-    /// Exposures of each.
+    /// Number of exposures of each eye.
     pub exposures: usize,
 }
 
 impl Shape<'_> {
-    /// Whether `pictures`, in order, may be what is kept of a frame: some of each eye, none twice.
+    /// Returns true if `pictures`, in order, may be the saved ones of a frame: some of each eye, none twice.
     pub fn fits(&self, pictures: &[PictureName]) -> bool {
         let is_there = |name: &PictureName| self.eyes.contains(&name.eye) && name.exposure < self.exposures;
         let rises = pictures.windows(2).all(|pair| pair[0] < pair[1]);
@@ -83,18 +85,18 @@ impl Shape<'_> {
     }
 }
 
-/// The cell has a sample.
+/// Bit of a cell that has a sample.
 const HAS_SAMPLE: u8 = 0x40;
-/// Its sample is a copy: see [`Tile::copies`].
+/// Bit of a cell whose sample is a copy: see [`Tile::copies`].
 const IS_COPY: u8 = 0x80;
 
-/// Bytes of a tile, at most.
+/// Largest size of a tile, in bytes.
 pub fn most_bytes(layout: &TagLayout) -> usize {
     let sample = size_of::<[f32; 3]>() + size_of::<u32>() + size_of::<Record>() + layout.bytes();
     size_of::<u16>() + CELLS * (1 + sample) + MOST_SPARES * sample
 }
 
-/// Adds `tile` to `bytes`.
+/// Appends `tile` to `bytes`.
 pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     bytes.extend((tile.spares.len() as u16).to_le_bytes());
     for cell in 0..CELLS {
@@ -148,17 +150,17 @@ fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
     }
 }
 
-/// What samples may name.
+/// Bounds of the numbers in samples.
 #[derive(Debug)]
 pub struct Named<'a> {
-    /// Models, triangles and materials.
+    /// Scene with the models, triangles and materials that they refer to.
     pub scene: &'a Scene,
-    /// Frames rendered so far: no sample is younger.
+    /// Number of frames rendered so far: no sample is younger.
     pub rendered: u32,
 }
 
-/// The tile that `bytes` are. None if they are not those of a tile of such a scene with such a layout: no sample that comes back
-/// names anything that is not there.
+/// Decodes a tile from `bytes`. `None` if they are not those of a tile of such a scene with such a layout: no
+/// sample that is returned refers to anything that does not exist.
 pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box<Tile>> {
     let mut bytes = Bytes(bytes);
     let mut tile = Box::new(Tile::empty(layout));
@@ -229,7 +231,7 @@ fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {
     Tag::ALL.get(usize::from(tag)).copied()
 }
 
-/// Into sample number `at`.
+/// Decodes into sample number `at`.
 fn decode_gathered(bytes: &mut Bytes<'_>, gathered: &mut GatheredLight, at: usize) -> Option<()> {
     let paths = gathered.paths;
     if gathered.is_some() {
@@ -250,7 +252,7 @@ fn decode_gathered(bytes: &mut Bytes<'_>, gathered: &mut GatheredLight, at: usiz
     Some(())
 }
 
-/// What is left of some bytes.
+/// Rest of some bytes.
 struct Bytes<'b>(&'b [u8]);
 
 impl Bytes<'_> {
@@ -272,7 +274,7 @@ impl Bytes<'_> {
         self.take().map(f32::from_le_bytes)
     }
 
-    /// Every part finite.
+    /// Colour, if every channel is finite.
     fn color(&mut self) -> Option<HalfColor> {
         let mut half = || self.take().map(f16::from_le_bytes).filter(|half| half.is_finite());
         Some([half()?, half()?, half()?])
@@ -293,13 +295,13 @@ mod tests {
         TagLayout::of([1, 16, 1].into_iter()).with_paths(2).with_occlusion(8)
     }
 
-    /// Two models of two triangles.
+    /// Creates a scene of two models of two triangles.
     fn world() -> Scene {
         let model = || model(mesh_of_two(), TransformTrack::identity());
         scene(vec![model(), model()], vec![])
     }
 
-    /// A tile with something of everything.
+    /// Creates a tile with something of everything.
     fn tile(layout: &TagLayout) -> Tile {
         let mut tile = Tile::empty(layout);
         for cell in (0..CELLS).filter(|cell| cell % 5 != 0) {

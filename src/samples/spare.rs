@@ -1,38 +1,39 @@
-//! Spare samples: those of a tile that serve none of its cells in this frame, and may serve one in the next.
+//! Spare samples: samples of a tile that serve none of its cells in this frame, and may serve one in the
+//! next.
 
 use glam::Vec3;
 
 use super::{AreaTag, CELLS, Flags, GatheredLight, Record, Tag, TagLayout, TagSlot, Tags, Tile};
 
-/// One of them, but for its tags and what it has gathered.
+/// A spare sample without its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spare {
     /// See [`Tile::x`].
     pub point: Vec3,
     /// See [`Tile::model`].
     pub model: u32,
-    /// What else is kept.
+    /// Other data of the sample.
     pub record: Record,
 }
 
-/// The spare samples of a tile, in no order that means anything.
+/// Spare samples of a tile, in no particular order.
 #[derive(Debug, Clone, Default)]
 pub struct Spares {
     /// The samples.
     pub samples: Vec<Spare>,
-    /// By light that has one tag a sample, the tag of each sample.
+    /// Tags of each sample, by lights that have one tag a sample.
     pub(super) single: Vec<Vec<Tag>>,
-    /// By light that is an area, the tags of each sample.
+    /// Tags of each sample, by area lights.
     pub(super) area: Vec<Vec<AreaTag>>,
-    /// What each sample has gathered.
+    /// Gathered light and openness of each sample.
     pub(super) gathered: GatheredLight,
 }
 
-/// As many as a tile may have: a [slot](Tile::slots) has 11 bits.
+/// Largest number of spare samples of a tile: a [slot](Tile::slots) has 11 bits.
 pub const MOST_SPARES: usize = CELLS;
 
 impl Spares {
-    /// None, with room for tags as `layout` says.
+    /// Creates an empty list, with room for tags by `layout`.
     pub fn none(layout: &TagLayout) -> Self {
         let (single, area) = layout.columns();
         Self {
@@ -43,17 +44,17 @@ impl Spares {
         }
     }
 
-    /// How many.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// Forgets all of them and keeps their memory.
+    /// Removes all samples and keeps their memory.
     pub fn clear(&mut self) {
         self.samples.clear();
         self.single.iter_mut().for_each(Vec::clear);
@@ -61,8 +62,8 @@ impl Spares {
         self.gathered.clear();
     }
 
-    /// Gives back what memory they do not need, if it is much: a list grows by doubling, tiles go from place to place, and each
-    /// would keep room for the most that it has ever held.
+    /// Returns memory that is not needed, if it is much: a list grows by doubling, tiles go from place to
+    /// place, and each would keep room for the most that it has ever held.
     pub fn trim(&mut self) {
         let most = self.len() + self.len() / 4 + 4;
         if self.samples.capacity() > most {
@@ -73,7 +74,7 @@ impl Spares {
         }
     }
 
-    /// Adds the sample in `slot` of `from`.
+    /// Appends the sample in `slot` of `from`.
     pub fn push(&mut self, from: &Tile, slot: usize) {
         self.samples.push(from.slot(slot));
         match slot.checked_sub(CELLS) {
@@ -90,7 +91,7 @@ impl Spares {
         }
     }
 
-    /// Adds a sample whose tags are not known, with what sample number `at` of `gathered` has gathered.
+    /// Appends a sample with unknown tags, and with the gathered light of sample number `at` of `gathered`.
     pub fn push_untagged(&mut self, spare: Spare, gathered: &GatheredLight, at: usize) {
         self.samples.push(spare);
         self.gathered.push(gathered, at);
@@ -107,8 +108,8 @@ impl Spares {
         );
     }
 
-    /// Calls `single` or `area` with the number of each spare, the spare, and its tags for the light of `slot`: what it returns
-    /// is their new state.
+    /// Calls `single` or `area` for each spare with its number, the spare, and its tags for the light of
+    /// `slot`, and replaces these by what is returned.
     pub fn update_tags(
         &mut self,
         slot: TagSlot,
@@ -129,38 +130,39 @@ impl Spares {
         }
     }
 
-    /// Sets these flags of all.
+    /// Adds the flags that `flags` returns to each sample's.
     pub fn set_flags(&mut self, flags: impl Fn(&Spare) -> Flags) {
         for spare in &mut self.samples {
             spare.record.flags = spare.record.flags.with(flags(spare));
         }
     }
 
-    /// Forgets what those have found out that `is_doubtful` names: see [`GatheredLight::forget`].
+    /// Resets gathered light and openness of the samples that `is_doubtful` names: see
+    /// [`GatheredLight::forget`].
     pub fn forget_answers(&mut self, is_doubtful: impl Fn(&Spare) -> bool) {
         let samples = &self.samples;
         self.gathered.forget(|number| is_doubtful(&samples[number]));
     }
 
-    /// The same of the sample that was added last.
+    /// Resets gathered light and openness of the sample that was added last.
     pub fn forget_last_answers(&mut self) {
         if let Some(last) = self.len().checked_sub(1) {
             self.gathered.forget_one(last);
         }
     }
 
-    /// Forgets what has been gathered.
+    /// Resets gathered light and openness of all samples.
     pub fn forget_gathered(&mut self) {
         self.gathered.forget_all();
     }
 
-    /// Forgets all tags.
+    /// Resets all tags.
     pub fn forget_tags(&mut self) {
         self.single.iter_mut().flatten().for_each(|tag| *tag = Tag::Unknown);
         self.area.iter_mut().flatten().for_each(|tag| *tag = AreaTag::UNKNOWN);
     }
 
-    /// Bytes on the heap.
+    /// Memory held on the heap, in bytes.
     pub fn bytes(&self) -> usize {
         let single: usize = self.single.iter().map(Vec::capacity).sum();
         let area: usize = self.area.iter().map(Vec::capacity).sum();

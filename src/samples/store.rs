@@ -24,21 +24,21 @@ pub const EMPTY: u32 = u32::MAX - 1;
 /// One value for each cell of a tile.
 pub type Column<T> = [T; CELLS];
 
-/// A sample goes from a slot of one tile to a cell of another.
+/// Move of a sample from a slot of one tile to a cell of another.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Move {
-    /// Its new cell.
+    /// New cell.
     pub to: u16,
-    /// Its old tile, by its number in a list.
+    /// Old tile, by its number in a list.
     pub source: u16,
-    /// Its [slot](Tile::slots) there.
+    /// [Slot](Tile::slots) in the old tile.
     pub from: u16,
 }
 
-/// A colour as the store keeps it: R, G and B in half floats.
+/// Colour as it is stored: R, G and B in half floats.
 pub type HalfColor = [f16; 3];
 
-/// What a sample keeps beside its place: 32 bytes that are copied as a whole when the sample finds its new cell.
+/// Data of a sample beside its place: 32 bytes that are copied as a whole when the sample finds its new cell.
 ///
 /// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
 /// sample that was kept is shaded from the same numbers as one that was just made.
@@ -51,101 +51,101 @@ pub struct Record {
     pub normal: Octahedral,
     /// Geometric normal, object space, on the side from which the sample is seen.
     pub geometric_normal: Octahedral,
-    /// What the diffuse and the ambient reflectance are shares of, texture included: see
+    /// Reflectance that the diffuse and the ambient one are shares of, texture included: see
     /// [`Material::painted`](crate::scene::Material::painted).
     pub reflectance: HalfColor,
-    /// What does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
+    /// Light that does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
     pub direct_diffuse: HalfColor,
-    /// The rendered frame in which the sample was traced, counted from the renderer's first.
+    /// Number of the rendered frame in which the sample was traced, counted from the renderer's first.
     pub traced: u32,
     /// Index into [`Scene::materials`](crate::scene::Scene::materials).
     pub material: u16,
-    /// What else is known of it.
+    /// Flags of the sample.
     pub flags: Flags,
 }
 
 const _: () = assert!(size_of::<Record>() == 32);
 
-/// Yes or no, a bit each.
+/// Set of flags, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Flags(u16);
 
 impl Flags {
     /// The eye sees the back of the triangle.
     pub const FROM_BEHIND: Self = Self(1);
-    /// Nobody has verified that the eye sees it in the frame before.
+    /// It was not verified in the frame before that the eye sees the sample.
     pub const UNSEEN: Self = Self(2);
-    /// The light that it keeps must be summed anew.
+    /// The stored light must be summed anew.
     pub const STALE: Self = Self(4);
 
-    /// These if `holds`, else none.
+    /// These flags if `holds`, else none.
     pub fn when(self, holds: bool) -> Self {
         if holds { self } else { Self(0) }
     }
 
-    /// To be saved.
+    /// Converts the flags to bits, to be saved.
     pub fn to_bits(self) -> u16 {
         self.0
     }
 
-    /// What [`to_bits`](Self::to_bits) gave; none of other bits.
+    /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
     pub fn from_bits(bits: u16) -> Option<Self> {
         let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
         (bits & !all.0 == 0).then_some(Self(bits))
     }
 
-    /// Whether all of `other` are set.
+    /// Returns true if all flags of `other` are set.
     pub fn has(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// With those of `other` as well.
+    /// Union with the flags of `other`.
     pub fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Without those of `other`.
+    /// These flags without those of `other`.
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 }
 
 impl Record {
-    /// Whether the eye sees the back of the triangle.
+    /// Returns true if the eye sees the back of the triangle.
     pub fn is_from_behind(&self) -> bool {
         self.flags.has(Flags::FROM_BEHIND)
     }
 }
 
-/// The samples of 32 x 32 cells. Places, which projection reads, are in columns, eight cells at a time; what else a
-/// sample keeps is in records: copying samples waits for the cache, a line for each column.
+/// Samples of 32 x 32 cells. Places, which projection reads, are in columns, eight cells at a time. The other
+/// data of a sample is in a record: copying samples waits for the cache, a line for each column.
 #[derive(Debug, Clone)]
 pub struct Tile {
-    /// Where the surface was hit, object space; for the background the direction, world space.
+    /// Point of the surface, object space; for the background the direction, world space. First coordinate.
     pub x: Column<f32>,
-    /// The same.
+    /// Second coordinate.
     pub y: Column<f32>,
-    /// The same.
+    /// Third coordinate.
     pub z: Column<f32>,
     /// Index into [`Scene::models`](crate::scene::Scene::models), [`BACKGROUND`] or [`EMPTY`].
     pub model: Column<u32>,
-    /// What else is kept.
+    /// Other data of the samples.
     pub record: Column<Record>,
-    /// In this frame.
+    /// Status in this frame.
     pub status: Column<Status>,
-    /// Cells that are served by a copy of a sample which another tile keeps, or another cell: it is not handed on to the
-    /// next frame. A bit each, for each eight cells.
+    /// Bit masks, for each eight cells, of those served by a copy of a sample that another tile or another
+    /// cell keeps: copies are not handed on to the next frame.
     pub copies: [u8; CELLS / LANES],
-    /// What is known of shadows.
+    /// Shadow tags.
     pub tags: Tags,
-    /// What samples have gathered.
+    /// Gathered light and openness.
     pub gathered: GatheredLight,
     /// Samples that lie in the tile and serve none of its cells.
     pub spares: Spares,
 }
 
 impl Tile {
-    /// No sample in any cell.
+    /// Creates a tile without samples.
     pub fn empty(layout: &TagLayout) -> Self {
         Self {
             x: [0.0; CELLS],
@@ -161,22 +161,22 @@ impl Tile {
         }
     }
 
-    /// Bytes of a tile without spare samples.
+    /// Size of a tile without spare samples, in bytes.
     pub fn bytes_of_cells(layout: &TagLayout) -> usize {
         size_of::<Self>() + CELLS * layout.bytes()
     }
 
-    /// Bytes of this tile.
+    /// Size of this tile, in bytes.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
         Self::bytes_of_cells(layout) + self.spares.bytes()
     }
 
-    /// Slots: the cells, and after them the spare samples.
+    /// Number of slots: the cells, and after them the spare samples.
     pub fn slots(&self) -> usize {
         CELLS + self.spares.len()
     }
 
-    /// What is in a slot, but for its tags.
+    /// Sample in a slot, without its tags.
     #[inline(always)]
     pub fn slot(&self, slot: usize) -> Spare {
         match slot.checked_sub(CELLS) {
@@ -185,7 +185,7 @@ impl Tile {
         }
     }
 
-    /// Has the memory of eight samples, from cell `first` on, fetched.
+    /// Prefetches eight samples, from cell `first` on.
     #[inline(always)]
     pub fn prefetch_eight(&self, first: usize) {
         [&self.x, &self.y, &self.z].into_iter().for_each(|column| prefetch(&column[first..=first]));
@@ -193,7 +193,7 @@ impl Tile {
         prefetch(&self.record[first..first + LANES]);
     }
 
-    /// Has the record in a slot fetched.
+    /// Prefetches the record in a slot.
     #[inline(always)]
     pub fn prefetch_record(&self, slot: usize) {
         if let Some(record) = self.record.get(slot) {
@@ -201,7 +201,7 @@ impl Tile {
         }
     }
 
-    /// What the sample in a slot shows: its model, and what else is kept.
+    /// Model and record of the sample in a slot.
     #[inline(always)]
     pub fn surface_in(&self, slot: usize) -> (u32, &Record) {
         match slot.checked_sub(CELLS) {
@@ -210,12 +210,12 @@ impl Tile {
         }
     }
 
-    /// Copies the sample in `slot` of `from`, with its light and without its tags, to `cell`. Status and whether it is a
-    /// copy are the caller's. Returns its flags.
+    /// Copies the sample in `slot` of `from`, with its light and without its tags, to `cell`. The caller sets
+    /// the status and the bit of copies. Returns the sample's flags.
     #[inline(always)]
     fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
         let cell = cell % CELLS;
-        // records straight from one to the other: a copy in between waits for itself
+        // records straight from one to the other: a copy in between would wait for the first
         let record = if slot < CELLS {
             self.x[cell] = from.x[slot];
             self.y[cell] = from.y[slot];
@@ -232,8 +232,8 @@ impl Tile {
         record.flags
     }
 
-    /// Copies samples, with their light and tags, from tiles in `sources`. Status and whether they are copies are the
-    /// caller's. Returns the flags that any of them has.
+    /// Copies samples, with their light and tags, from tiles in `sources`. The caller sets their status and
+    /// the bits of copies. Returns the flags that any of them has.
     pub fn copy_all(&mut self, sources: &[&Self], moves: &[Move]) -> Flags {
         let copy = |flags: Flags, Move { to, source, from }: &Move| {
             let source = sources[usize::from(*source)];
@@ -254,8 +254,8 @@ impl Tile {
         flags
     }
 
-    /// Copies the sample in `slot` of `from`, with its light, its tags and its paths, to `cell`. Status and whether it is a copy are
-    /// the caller's. Returns its flags.
+    /// Copies the sample in `slot` of `from`, with its light, its tags and its paths, to `cell`. The caller
+    /// sets the status and the bit of copies. Returns the sample's flags.
     #[inline]
     pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
         match slot.checked_sub(CELLS) {
@@ -266,7 +266,7 @@ impl Tile {
         self.copy_untagged(cell, from, slot)
     }
 
-    /// Copies what the sample in `slot` of `from` has gathered.
+    /// Copies gathered light and openness of the sample in `slot` of `from`.
     #[inline]
     fn copy_gathered(&mut self, cell: usize, from: &Self, slot: usize) {
         match slot.checked_sub(CELLS) {
@@ -275,79 +275,80 @@ impl Tile {
         }
     }
 
-    /// Forgets what all samples have gathered, spare ones as well.
+    /// Resets gathered light and openness of all samples, spare ones included.
     pub fn forget_gathered(&mut self) {
         self.gathered.forget_all();
         self.spares.forget_gathered();
     }
 
-    /// Has all that samples have gathered hold until `changed` of what it did, spare samples' as well.
+    /// Replaces the expiry of all gathered light and openness, that of spare samples included, by what
+    /// `changed` returns for it.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
         self.gathered.change_validity(&changed);
         self.spares.gathered.change_validity(&changed);
     }
 
-    /// Where the sample is: see [`Tile::x`].
+    /// Place of the sample: see [`Tile::x`].
     #[inline]
     pub fn point(&self, cell: usize) -> Vec3 {
         Vec3::new(self.x[cell], self.y[cell], self.z[cell])
     }
 
-    /// The same of eight samples, from `first` on.
+    /// Places of eight samples, from `first` on.
     #[inline(always)]
     pub fn points(&self, first: usize) -> Vec3x8 {
         Vec3x8::load([&self.x, &self.y, &self.z], first)
     }
 
-    /// The records of eight cells, from `first` on.
+    /// Records of eight cells, from `first` on.
     #[inline(always)]
     pub fn records(&self, first: usize) -> &[Record] {
         &self.record[first..first + LANES]
     }
 
-    /// Of eight samples, from `first` on.
+    /// Materials of eight samples, from `first` on.
     #[inline(always)]
     pub fn materials(&self, first: usize) -> [u16; LANES] {
         let records = self.records(first);
         std::array::from_fn(|lane| records[lane].material)
     }
 
-    /// Of eight samples, from `first` on.
+    /// Triangles of eight samples, from `first` on.
     #[inline(always)]
     pub fn triangles(&self, first: usize) -> [u32; LANES] {
         let records = self.records(first);
         std::array::from_fn(|lane| records[lane].triangle)
     }
 
-    /// Of eight samples, from `first` on.
+    /// Shading normals of eight samples, from `first` on.
     #[inline(always)]
     pub fn normals(&self, first: usize) -> [Octahedral; LANES] {
         let records = self.records(first);
         std::array::from_fn(|lane| records[lane].normal)
     }
 
-    /// Of eight samples, from `first` on.
+    /// Geometric normals of eight samples, from `first` on.
     #[inline(always)]
     pub fn geometric_normals(&self, first: usize) -> [Octahedral; LANES] {
         let records = self.records(first);
         std::array::from_fn(|lane| records[lane].geometric_normal)
     }
 
-    /// Of eight samples, from `first` on.
+    /// Reflectances of eight samples, from `first` on.
     #[inline(always)]
     pub fn reflectances(&self, first: usize) -> Vec3x8 {
         let records = self.records(first);
         load_colors(|lane| &records[lane].reflectance)
     }
 
-    /// The light that eight samples keep, from `first` on.
+    /// Stored light of eight samples, from `first` on.
     #[inline(always)]
     pub fn kept_light(&self, first: usize) -> Vec3x8 {
         let records = self.records(first);
         load_colors(|lane| &records[lane].direct_diffuse)
     }
 
-    /// Keeps the light of eight samples, from `first` on.
+    /// Stores the light of eight samples, from `first` on.
     #[inline(always)]
     pub fn keep_light(&mut self, first: usize, light: Vec3x8) {
         let records = &mut self.record[first..first + LANES];
@@ -356,7 +357,7 @@ impl Tile {
         }
     }
 
-    /// Of eight cells, those whose sample has these flags, a bit each.
+    /// Bit mask of those of eight cells whose samples have these flags.
     #[inline]
     pub fn flagged(&self, first: usize, flags: Flags) -> u8 {
         (0..)
@@ -364,7 +365,7 @@ impl Tile {
             .fold(0, |bits, (lane, record)| bits | u8::from(record.flags.has(flags)) << lane)
     }
 
-    /// Takes these flags off those of eight samples whose bit is set.
+    /// Removes these flags from those of eight samples whose bit in `which` is set.
     #[inline]
     pub fn unflag(&mut self, first: usize, which: u8, flags: Flags) {
         for (lane, record) in self.record[first..first + LANES].iter_mut().enumerate() {
@@ -374,8 +375,9 @@ impl Tile {
         }
     }
 
-    /// Makes the sample in `cell` a spare one, unless another cell or tile keeps it or there are enough. It has not been
-    /// lit in this frame: its tags are not known; nor is, if its model `moved`, what it has gathered and how open it is.
+    /// Makes the sample in `cell` a spare one, unless another cell or tile keeps it or there are enough. It
+    /// has not been lit in this frame: its tags are unknown, and so are, if its model `moved`, its gathered
+    /// light and openness.
     pub fn make_spare(&mut self, cell: usize, moved: bool) {
         let is_copy = self.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         if !is_copy && self.spares.len() < MOST_SPARES {
@@ -388,20 +390,20 @@ impl Tile {
         }
     }
 
-    /// Notes whether a cell is served by a copy.
+    /// Sets whether a cell is served by a copy.
     #[inline]
     pub fn set_copy(&mut self, cell: usize, is_copy: bool) {
         let (copies, bit) = (&mut self.copies[cell / LANES], 1 << (cell % LANES));
         *copies = *copies & !bit | if is_copy { bit } else { 0 };
     }
 
-    /// Whether there is a surface in the cell, rather than nothing or the background.
+    /// Returns true if the cell shows a surface, rather than nothing or the background.
     #[inline]
     pub fn is_surface(&self, cell: usize) -> bool {
         self.model[cell] < EMPTY
     }
 
-    /// Leaves the cell without a sample.
+    /// Removes the sample of the cell.
     #[inline]
     pub fn clear(&mut self, cell: usize, status: Status) {
         self.model[cell] = EMPTY;
@@ -412,21 +414,21 @@ impl Tile {
 /// All samples of a frame. Indices of samples run through the tiles in order.
 #[derive(Debug, Default)]
 pub struct SampleStore {
-    /// In rows from the top left.
+    /// Tiles, in rows from the top left.
     pub tiles: Vec<Box<Tile>>,
 }
 
 impl SampleStore {
-    /// Bytes held, with tags as `layout` says.
+    /// Memory held, in bytes, with this layout of tags.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
         self.tiles.iter().map(|tile| tile.bytes(layout)).sum()
     }
 }
 
-/// The greatest half float: what is beyond stays here.
+/// Greatest half float, to which larger values are clamped.
 const MOST: f32 = 65504.0;
 
-/// Rounds eight colours to what the store keeps.
+/// Rounds eight colours to the precision of the store.
 #[inline(always)]
 pub fn half_colors(colors: Vec3x8) -> [HalfColor; LANES] {
     let [r, g, b] = [colors.x, colors.y, colors.z].map(|values| {
@@ -438,7 +440,7 @@ pub fn half_colors(colors: Vec3x8) -> [HalfColor; LANES] {
     std::array::from_fn(|lane| [r[lane], g[lane], b[lane]])
 }
 
-/// Eight colours that the store keeps.
+/// Loads eight stored colours.
 #[inline(always)]
 fn load_colors<'a>(color: impl Fn(usize) -> &'a HalfColor) -> Vec3x8 {
     let load = |part: usize| {
@@ -450,7 +452,7 @@ fn load_colors<'a>(color: impl Fn(usize) -> &'a HalfColor) -> Vec3x8 {
     Vec3x8 { x: load(0), y: load(1), z: load(2) }
 }
 
-/// A colour that the store keeps.
+/// Converts a stored colour to floats.
 #[inline]
 pub fn full_color(color: HalfColor) -> Vec3 {
     Vec3::from_array(color.map(f16::to_f32))

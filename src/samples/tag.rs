@@ -1,25 +1,25 @@
-//! Shadow tags: what a sample remembers of its last shadow rays to each light.
+//! Shadow tags: the results of a sample's last shadow rays to each light.
 
 use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
 use crate::scene::{Light, Scene};
 use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
 
-/// Points of an area light for which a sample keeps tags: the bits of a word.
+/// Number of points of an area light for which a sample keeps tags: the bits of a word.
 pub const AREA_POINTS: usize = u16::BITS as usize;
 
-/// Who stood between a sample and a light when it was last asked.
+/// Occluder between a sample and a light when it was last tested.
 ///
 /// Tags save rays and never decide a picture: a frame with all tags dropped is the same to the bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Tag {
-    /// Not asked yet.
+    /// Not tested yet.
     #[default]
     Unknown,
-    /// Nobody: the light reaches the sample.
+    /// None: the light reaches the sample.
     Lit,
-    /// The surface itself: it faces away, or the light's cone does not hold it.
+    /// The surface itself: it faces away, or the light's cone does not contain it.
     BackFacing,
     /// A model that never moves.
     StaticOccluder,
@@ -28,48 +28,49 @@ pub enum Tag {
 }
 
 impl Tag {
-    /// In the order of their numbers.
+    /// All tags, in the order of their numbers.
     pub const ALL: [Self; 5] =
         [Self::Unknown, Self::Lit, Self::BackFacing, Self::StaticOccluder, Self::DynamicOccluder];
 
-    /// Whether the light reaches the sample.
+    /// Returns true if the light reaches the sample.
     pub fn is_lit(self) -> bool {
         self == Tag::Lit
     }
 
-    /// Whether light that was summed under this tag is wrong under `now`.
+    /// Returns true if light that was summed under this tag is wrong under `now`.
     pub fn changes_light_to(self, now: Tag) -> bool {
         self == Tag::Unknown || self.is_lit() != now.is_lit()
     }
 }
 
-/// The tags of one sample for the points of an area light, two bits each.
+/// Tags of one sample for the points of an area light, two bits each.
 ///
-/// A point that faces away is kept as shadowed by what is still: the rules are the same for both.
+/// A point that the surface faces away from is stored as shadowed by a still model: the rules are the same
+/// for both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AreaTag {
-    /// Bit by point: the light reaches the sample. With both bits set, nobody has asked yet.
+    /// Bit by point: the light reaches the sample. With both bits set, the point has not been tested.
     lit: u16,
     /// Bit by point: in the shadow of a model that moves in some frame of the shot.
     by_dynamic: u16,
 }
 
 impl AreaTag {
-    /// No point has been asked for.
+    /// Tags of which none has been tested.
     pub const UNKNOWN: Self = Self { lit: u16::MAX, by_dynamic: u16::MAX };
 
-    /// To be saved.
+    /// Converts the tags to bytes, to be saved.
     pub fn to_bytes(self) -> [u8; 4] {
         let [[a, b], [c, d]] = [self.lit, self.by_dynamic].map(u16::to_le_bytes);
         [a, b, c, d]
     }
 
-    /// What [`to_bytes`](Self::to_bytes) gave.
+    /// Inverse of [`to_bytes`](Self::to_bytes).
     pub fn from_bytes([a, b, c, d]: [u8; 4]) -> Self {
         Self { lit: u16::from_le_bytes([a, b]), by_dynamic: u16::from_le_bytes([c, d]) }
     }
 
-    /// The tag of one point.
+    /// Tag of one point.
     #[inline]
     pub fn get(self, point: usize) -> Tag {
         match (self.lit >> point & 1, self.by_dynamic >> point & 1) {
@@ -86,7 +87,7 @@ impl AreaTag {
         self.lit & !self.by_dynamic
     }
 
-    /// Bit by point: those with this tag. No point counts as back-facing.
+    /// Bit by point: the point has this tag. No point counts as back-facing.
     #[inline]
     pub fn points(self, tag: Tag) -> u16 {
         match tag {
@@ -98,22 +99,22 @@ impl AreaTag {
         }
     }
 
-    /// Says of the points in `asked` which are `lit` and which are in the shadow `by_dynamic`; of the rest
-    /// nothing.
+    /// Sets, for the points in `asked`, which are `lit` and which are in the shadow `by_dynamic`; leaves the
+    /// others as they are.
     #[inline]
     pub fn learn(&mut self, asked: u16, lit: u16, by_dynamic: u16) {
         self.lit = self.lit & !asked | lit & asked;
         self.by_dynamic = self.by_dynamic & !asked | by_dynamic & asked;
     }
 
-    /// Without those that are in doubt.
+    /// Resets those tags that are in doubt to unknown.
     pub fn without(self, is_doubtful: impl Fn(Tag) -> bool) -> Self {
         let gone = Tag::ALL.into_iter().filter(|tag| is_doubtful(*tag));
         let gone = gone.fold(0, |all, tag| all | self.points(tag));
         Self { lit: self.lit | gone, by_dynamic: self.by_dynamic | gone }
     }
 
-    /// Whether light that was summed under these tags is wrong under `now`.
+    /// Returns true if light that was summed under these tags is wrong under `now`.
     #[inline]
     pub fn changes_light_to(self, now: Self) -> bool {
         self.points(Tag::Unknown) != 0 || self.lit() != now.lit()
@@ -126,7 +127,7 @@ impl Default for AreaTag {
     }
 }
 
-/// Where the tags for a light are: which column, of those of its sort.
+/// Column of the tags for a light, among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TagSlot {
     /// One tag a sample.
@@ -135,23 +136,24 @@ pub enum TagSlot {
     Area(usize),
 }
 
-/// What samples keep of light: where the tags for each light of a scene are, and how many paths and rays they gather by.
+/// Layout of the data that samples keep about light: the columns of tags for each light of a scene, and the
+/// numbers of paths and rays by which they gather.
 #[derive(Debug, Clone, Default)]
 pub struct TagLayout {
-    /// By light.
+    /// Column of each light.
     pub slots: Vec<TagSlot>,
     single: usize,
     area: usize,
-    /// Paths by which a sample gathers light.
+    /// Number of paths by which a sample gathers light.
     pub paths: usize,
-    /// Rays by which a sample finds out how open it is.
+    /// Number of a sample's occlusion rays.
     pub occlusion_rays: usize,
-    /// Whether samples have seeds: of their paths and rays, and of the places in area lights that they ask.
+    /// True if samples have seeds: for their paths and rays, and for the points on area lights that they ask.
     pub is_seeded: bool,
 }
 
 impl TagLayout {
-    /// For lights to which samples send so many shadow rays.
+    /// Creates a layout for lights to which samples send so many shadow rays each.
     pub fn of(points: impl Iterator<Item = usize>) -> Self {
         let mut layout = Self::default();
         for points in points {
@@ -165,7 +167,7 @@ impl TagLayout {
         layout
     }
 
-    /// What samples of `scene` keep with these settings.
+    /// Creates the layout for samples of `scene` with these settings.
     pub fn for_scene(scene: &Scene, settings: &Settings) -> Self {
         let points = scene.lights.iter().map(Light::points);
         let paths = if settings.bounces == 0 { 0 } else { settings.paths as usize };
@@ -176,29 +178,29 @@ impl TagLayout {
         Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }
 
-    /// The same for samples that gather light by so many paths.
+    /// Sets the number of paths by which samples gather light.
     pub fn with_paths(self, paths: usize) -> Self {
         Self { paths, is_seeded: self.is_seeded || paths > 0, ..self }
     }
 
-    /// The same for samples that find out how open they are by so many rays.
+    /// Sets the number of samples' occlusion rays.
     pub fn with_occlusion(self, occlusion_rays: usize) -> Self {
         Self { occlusion_rays, is_seeded: self.is_seeded || occlusion_rays > 0, ..self }
     }
 
-    /// How many columns of each sort there are: of lights with one shadow ray a sample, and with more.
+    /// Number of columns of each kind: of lights with one shadow ray a sample, and with more.
     pub fn columns(&self) -> (usize, usize) {
         (self.single, self.area)
     }
 
-    /// Bytes of a sample's tags, and of what it gathers.
+    /// Size of a sample's tags and gathered data, in bytes.
     pub fn bytes(&self) -> usize {
         let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
         tags + GatheredLight::bytes_of_sample(self)
     }
 }
 
-/// The tags of a tile's samples for all lights: a column for each light, one after the other.
+/// Tags of a tile's samples for all lights: a column for each light, one after the other.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tags {
     pub(super) single: Vec<Column<Tag>>,
@@ -206,7 +208,7 @@ pub struct Tags {
 }
 
 impl Tags {
-    /// None is known.
+    /// Creates tags of which none is known.
     pub fn unknown(layout: &TagLayout) -> Self {
         Self {
             single: vec![[Tag::Unknown; CELLS]; layout.single],
@@ -214,7 +216,7 @@ impl Tags {
         }
     }
 
-    /// The tag of one cell for one point of a light; lights that are no areas have point 0 alone.
+    /// Tag of one cell for one point of a light; lights that have no area have point 0 alone.
     #[inline]
     pub fn get(&self, slot: TagSlot, point: usize, cell: usize) -> Tag {
         match slot {
@@ -223,7 +225,7 @@ impl Tags {
         }
     }
 
-    /// The tags of a tile for a light that is no area, a cell each; none for a light of another sort.
+    /// Tags of a tile for a light that has no area, one a cell; empty for an area light.
     #[inline]
     pub fn single(&self, slot: TagSlot) -> &[Tag] {
         match slot {
@@ -232,7 +234,7 @@ impl Tags {
         }
     }
 
-    /// The same, to be brought up to date.
+    /// Mutable access to [`single`](Self::single).
     #[inline]
     pub fn single_mut(&mut self, slot: TagSlot) -> &mut [Tag] {
         match slot {
@@ -241,7 +243,7 @@ impl Tags {
         }
     }
 
-    /// Which of eight cells the light reaches.
+    /// Mask of those of eight cells that the light reaches.
     #[inline(always)]
     pub fn lit(&self, slot: TagSlot, point: usize, first: usize) -> Mask {
         match slot {
@@ -256,7 +258,7 @@ impl Tags {
         }
     }
 
-    /// The tags of a tile for an area light, a cell each; none for a light of another sort.
+    /// Tags of a tile for an area light, one a cell; empty for other lights.
     #[inline]
     pub fn area(&self, slot: TagSlot) -> &[AreaTag] {
         match slot {
@@ -265,7 +267,7 @@ impl Tags {
         }
     }
 
-    /// The same, to be brought up to date.
+    /// Mutable access to [`area`](Self::area).
     #[inline]
     pub fn area_mut(&mut self, slot: TagSlot) -> &mut [AreaTag] {
         match slot {
@@ -274,10 +276,10 @@ impl Tags {
         }
     }
 
-    /// Whether the tags of any surface for a light may turn out otherwise even if nothing comes between that was
-    /// not there: they are not known, or name a model that may have gone.
+    /// Returns true if the tags of any surface for a light may change even if nothing new comes between: they
+    /// are unknown, or name a model that may have gone.
     pub fn any_doubtful(&self, slot: TagSlot, models: &Column<u32>) -> bool {
-        // no early way out: many are compared at once
+        // no early exit: so many are compared at once
         let is_surface = |model: &u32| *model < EMPTY;
         match slot {
             TagSlot::Single(_) => self.single(slot).iter().zip(models).fold(false, |any, (tag, model)| {
@@ -319,7 +321,7 @@ impl Tags {
         }
     }
 
-    /// Copies tags out of tiles, of each of which `sources` has the cells' tags and the spare samples.
+    /// Copies tags from tiles; `sources` has the cells' tags and the spare samples of each.
     pub fn copy_all(&mut self, sources: &[(&Self, &Spares)], moves: &[Move]) {
         for (column, to) in self.single.iter_mut().enumerate() {
             copy_all(to, sources, moves, |(tags, spares)| (&tags.single[column], &spares.single[column]));
@@ -329,7 +331,7 @@ impl Tags {
         }
     }
 
-    /// Forgets what is known of some cells.
+    /// Resets the tags of some cells.
     pub fn forget(&mut self, cells: &[u32]) {
         for column in &mut self.single {
             cells.iter().for_each(|cell| column[*cell as usize] = Tag::Unknown);
@@ -339,14 +341,14 @@ impl Tags {
         }
     }
 
-    /// Forgets everything.
+    /// Resets all tags.
     pub fn forget_all(&mut self) {
         self.single.iter_mut().for_each(|column| column.fill(Tag::Unknown));
         self.area.iter_mut().for_each(|column| column.fill(AreaTag::UNKNOWN));
     }
 }
 
-/// One column of tags; `column` takes it out of a source.
+/// Copies one column of tags; `column` looks it up in a source.
 fn copy_all<'t, T: Copy + 't, S: Copy>(
     to: &mut Column<T>,
     sources: &[S],

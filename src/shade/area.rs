@@ -1,7 +1,7 @@
-//! Area lights: where on them light comes from, and what a ray sees that passes through one.
+//! Area lights: points on them that send light, and the radiance that a ray sees which passes through one.
 //!
-//! Lights leave out Lambert's division by pi ([`phong`](super::phong)), radiance does not: what a ray sees of a light is
-//! pi times what its strength would say.
+//! Irradiance of lights leaves out Lambert's division by pi ([`phong`](super::phong)), radiance does not: the
+//! radiance of a light is pi times what its strength would give.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 
@@ -11,20 +11,20 @@ use super::light_sample::{LightSample, from_place};
 use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::pose::{LightPose, LightShape};
 
-/// What a ray sees of an area light.
+/// An area light as a ray sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Glow {
-    /// To the light; infinite for a directional one.
+    /// Distance to the light; infinite for a directional one.
     pub distance: f32,
-    /// Linear RGB.
+    /// Radiance, linear RGB.
     pub radiance: Vec3,
-    /// The density, in solid angle, with which a place on the light that is chosen evenly lies in the ray's direction.
+    /// Density, in solid angle, of the ray's direction where a point on the light is chosen evenly.
     pub density: f32,
-    /// Rays that a surface sends to it whose lights are all summed.
+    /// Number of rays that a surface sends to it where all lights are summed.
     pub points: usize,
 }
 
-/// Radiance of an area light, linear RGB; zero for what is no area.
+/// Radiance of an area light, linear RGB; zero for lights that have no area.
 pub fn radiance(light: &LightPose) -> Vec3 {
     light.strength
         * match light.shape {
@@ -36,7 +36,8 @@ pub fn radiance(light: &LightPose) -> Vec3 {
         }
 }
 
-/// What the ray `origin + t * direction` (unit length) sees of `light`, if it meets it on the side that shines.
+/// Intersects the ray `origin + t * direction` (unit length) with `light`: what it sees, if it meets the side
+/// that shines.
 pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
     let (distance, density) = match light.shape {
         LightShape::Rectangle { center, across, up, axis } => {
@@ -68,25 +69,27 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
     Some(Glow { distance, radiance: radiance(light), density, points: light.points })
 }
 
-/// The density with which [`light_from_anywhere`](super::light::light_from_anywhere) has chosen the direction in which
-/// this much arrives of a light of this `radiance`.
+/// Density with which [`light_from_anywhere`](super::light::light_from_anywhere) has chosen a direction from
+/// which this irradiance arrives, of a light of this `radiance`.
 pub fn density_of(radiance: Vec3, irradiance: Vec3) -> f32 {
     FRAC_1_PI * radiance.max_element() / irradiance.max_element()
 }
 
-/// Where a ray meets the front of a plane: the distance, the place beside its centre, and the cosine to its axis.
+/// Intersects a ray with the front of a plane: the distance, the point relative to the plane's centre, and
+/// the cosine to its axis.
 fn meet_plane(center: Vec3, axis: Vec3, origin: Vec3, direction: Vec3) -> Option<(f32, Vec3, f32)> {
     let cos = -direction.dot(axis);
     let distance = (origin - center).dot(axis) / cos;
     (cos > 0.0 && distance > 0.0).then(|| (distance, origin + direction * distance - center, cos))
 }
 
-/// 1 less the cosine of an angle, of its squared sine.
+/// Versine of an angle, 1 less its cosine, from its squared sine.
 fn versine(squared_sine: f32) -> f32 {
     squared_sine / (1.0 + (1.0 - squared_sine).max(0.0).sqrt())
 }
 
-/// From places in the light, as shares of its edges from -1/2 to 1/2. Of what is no area: nothing.
+/// Light from the points of `light` at `aside`, shares of its edges from -1/2 to 1/2, to eight `points`. None
+/// for lights that have no area.
 #[inline(always)]
 pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) -> LightSample {
     let share = light.strength / light.points as f32;
@@ -114,7 +117,7 @@ pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) 
     }
 }
 
-/// Shines with the cosine to its axis (Lambert's law).
+/// Light from points of a plane, which shines with the cosine to its axis (Lambert's law).
 #[inline(always)]
 fn from_plane(strength: Vec3, source: Vec3x8, axis: Vec3, points: Vec3x8) -> LightSample {
     let mut light_sample = from_place(strength, source, points);
@@ -124,8 +127,9 @@ fn from_plane(strength: Vec3, source: Vec3x8, axis: Vec3, points: Vec3x8) -> Lig
     light_sample
 }
 
-/// From the part of a sphere that is in sight, evenly by solid angle (Shirley, Wang and Zimmerman, "Monte Carlo Techniques
-/// for Direct Lighting Calculations", 1996). It shines outwards: nothing reaches what is inside.
+/// Light from the part of a sphere that is in sight, evenly by solid angle (Shirley, Wang and Zimmerman,
+/// "Monte Carlo Techniques for Direct Lighting Calculations", 1996). It shines outwards: nothing reaches
+/// points inside.
 #[inline(always)]
 fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], points: Vec3x8) -> LightSample {
     let (one, squared_radius) = (F32x8::ONE, F32x8::splat(radius * radius));
@@ -140,7 +144,7 @@ fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], poi
     let beside = squared * squared_sine;
     let along = distance * (one - squared_sine).max(F32x8::ZERO).sqrt();
     let reach = along - (squared_radius - beside).max(F32x8::ZERO).sqrt();
-    // as much as comes from all of the cone
+    // as much as comes from the whole cone
     let share = Vec3x8::splat(strength) * (versine * F32x8::splat(2.0) / squared_radius);
     LightSample {
         to_light: direction * reach.max(F32x8::splat(f32::MIN_POSITIVE)),
@@ -151,8 +155,9 @@ fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], poi
     }
 }
 
-/// Directions about the last of three axes, even in solid angle, for places in a unit disc; and the squared sines of their
-/// angles to it. `versine`: 1 less the cosine of the cone's half angle.
+/// Maps points of a unit disc to directions about the last of three axes, evenly in solid angle. Returns them
+/// with the squared sines of their angles to that axis. `versine`: 1 less the cosine of the cone's half
+/// angle.
 #[inline(always)]
 fn in_cone(axes: [Vec3x8; 3], versine: F32x8, [along, above]: [F32x8; 2]) -> (Vec3x8, F32x8) {
     let squared = along * along + above * above;
@@ -164,8 +169,8 @@ fn in_cone(axes: [Vec3x8; 3], versine: F32x8, [along, above]: [F32x8; 2]) -> (Ve
     (direction, squared * sine_by_radius)
 }
 
-/// Places in a unit disc for places in a square from -1/2 to 1/2, areas in proportion: Shirley and Chiu, "A Low Distortion
-/// Map Between Disk and Square", 1997.
+/// Maps points of a square from -1/2 to 1/2 to points of a unit disc, areas in proportion: Shirley and Chiu,
+/// "A Low Distortion Map Between Disk and Square", 1997.
 #[inline(always)]
 fn disk([along, above]: [F32x8; 2]) -> [F32x8; 2] {
     let (a, b) = (along + along, above + above);
@@ -184,7 +189,7 @@ fn disk([along, above]: [F32x8; 2]) -> [F32x8; 2] {
     [is_steep.select(far, near), is_steep.select(near, far)]
 }
 
-/// Two directions at right angles to `axis` (unit length) and to each other, and the axis: as
+/// Two directions at right angles to `axis` (unit length) and to each other, then the axis: see
 /// [`orthonormal`](super::sampling::orthonormal).
 #[inline(always)]
 fn axes_about(axis: Vec3x8) -> [Vec3x8; 3] {
@@ -222,7 +227,7 @@ mod tests {
         light_from_anywhere(light, [along, above].map(F32x8::splat), Vec3x8::ZERO)
     }
 
-    /// The integral of what rays see is what the light sends.
+    /// Checks that the integral of the radiance that rays see is the light that the light sends.
     #[test]
     fn what_rays_see_adds_up_to_what_a_light_sends() {
         const ROWS: usize = 1500;
@@ -240,7 +245,7 @@ mod tests {
         }
     }
 
-    /// A place that is asked is met by the ray towards it, there, and as densely as is said.
+    /// Checks that the ray towards a chosen point meets the light there, with the density that is given.
     #[test]
     fn rays_to_places_meet_them() {
         for light in lights() {

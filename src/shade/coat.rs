@@ -1,5 +1,5 @@
-//! The layer of metal-rough surfaces that reflects, as rays see it: [microfacets](super::ggx), with the light that is
-//! reflected between them, above a surface that scatters what the layer lets through.
+//! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](super::ggx), with the light
+//! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
 //! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so that a white metal
 //!   reflects all light however rough it is: Turquin, "Practical multiple scattering compensation for microfacet models",
@@ -26,19 +26,20 @@ use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::material::MetalRough;
 
-/// The layers of a scene's materials.
+/// Layers of a scene's materials.
 #[derive(Debug, Clone, Default)]
 pub struct Coats {
-    /// By material.
+    /// Layer of each material, if it has one.
     coats: Vec<Option<Coat>>,
-    /// Whether each material has one; nothing where none has. All surfaces are asked, and most have none.
+    /// True for each material with a layer; empty if there is none. It is read for all surfaces, most of
+    /// which have no layer.
     has: Vec<bool>,
 }
 
-/// By how many rays what a layer reflects is followed, by lane.
+/// Number of rays that follow the reflection of a layer, by lane.
 pub type CountRays<'a> = &'a dyn Fn(usize, &SeenCoat) -> u32;
 
-/// The alpha that paths find (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path
+/// Alpha that paths see (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path
 /// regularization").
 fn regularized(alpha: f32) -> f32 {
     const ROUGH_ENOUGH: f32 = 0.3;
@@ -46,7 +47,7 @@ fn regularized(alpha: f32) -> f32 {
 }
 
 impl Coats {
-    /// Of all `materials`.
+    /// Creates the layers of all `materials`.
     pub fn of(materials: &[Material]) -> Self {
         let mut known: Vec<(f32, Albedos)> = Vec::new();
         let coats = materials.iter().map(|material| {
@@ -84,18 +85,19 @@ impl Coats {
         self.has.get(usize::from(material)) == Some(&true)
     }
 
-    /// Whether a material has one that is no mirror.
+    /// Returns true if a material has a layer that is not a mirror.
     pub fn is_rough(&self, material: u16) -> bool {
         self.get(material).is_some_and(|coat| coat.alpha > LEAST_ALPHA)
     }
 
-    /// Whether any of these materials has one.
+    /// Returns true if any of these materials has a layer.
     #[inline(always)]
     pub fn any(&self, materials: &[u16]) -> bool {
         !self.has.is_empty() && materials.iter().any(|material| self.has(*material))
     }
 
-    /// The layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it has one.
+    /// Layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it
+    /// has one.
     #[inline(always)]
     pub fn seen(
         &self,
@@ -105,12 +107,12 @@ impl Coats {
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> Option<SeenCoat> {
-        // most surfaces have none, and all are asked
+        // most surfaces have none, and this is called for all
         self.get(material).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
     }
 
-    /// The layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: by how many rays what each of them
-    /// reflects is followed as well, where any are.
+    /// Layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: number of rays that
+    /// follow the reflection of each as well, where any do.
     pub fn seen_lanes(
         &self,
         materials: &[u16; LANES],
@@ -126,7 +128,8 @@ impl Coats {
             CoatLanes::of(|material| self.get(material), materials).seen(reflectance, normals, incoming);
         if let Some(rays) = rays {
             for (lane, material) in materials.iter().enumerate() {
-                // one by one, as those that cast them see the layers: a count must not differ by what is rounded
+                // one by one, exactly as those who cast the rays see the layers: counts must not differ by
+                // rounding
                 let normals = normals.map(|normals| normals.lane(lane));
                 let (reflectance, incoming) = (reflectance.lane(lane), incoming.lane(lane));
                 let seen = self.seen(*material, reflectance, normals, incoming, SeenBy::Eye);
@@ -150,7 +153,7 @@ fn coat(
 ) -> Coat {
     let MetalRough { base, metallic, head_on: clear, solid, .. } = *metal_rough;
     let (metal, metal_of_kept) = match material.diffuse_map {
-        // the texture colours the metal, and is known by what is kept of it
+        // the texture colours the metal, which is computed from the reflectance that samples store
         Some(_) => (Vec3::ZERO, base / material.painted().max(Vec3::splat(f32::MIN_POSITIVE))),
         None => (base, Vec3::ZERO),
     };
@@ -188,7 +191,8 @@ mod tests {
         coats.seen(0, material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye).expect("it has a layer")
     }
 
-    /// What a white surface shows in a white furnace: what it reflects, by sampled directions, and what it scatters.
+    /// Light of a white surface in a white furnace: reflected light, by sampled directions, and scattered
+    /// light.
     fn in_a_furnace(material: &Material, cos: f32) -> Vec3 {
         const COUNT: u32 = 4096;
         let seen = seen(material, cos);
@@ -248,7 +252,8 @@ mod tests {
         }
     }
 
-    /// Where an interpolated normal would send light below the triangle, the triangle's own reflects it.
+    /// Checks that the triangle's own normal reflects light where an interpolated one would send it below the
+    /// triangle.
     #[test]
     fn nothing_is_mirrored_below_the_triangle() {
         let coats = Coats::of(&[material(0.0, 1.0, 1.0)]);

@@ -1,4 +1,4 @@
-//! Deforming meshes as they are at one time: from places on the shape at rest to where these are.
+//! Deforming meshes at one time: maps points on the shape at rest to their places in the shape of that time.
 
 use glam::{DVec3, Vec3};
 
@@ -9,25 +9,26 @@ use crate::scene::{Mesh, Scene};
 /// A mesh in one of its shapes.
 #[derive(Debug, Clone)]
 pub struct Deformed {
-    /// By vertex, object space.
+    /// Positions by vertex, object space.
     positions: Vec<[f32; 3]>,
-    /// By vertex, unit length or zero; none at all for flat meshes, or where nobody asks for them.
+    /// Normals by vertex, unit length or zero; empty for flat meshes, or where they are not needed.
     normals: Vec<Vec3>,
 }
 
-/// A place on a deformed mesh, object space.
+/// A point on a deformed mesh, object space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedPlace {
-    /// Where it is.
+    /// Place of the point.
     pub point: Vec3,
-    /// For shading, on the outside; unit length, or zero where the triangle has no area.
+    /// Shading normal, on the outside; unit length, or zero where the triangle has no area.
     pub normal: Vec3,
-    /// Of the triangle, on the outside; unit length, or zero where it has no area.
+    /// Normal of the triangle, on the outside; unit length, or zero where it has no area.
     pub geometric_normal: Vec3,
 }
 
 impl Deformed {
-    /// `mesh` in `shape`; `None` where it does not deform. Only for points, if there is no need of its `normals`.
+    /// Creates `mesh` in `shape`; `None` if it does not deform. Without `normals` the result serves for
+    /// points alone.
     pub fn of(mesh: &Mesh, shape: &Shape, normals: bool) -> Option<Self> {
         let shapes = mesh.shapes.as_ref()?;
         let positions = shapes.positions(shape);
@@ -35,19 +36,19 @@ impl Deformed {
         Some(Self { positions, normals })
     }
 
-    /// The corners of `triangle` of `mesh`.
+    /// Corners of `triangle` of `mesh`, in this shape.
     pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
         let place = |corner: u32| Vec3::from_array(self.positions[corner as usize]).as_dvec3();
         mesh.triangles[triangle as usize].map(place)
     }
 
-    /// Where a `point` of `triangle` is that is at rest there.
+    /// Place of the `point` of `triangle` that is there at rest.
     pub fn point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Vec3 {
         let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         at_weights(self.corners(mesh, triangle), weights).as_vec3()
     }
 
-    /// The same, with the normals there.
+    /// Place of a point, as in [`point`](Self::point), with the normals there.
     pub fn place(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> DeformedPlace {
         let [u, v] = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
@@ -63,12 +64,13 @@ impl Deformed {
         DeformedPlace { point: at_weights(corners, [u, v]).as_vec3(), normal, geometric_normal }
     }
 
-    /// The outside of `triangle`; unit length, or zero where it has no area.
+    /// Normal of the outside of `triangle`; unit length, or zero where it has no area.
     pub fn geometric_normal(&self, mesh: &Mesh, triangle: u32) -> Vec3 {
         normal_of(self.corners(mesh, triangle))
     }
 
-    /// Where a `direction` in the plane of `triangle` at rest leads now, of any length; not known of triangles without an area.
+    /// Maps a `direction` in the plane of `triangle` from rest to this shape, of any length; `None` for
+    /// triangles without an area.
     pub fn direction(&self, mesh: &Mesh, triangle: u32, direction: Vec3) -> Option<Vec3> {
         let [a, b, c] = corners_of(mesh, triangle);
         let (along, up, way) = (b - a, c - a, direction.as_dvec3());
@@ -79,8 +81,8 @@ impl Deformed {
         Some(((b - a) * u + (c - a) * v).as_vec3()).filter(|way| way.is_finite())
     }
 
-    /// The point at rest of that point of `triangle` which is nearest to where a line meets its plane; see
-    /// [`meet_exactly`](super::surface::meet_exactly).
+    /// Intersects a line with the plane of `triangle`, and returns the nearest point of the triangle, at
+    /// rest; see [`meet_exactly`](super::surface::meet_exactly).
     pub fn meet(&self, mesh: &Mesh, triangle: u32, [origin, along]: [DVec3; 2]) -> Option<Vec3> {
         let corners = self.corners(mesh, triangle);
         let [a, b, c] = corners;
@@ -94,7 +96,7 @@ impl Deformed {
         Some(at_weights(corners_of(mesh, triangle), weights).as_vec3())
     }
 
-    /// How many times as large `triangle` is at rest; 0 where it has no area now.
+    /// Area of `triangle` at rest over its area in this shape; 0 if it has none now.
     pub fn shrinks(&self, mesh: &Mesh, triangle: u32) -> f64 {
         let twice_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
         let now = twice_area(self.corners(mesh, triangle));
@@ -102,28 +104,29 @@ impl Deformed {
     }
 }
 
-/// All models of a scene that deform, as they are at one time.
+/// All models of a scene that deform, at one time.
 #[derive(Debug, Clone, Default)]
 pub struct Deformations {
-    /// By model; empty where none deforms.
+    /// Shape of each model; empty if none deforms.
     all: Vec<Option<Deformed>>,
 }
 
 impl Deformations {
-    /// Of `scene` with its models at these places. Only for points, if there is no need of `normals`.
+    /// Creates the shapes of `scene` with its models at these places. Without `normals` they serve for points
+    /// alone.
     pub fn of(scene: &Scene, places: &[Transform], normals: bool) -> Self {
         if scene.models.iter().all(|model| model.mesh.shapes.is_none()) {
             return Self::default();
         }
         let models = scene.models.iter().zip(places);
-        // what is not there has no samples, and is met by no ray
+        // a model that is not there has no samples, and is met by no ray
         let deformed = models.map(|(model, place)| {
             if place.is_visible { Deformed::of(&model.mesh, &place.shape, normals) } else { None }
         });
         Self { all: deformed.collect() }
     }
 
-    /// Of a model, if it deforms.
+    /// Shape of a model, if it deforms.
     #[inline]
     pub fn of_model(&self, model: u32) -> Option<&Deformed> {
         self.all.get(model as usize)?.as_ref()

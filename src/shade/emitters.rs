@@ -1,4 +1,4 @@
-//! Surfaces that emit light, to be asked for it: places on them, chosen by chance.
+//! Emitting surfaces for next-event estimation: random points on them.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,21 +11,23 @@ use crate::animation::Track;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 
-/// The triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its light. Each is chosen in proportion to the light that it sends, and each place
-/// on it as often as any other.
+/// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
+/// light. Each triangle is chosen in proportion to the light that it sends, and each point on it as often as
+/// any other.
 ///
-/// Chances are those of the shot, not of a frame: a model that grows sends more light, and its triangles are chosen no more
-/// often. So what a path has brought stays true until something on its way moves.
+/// Probabilities are those of the shot, not of a frame: a model that grows sends more light, and its
+/// triangles are chosen no more often. So the result of a path stays valid until something on its way moves.
 #[derive(Debug, Clone, Default)]
 pub struct Emitters {
     triangles: Vec<EmitterTriangle>,
-    /// For each triangle the probability that it or one before it is chosen.
+    /// Probability, for each triangle, that it or one before it is chosen.
     cumulative: Vec<f32>,
-    /// For each material: how much light a unit of area sends, beside others.
+    /// Light that a unit of area of each material sends, relative to the others.
     brightness: Vec<f32>,
-    /// For each model: the probability that a unit of its area is chosen (object space), for each unit of brightness.
+    /// Probability, for each model, that a unit of its area (object space) is chosen, for each unit of
+    /// brightness.
     chance: Vec<f32>,
-    /// Whether there are quadrics that emit.
+    /// True if there are quadrics that emit.
     quadrics: bool,
 }
 
@@ -35,30 +37,30 @@ struct EmitterTriangle {
     triangle: u32,
 }
 
-/// A place on a surface that emits light.
+/// Point on an emitting surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmitterPlace {
-    /// Its model.
+    /// Model of the surface.
     pub model: u32,
-    /// World space.
+    /// Point, world space.
     pub point: Vec3,
-    /// Of the triangle, unit length, world space. It emits to both sides.
+    /// Normal of the triangle, unit length, world space. It emits to both sides.
     pub normal: Vec3,
-    /// To all directions; linear RGB.
+    /// Radiance to all directions; linear RGB.
     pub radiance: Vec3,
-    /// The density with which the place is chosen, for each unit of area; world space.
+    /// Density with which the point is chosen, for each unit of area; world space.
     pub density: f32,
 }
 
-/// A model that emits light and is not there: it is chosen as often as if it were, and brings nothing.
+/// An emitting model that is not there: it is chosen as often as if it were, and sends no light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotThere {
-    /// Its number.
+    /// Number of the model.
     pub model: u32,
 }
 
 impl Emitters {
-    /// Of all models of `scene`.
+    /// Collects the emitters of all models of `scene`.
     pub fn of(scene: &Scene) -> Self {
         let brightness: Vec<f32> =
             scene.materials.iter().map(|material| luminance(material.emission)).collect();
@@ -66,7 +68,7 @@ impl Emitters {
             return Self::default();
         }
         let (mut triangles, mut weights) = (Vec::new(), Vec::new());
-        // models may share a mesh: it is looked through once
+        // models may share a mesh: it is searched once
         let mut known: HashMap<*const Mesh, Vec<u32>> = HashMap::new();
         let has_corners = |model: &Model| model.mesh.quadric.is_none();
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
@@ -101,22 +103,23 @@ impl Emitters {
         Self { triangles, cumulative, brightness, chance, quadrics }
     }
 
-    /// Whether nothing emits.
+    /// Returns true if nothing emits.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty() && !self.quadrics
     }
 
-    /// Whether there are places to be asked.
+    /// Returns true if there are points to choose.
     pub fn are_asked(&self) -> bool {
         !self.triangles.is_empty()
     }
 
-    /// Whether a surface of `material` is among them, if it has an area.
+    /// Returns true if surfaces of `material` emit.
     pub fn emits(&self, material: u16) -> bool {
         self.brightness.get(usize::from(material)).is_some_and(|brightness| *brightness > 0.0)
     }
 
-    /// A place, chosen by three numbers from 0 to below 1, if there are any; or the model on which it would be, if that is not there.
+    /// Chooses a point by three numbers from 0 to below 1, if there are any. Returns [`NotThere`] with the
+    /// model on which it would be, if that is not there.
     pub fn choose(
         &self,
         scene: &Scene,
@@ -150,8 +153,8 @@ impl Emitters {
         }))
     }
 
-    /// The density with which a place on a triangle of a model is chosen, for each unit of area in world space. `normal`: of the
-    /// triangle, unit length, world space, on either side.
+    /// Density with which a point on a triangle of a model is chosen, for each unit of area in world space.
+    /// `normal`: of the triangle, unit length, world space, on either side.
     pub fn density(
         &self,
         scene: &Scene,
@@ -182,24 +185,24 @@ impl Emitters {
     }
 }
 
-/// Triangles of `mesh` that emit, where materials are as bright as this.
+/// Triangles of `mesh` that emit, given the brightness of each material.
 fn glowing_of(mesh: &Mesh, brightness: &[f32]) -> Vec<u32> {
     let materials = (0..).zip(&mesh.material_of);
     let glowing = materials.filter(|(_, material)| brightness[usize::from(**material)] > 0.0);
     glowing.map(|(triangle, _)| triangle).collect()
 }
 
-/// Unit length, of a triangle with these corners.
+/// Normal of a triangle with these corners, unit length.
 fn normal_of([a, b, c]: [DVec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3()
 }
 
-/// How much of its light the eye is sensitive to: Rec. 709 luminance.
+/// Share of light to which the eye is sensitive: Rec. 709 luminance.
 fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// By how much a model's area is larger in the world than in its file, at most, about: that of an even scale.
+/// Largest factor, about, by which a model's area grows from its file to the world: that of an even scale.
 fn growth(model: &Model) -> f64 {
     let of_volume = |volume: f64| volume.abs().powf(2.0 / 3.0);
     let of_scale = model.track.scale.values().map(|scale| of_volume(scale.x * scale.y * scale.z));
@@ -219,13 +222,13 @@ mod tests {
     use crate::scene::{self, Shapes};
     use crate::shade::sampling::PathRandom;
 
-    /// The city, of which every second material glows.
+    /// Creates the city with every second material glowing.
     fn glowing_city() -> Scene {
         let mut scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
         for (material, number) in scene.materials.iter_mut().zip(0..) {
             material.emission = Vec3::new(0.5, 1.0, 2.0) * (number % 2) as f32;
         }
-        // to be told from what stands in the world as it stands in its file
+        // moved, to differ from models that stand in the world as in their files
         for model in scene.models.iter_mut().filter(|model| !model.track.is_constant()) {
             model.track.scale = Track::constant(DVec3::new(1.0, 3.0, 0.5));
             let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, -2.0, 0.0), DVec3::Z);
@@ -234,7 +237,7 @@ mod tests {
         scene
     }
 
-    /// The same with all that moves bent and stretched, unevenly.
+    /// Bends and stretches all that moves, unevenly.
     fn bent(mut scene: Scene) -> Scene {
         let moves = |model: &&mut Model| !model.track.is_constant() && model.mesh.quadric.is_none();
         for model in scene.models.iter_mut().filter(moves) {

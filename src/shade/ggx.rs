@@ -16,8 +16,9 @@ use glam::Vec3;
 
 use crate::lanes::{F32x8, Vec3x8};
 
-/// The least alpha, which is the square of a roughness of 0.045: the lobe is some 0.2 degrees wide, less than half of the sun's
-/// disk, so that nothing is seen to change below it. The peak of a narrower lobe is lost to the rounding of single floats.
+/// Least alpha, the square of a roughness of 0.045: the lobe is some 0.2 degrees wide, less than half of the
+/// sun's disk, so that no change is seen below it. The peak of a narrower lobe is lost to the rounding of
+/// single floats.
 pub const LEAST_ALPHA: f32 = 0.002;
 
 /// Width of the distribution for a roughness from 0 to 1 (`Pr`): its square (Burley, "Physically Based Shading at Disney",
@@ -26,13 +27,14 @@ pub fn alpha_of(roughness: f32) -> f32 {
     (roughness * roughness).max(LEAST_ALPHA)
 }
 
-/// Of a reflectance `head_on` what is added to reach white, by the cosine between half vector and direction.
+/// Schlick's Fresnel term: reflectance `head_on` at right angles, up to white at grazing angles. `cos` is the
+/// cosine between half vector and direction.
 #[inline]
 pub fn schlick(head_on: Vec3, cos: f32) -> Vec3 {
     head_on + (Vec3::ONE - head_on) * grazing(cos)
 }
 
-/// The share of white in Schlick's formula.
+/// Share of white in Schlick's formula.
 #[inline]
 pub fn grazing(cos: f32) -> f32 {
     let rest = (1.0 - cos).clamp(0.0, 1.0);
@@ -40,30 +42,30 @@ pub fn grazing(cos: f32) -> f32 {
     square * square * rest
 }
 
-/// The density of microfacet normals about `half`, for each unit of area and of solid angle.
+/// Density of microfacet normals about `half`, for each unit of area and of solid angle.
 #[inline]
 fn distribution(alpha: f32, half: Vec3) -> f32 {
     let square = alpha * alpha;
-    // by the sine and not by the cosine alone, which says nothing about narrow lobes
+    // by the sine and not by the cosine alone, which is too inexact for narrow lobes
     let spread = square * half.z * half.z + half.x * half.x + half.y * half.y;
     square * FRAC_1_PI / (spread * spread)
 }
 
-/// Smith's function of how much is hidden from a direction with this cosine.
+/// Smith's function of the area that is hidden from a direction with this cosine.
 #[inline]
 fn lambda(alpha: f32, cos: f32) -> f32 {
     0.5 * (stretch(alpha, cos) / cos - 1.0)
 }
 
-/// The cosine, stretched by the roughness.
+/// Cosine, stretched by the roughness.
 #[inline]
 fn stretch(alpha: f32, cos: f32) -> f32 {
     let square = alpha * alpha;
     (square + (1.0 - square) * cos * cos).sqrt()
 }
 
-/// The reflectance from `from_light` to `to_eye` (BRDF, 1/sr) times the cosine to the light, where the surface reflects
-/// `head_on` at right angles.
+/// Reflectance from `to_light` to `to_eye` (BRDF, 1/sr) times the cosine to the light, where the surface
+/// reflects `head_on` at right angles.
 #[inline]
 pub fn reflected(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) -> Vec3 {
     if to_eye.z <= 0.0 || to_light.z <= 0.0 {
@@ -75,24 +77,24 @@ pub fn reflected(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) -> Vec
     schlick(head_on, half.dot(to_eye)) * shape
 }
 
-/// The density with which [`sample`] gives `to_light`, in solid angle.
+/// Density with which [`sample`] chooses `to_light`, in solid angle.
 #[inline]
 pub fn density(alpha: f32, to_eye: Vec3, to_light: Vec3) -> f32 {
     if to_eye.z <= 0.0 || to_light.z <= 0.0 {
         return 0.0;
     }
     let half = (to_eye + to_light).normalize();
-    // visible normals, D G1 (o . h) / cos, by solid angle of what they reflect, 1 / (4 o . h)
+    // visible normals, D G1 (o . h) / cos, by the solid angle of their reflections, 1 / (4 o . h)
     distribution(alpha, half) / (2.0 * (to_eye.z + stretch(alpha, to_eye.z)))
 }
 
-/// A direction to which a microfacet reflects that is seen from `to_eye`, chosen by two numbers from 0 to below 1. It may lead
-/// below the surface, where other microfacets are in the way.
+/// Samples a direction in which a microfacet that is seen from `to_eye` reflects, by two numbers from 0 to
+/// below 1. It may lead below the surface, where other microfacets are in the way.
 #[inline]
 pub fn sample(alpha: f32, to_eye: Vec3, [around, along]: [f32; 2]) -> Vec3 {
     let stretched = Vec3::new(alpha * to_eye.x, alpha * to_eye.y, to_eye.z).normalize();
     let (sin, cos) = (TAU * around).sin_cos();
-    // even over the cap of the sphere that reflects the direction upwards
+    // evenly over the cap of the sphere that reflects the direction upwards
     let z = (1.0 - along) * (1.0 + stretched.z) - stretched.z;
     let across = (1.0 - z * z).max(0.0).sqrt();
     let half = Vec3::new(across * cos, across * sin, z) + stretched;
@@ -100,7 +102,7 @@ pub fn sample(alpha: f32, to_eye: Vec3, [around, along]: [f32; 2]) -> Vec3 {
     normal * (2.0 * normal.dot(to_eye)) - to_eye
 }
 
-/// [`reflected`] over [`density`] for a direction that was sampled: what a ray brings is multiplied with it.
+/// Weight of the light from a sampled direction: [`reflected`] over [`density`].
 #[inline]
 pub fn sample_weight(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) -> Vec3 {
     if to_light.z <= 0.0 {
@@ -168,8 +170,8 @@ mod tests {
         Vec3::new(across * turn.cos(), across * turn.sin(), cos)
     }
 
-    /// The integral of `value` over all directions, by microfacet normals: slopes in units of alpha, so that narrow lobes
-    /// get as many steps as wide ones.
+    /// Integral of `value` over all directions, by microfacet normals: slopes in units of alpha, so that
+    /// narrow lobes get as many steps as wide ones.
     fn integral(alpha: f32, to_eye: Vec3, value: impl Fn(Vec3) -> f64) -> f64 {
         const STEPS: usize = 600;
         let mut sum = 0.0;
@@ -188,7 +190,8 @@ mod tests {
                     continue;
                 }
                 let to_light = half * (2.0 * toward) - eye;
-                // solid angle of the normal: sin dtheta dphi = cos^3 tan dtan dphi; and of what it reflects
+                // solid angle of the normal: sin dtheta dphi = cos^3 tan dtan dphi; and that of its
+                // reflection
                 let of_normal = cos.powi(3) * tan * f64::from(alpha) / (1.0 - s).powi(2);
                 sum += value(to_light.as_vec3()) * of_normal * 4.0 * toward;
             }
@@ -212,7 +215,7 @@ mod tests {
         }
     }
 
-    /// Means of several functions over sampled directions are their integrals by the density.
+    /// Checks that means of several functions over sampled directions are their integrals by the density.
     #[test]
     fn samples_are_as_dense_as_the_density_says() {
         const COUNT: u32 = 16384;
@@ -285,7 +288,8 @@ mod tests {
         }
     }
 
-    /// Under an even sky no surface reflects more than there is, and a smooth one reflects nearly all.
+    /// Checks that, under an even sky, no surface reflects more than it gets, and a smooth one reflects
+    /// nearly all.
     #[test]
     fn no_light_is_made() {
         for alpha in ALPHAS {
@@ -310,7 +314,7 @@ mod tests {
             for (a, b, turn) in [(0.9, 0.2, 0.1), (0.5, 0.5, 3.1), (0.05, 0.8, 2.0), (0.4, -0.1, 1.0)] {
                 let (eye, light) = (at(a, 0.0), at(b, turn));
                 let wanted = reflected(alpha, head_on, eye, light);
-                // the same with X for Z
+                // again with X for Z
                 let turned = |v: Vec3| Vec3x8::splat(Vec3::new(v.z, v.x, v.y));
                 let all = [head_on].map(Vec3x8::splat)[0];
                 let got =

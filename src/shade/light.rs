@@ -1,5 +1,5 @@
-//! How much light comes from where. An area light is up to sixteen points, spread evenly: each sample has a pattern of its
-//! own, so that shadows have a grain rather than steps.
+//! Light from light sources. An area light is up to sixteen points, spread evenly: each sample has a pattern
+//! of its own, so that shadows have a grain rather than steps.
 
 use glam::Vec3;
 use wide::u32x8;
@@ -12,17 +12,19 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8, signed};
 use crate::pose::{LightPose, LightShape};
 use crate::scene::Light;
 
-/// Where eight samples aim at in an area light, for as long as they live. The places of all samples of a pixel are the first
-/// points of one (0, 2)-sequence in base 2 (Sobol's first two dimensions), its digits scrambled as the pixel says: they are
-/// spread evenly together, and those of each sample by themselves, one in each field of a grid.
+/// Points of an area light that eight samples aim at, for as long as they live. The points of all samples of
+/// a pixel are the first ones of one (0, 2)-sequence in base 2 (Sobol's first two dimensions), with its
+/// digits scrambled for the pixel. They are spread evenly together, and those of each sample by themselves,
+/// one in each field of a grid.
 #[derive(Debug, Clone, Copy)]
 pub struct StratifiedPattern([u32x8; 2]);
 
 impl StratifiedPattern {
-    /// For lights that are no areas.
+    /// Pattern for lights that have no area.
     pub const NONE: Self = Self([u32x8::ZERO; 2]);
 
-    /// The patterns of samples with these [seeds](super::sampling::SampleSeed). Of no use for `light` unless it is an area.
+    /// Creates the patterns of samples with these [seeds](super::sampling::SampleSeed). Unused unless `light`
+    /// has an area.
     #[inline(always)]
     pub fn of_seeds(light: &LightPose, seeds: u32x8) -> Self {
         if !light.shape.is_area() {
@@ -34,13 +36,13 @@ impl StratifiedPattern {
         Self([across ^ radical_inverse(first), up ^ radical_inverse(pascal(first))])
     }
 
-    /// Place number `point` of each sample, as shares of the light's edges from -1/2 to 1/2.
+    /// Point number `point` of each sample, as shares of the light's edges from -1/2 to 1/2.
     #[inline(always)]
     fn aside(&self, point: usize) -> [F32x8; 2] {
         [0, 1].map(|axis| share(self.0[axis] ^ u32x8::splat(POINTS[axis][point])))
     }
 
-    /// The same for one of the samples, and eight places, from number `first` on.
+    /// Eight points of one of the samples, from number `first` on, as shares of the light's edges.
     #[inline(always)]
     fn asides(&self, sample: usize, first: usize) -> [F32x8; 2] {
         [0, 1].map(|axis| {
@@ -50,14 +52,15 @@ impl StratifiedPattern {
     }
 }
 
-/// Seeds of surfaces that are no samples, at `places`: as if each had a pixel of its own.
+/// Seeds of surfaces that are not samples, at `places`: as if each had a pixel of its own.
 #[inline(always)]
 pub fn seeds_of_places(places: Vec3x8) -> u32x8 {
     let [x, y, z] = [places.x, places.y, places.z].map(F32x8::to_bits);
     scrambled(scrambled(scrambled(x) ^ y) ^ z) << NUMBER_BITS
 }
 
-/// The first points of the sequence, unscrambled: as it is linear, those of a sample differ from these by its own first point.
+/// First points of the sequence, unscrambled. The sequence is linear: a sample's points are these, combined
+/// with its own first point.
 const POINTS: [[u32; AREA_POINTS]; 2] = {
     let mut points = [[0; AREA_POINTS]; 2];
     let mut number = 0;
@@ -72,10 +75,10 @@ const POINTS: [[u32; AREA_POINTS]; 2] = {
     points
 };
 
-/// Points of a light, at most.
+/// Largest number of points of a light.
 const AREA_POINTS: usize = Light::MOST_SAMPLES as usize;
 
-/// Bits of a number in reverse order: the first dimension of Sobol's sequence.
+/// Reverses the bits of a number: the first dimension of Sobol's sequence.
 #[inline(always)]
 fn radical_inverse(number: u32x8) -> u32x8 {
     let swap = |bits: u32x8, mask: u32, by: u32| {
@@ -89,7 +92,7 @@ fn radical_inverse(number: u32x8) -> u32x8 {
     swap(bits, 0x0000_ffff, 16)
 }
 
-/// Pascal's triangle modulo 2 times a number of up to 16 bits: what the second dimension reverses.
+/// Multiplies Pascal's triangle modulo 2 by a number of up to 16 bits: reversed, it is the second dimension.
 #[inline(always)]
 fn pascal(number: u32x8) -> u32x8 {
     let add = |bits: u32x8, mask: u32, by: u32| bits ^ ((bits & u32x8::splat(mask)) >> by);
@@ -99,7 +102,7 @@ fn pascal(number: u32x8) -> u32x8 {
     add(bits, 0xff00_ff00, 8)
 }
 
-/// Of the whole range of words, from -1/2 to below 1/2.
+/// Maps words evenly to numbers from -1/2 to below 1/2.
 #[inline(always)]
 fn share(bits: u32x8) -> F32x8 {
     const STEP: f32 = 1.0 / (1 << 24) as f32;
@@ -115,7 +118,8 @@ fn scrambled(bits: u32x8) -> u32x8 {
     bits ^ (bits >> 16_u32)
 }
 
-/// The ways from `points` to a light, any length, and where along them it is; to the centre of an area.
+/// Vectors from `points` to a light, of any length, and the parameter along them at which the light is; to
+/// the centre of an area light.
 #[inline(always)]
 pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
     match light.shape {
@@ -130,11 +134,12 @@ pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
     }
 }
 
-/// What point number `point` of `light` sends to `points` when nothing is in its way. Lights that are no areas
-/// have point 0 alone.
+/// Light that point number `point` of `light` sends to `points` if nothing is in its way. Lights that have no
+/// area have point 0 alone.
 ///
 /// Light falls with the square of the distance; a spot fades from its inner to its outer cone by the
-/// smoothstep of the cosine. Each point of an area stands for one field of a grid and sends its share of the light.
+/// smoothstep of the cosine. Each point of an area light stands for one field of a grid and sends its share
+/// of the light.
 #[inline(always)]
 pub fn light_sample(
     light: &LightPose,
@@ -164,8 +169,8 @@ pub fn light_sample(
     }
 }
 
-/// What all points of an area light send to one of eight samples: [`light_sample`], with points for lanes. Where it has fewer,
-/// nothing comes from the lanes behind them.
+/// Light that all points of an area light send to one of eight samples: [`light_sample`], with points for
+/// lanes. Lanes beyond the light's last point get nothing.
 #[inline(always)]
 pub fn light_samples(
     light: &LightPose,
@@ -176,7 +181,8 @@ pub fn light_samples(
     [samples_from(light, pattern, (sample, 0), point), samples_from(light, pattern, (sample, LANES), point)]
 }
 
-/// Eight of them, from number `first` on. Inlined, of what the caller does not ask nothing is computed.
+/// Light from eight of the points, from number `first` on. Inlined, so that values that the caller does not
+/// use are not computed.
 #[inline(always)]
 fn samples_from(
     light: &LightPose,
@@ -193,8 +199,9 @@ fn samples_from(
     light_sample
 }
 
-/// All of the light that one place of `light` would send to eight points if all of it came from there; in an area that is
-/// the place at `along` and `above` from 0 to 1. The mean over all places is what the light sends.
+/// Light that one point of `light` would send to eight points if all of the light came from there. In an area
+/// light that is the point at `along` and `above`, from 0 to 1. The mean over all of these is the light's
+/// own.
 #[inline(always)]
 pub fn light_from_anywhere(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {
     if !light.shape.is_area() {
@@ -211,7 +218,7 @@ fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> LightSample
     from_place(intensity, Vec3x8::splat(position), points)
 }
 
-/// 0 at `outer` and beyond, 1 from `inner` on.
+/// Smoothstep of a cosine: 0 at `outer` and beyond, 1 from `inner` on.
 #[inline(always)]
 fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
     let (outer, inner, one) = (F32x8::splat(outer), F32x8::splat(inner), F32x8::splat(1.0));
@@ -272,7 +279,8 @@ mod tests {
         assert_eq!(at(Vec3::new(0.0, 3.0, 0.0)), 0.0, "behind it there is no light");
     }
 
-    /// Columns and rows, of so many, of the places that eight samples aim at in a panel of this size.
+    /// Columns and rows, in a grid of `columns` by `rows`, of the points that eight samples aim at in a panel
+    /// of this size.
     fn fields(light: &LightPose, seeds: u32x8, size: f32, [columns, rows]: [u32; 2]) -> Vec<Vec<[u32; 2]>> {
         let pattern = StratifiedPattern::of_seeds(light, seeds);
         let center = Vec3::new(0.0, 2.0, 0.0);

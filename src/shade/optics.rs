@@ -1,4 +1,4 @@
-//! Mirrors and glass: where rays go on, and how much of them.
+//! Mirrors and glass: rays that go on, and their weights.
 
 use glam::Vec3;
 
@@ -9,18 +9,18 @@ use super::Surface;
 /// A ray that goes on from a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branch {
-    /// Unit length.
+    /// Direction, unit length.
     pub direction: Vec3,
-    /// What it brings back is multiplied with this.
+    /// Factor for the light that the ray brings back.
     pub weight: Vec3,
 }
 
-/// The rays that go on where a ray along `incoming` (unit length) meets `surface`.
+/// Rays that go on where a ray along `incoming` (unit length) meets `surface`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Branches {
-    /// Bounced off.
+    /// Reflected ray.
     pub reflection: Option<Branch>,
-    /// Gone through.
+    /// Ray that passes through.
     pub refraction: Option<Branch>,
 }
 
@@ -44,8 +44,8 @@ fn schlick(tint: Vec3, surface: &Surface, incoming: Vec3) -> Vec3 {
     tint + (Vec3::ONE - tint) * (1.0 - cos.clamp(0.0, 1.0)).powi(5)
 }
 
-/// Off the surface, and never into it: where an interpolated normal would send the ray below the triangle,
-/// the geometric normal reflects it.
+/// Reflects the ray off the surface, and never into it: where an interpolated normal would send it below the
+/// triangle, the geometric normal reflects it.
 fn reflect(surface: &Surface, incoming: Vec3, weight: Vec3) -> Branch {
     let off = |normal: Vec3| incoming - 2.0 * normal.dot(incoming) * normal;
     let direction = off(surface.normal);
@@ -54,7 +54,7 @@ fn reflect(surface: &Surface, incoming: Vec3, weight: Vec3) -> Branch {
     Branch { direction: direction.normalize(), weight }
 }
 
-/// Snell's law and Fresnel's equations for light without polarisation. The triangle's front is the
+/// Splits a ray by Snell's law and Fresnel's equations for unpolarised light. The triangle's front is the
 /// outside of the glass.
 fn glass(surface: &Surface, incoming: Vec3, transmission: Vec3, index: f32, reflection: Vec3) -> Branches {
     if index == 1.0 {
@@ -78,8 +78,8 @@ fn glass(surface: &Surface, incoming: Vec3, transmission: Vec3, index: f32, refl
     }
 }
 
-/// Share of unpolarised light that is reflected; `eta` is the index of the near side over that of the
-/// far side.
+/// Share of unpolarised light that is reflected; `eta` is the index of the near side over that of the far
+/// side.
 fn fresnel(cos_in: f32, cos_out: f32, eta: f32) -> f32 {
     let across = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
     let along = (cos_in - eta * cos_out) / (cos_in + eta * cos_out);

@@ -10,10 +10,10 @@ use crate::scene::{Material, Scene};
 use super::coat::Coats;
 use super::light::LightSample;
 
-/// What lighting needs to know of a material.
+/// Material as lighting needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Paint {
-    /// Leaves whatever the light and the eye: the sum of the next two.
+    /// Light that leaves the surface whatever the light sources and the eye: the sum of the next two.
     base: Vec3,
     /// Emission.
     emission: Vec3,
@@ -28,39 +28,39 @@ struct Paint {
     specular: Vec3,
     /// Ns.
     shininess: f32,
-    /// Whether rays go on from it.
+    /// True if rays go on from it.
     goes_on: bool,
-    /// Whether it reflects light diffusely at all.
+    /// True if it reflects light diffusely at all.
     is_diffuse: bool,
 }
 
-/// The materials of a scene, ready for lighting.
+/// Materials of a scene, ready for lighting.
 #[derive(Debug, Clone)]
 pub struct Palette {
     paints: Vec<Paint>,
-    /// Whether the reflectance that samples keep is the diffuse one for all materials.
+    /// True if the reflectance that samples store is the diffuse one for all materials.
     all_diffuse: bool,
-    /// By channel, the largest diffuse reflectance of any of them: of white where there is a texture.
+    /// Largest diffuse reflectance of any material, by channel; textures count as white.
     pub brightest: Vec3,
-    /// The layers of those that are metal-rough.
+    /// Layers of metal-rough materials.
     pub coats: Coats,
 }
 
-/// How eight surfaces reflect a light's highlight.
+/// Highlights of eight surfaces: their parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Gloss {
     /// Ks.
     pub specular: Vec3x8,
     /// Ns.
     pub shininess: F32x8,
-    /// Whether any of the eight has a highlight.
+    /// True if any of the eight has a highlight.
     pub is_any: bool,
-    /// Where rays go on.
+    /// Mask of surfaces from which rays go on.
     pub goes_on: Mask,
 }
 
 impl Palette {
-    /// All materials of `scene` in its ambient light.
+    /// Creates the palette of all materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
@@ -72,7 +72,7 @@ impl Palette {
         Self { paints, all_diffuse, brightest: Vec3::ZERO, coats: Coats::default() }
     }
 
-    /// Diffuse reflectance, of the reflectance that is kept.
+    /// Diffuse reflectance of eight surfaces, from the reflectance that samples store.
     #[inline(always)]
     pub fn albedo(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
         if self.all_diffuse {
@@ -82,39 +82,39 @@ impl Palette {
         reflectance * share
     }
 
-    /// The same of one surface, to the bit.
+    /// [`albedo`](Self::albedo) of one surface, to the bit.
     #[inline(always)]
     pub fn albedo_of(&self, material: u16, reflectance: Vec3) -> Vec3 {
         if self.all_diffuse { reflectance } else { reflectance * self.paints[usize::from(material)].diffuse }
     }
 
-    /// Whether a material reflects light diffusely at all.
+    /// Returns true if a material reflects light diffusely at all.
     #[inline]
     pub fn is_diffuse(&self, material: u16) -> bool {
         self.paints[usize::from(material)].is_diffuse
     }
 
-    /// Whether rays go on from a material.
+    /// Returns true if rays go on from a material.
     #[inline]
     pub fn goes_on(&self, material: u16) -> bool {
         self.paints[usize::from(material)].goes_on
     }
 
-    /// Whether a material reflects ambient light.
+    /// Returns true if a material reflects ambient light.
     #[inline]
     pub fn has_ambient(&self, material: u16) -> bool {
         let Paint { plain_ambient, ambient, .. } = self.paints[usize::from(material)];
         plain_ambient != Vec3::ZERO || ambient != Vec3::ZERO
     }
 
-    /// Light that leaves whatever the eye's place: emission and ambient light.
+    /// Light that leaves surfaces wherever the eye is: emission and ambient light.
     #[inline(always)]
     pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
         let [base, ambient] = self.of_materials(materials, |paint| [paint.base, paint.ambient]);
         base + ambient * reflectance
     }
 
-    /// The same where ambient light reaches surfaces as far as they are open.
+    /// Emission and ambient light, where openness dims the latter.
     #[inline(always)]
     pub fn emitted_and_occluded(&self, materials: &[u16], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
         let of = |paint: &Paint| [paint.emission, paint.plain_ambient, paint.ambient];
@@ -122,7 +122,7 @@ impl Palette {
         emission + (plain + ambient * reflectance) * openness
     }
 
-    /// Values of eight materials, side by side.
+    /// Collects values of eight materials, side by side.
     #[inline(always)]
     fn of_materials<const N: usize>(
         &self,
@@ -140,7 +140,7 @@ impl Palette {
         all
     }
 
-    /// What highlights need.
+    /// Parameters of eight surfaces' highlights.
     #[inline(always)]
     pub fn gloss(&self, materials: &[u16]) -> Gloss {
         if let Some(paint) = self.one_for_all(materials) {
@@ -161,7 +161,7 @@ impl Palette {
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }
     }
 
-    /// The material that all eight have.
+    /// Material that all eight have in common.
     #[inline(always)]
     fn one_for_all(&self, materials: &[u16]) -> Option<&Paint> {
         let first = materials[0];
@@ -173,7 +173,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
     let (plain_ambient, ambient, diffuse) = match material.diffuse_map {
-        // what is black altogether may be as diffuse as it likes
+        // a material that is black altogether may have any share
         Some(_) => (
             Vec3::ZERO,
             share(material.ambient) * light,
@@ -194,16 +194,16 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     }
 }
 
-/// Where a light reaches the front of surfaces with these normals if nothing is in its way: a question of places alone, since
-/// the answer is kept while the light's colour and power change. A shading normal that leans beyond the triangle's horizon
-/// does not make it reach.
+/// Mask of surfaces with these normals whose front a light reaches if nothing is in its way. It depends on
+/// geometry alone, since the answer is kept while the light's colour and power change. A shading normal that
+/// leans beyond the triangle's horizon does not make the light reach.
 #[inline(always)]
 pub fn faces(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
     let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
     before(normal) & before(geometric_normal) & light_sample.reaches
 }
 
-/// Where a light that is as strong as it is now brings such surfaces anything.
+/// Mask of such surfaces to which the light, at its present strength, brings anything.
 #[inline(always)]
 pub fn receives(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
     faces(normal, geometric_normal, light_sample) & light_sample.irradiance.is_some()
@@ -215,19 +215,20 @@ pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, light_sample: &LightSample) -> Ve
     albedo * light_sample.irradiance * normal.dot(light_sample.direction).max(F32x8::ZERO)
 }
 
-/// A highlight that is surely weaker than 2 to this power of its light is left out: half floats end at 2^-24, so
-/// that it could be told from none only if the light were 2^16 strong.
+/// Logarithm (base 2) of the share of a light below which a highlight is left out: half floats end at 2^-24,
+/// so that the highlight could be told from none only if the light were 2^16 strong.
 const LEAST_LOG: f32 = -40.0;
 
-/// The highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view`
-/// (unit length) points to the eye.
+/// Highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view` (unit
+/// length) points to the eye.
 #[inline(always)]
 pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, light_sample: &LightSample) -> Vec3x8 {
     let cos = normal.dot(light_sample.direction);
     let mirrored = normal * (cos + cos) - light_sample.direction;
-    // in this order what is not a number stays so, and shows nothing
+    // in this order a NaN stays one, and shows nothing
     let toward = F32x8::ONE.min(mirrored.dot(view));
-    // a logarithm's tangent at 1 is nowhere below it: most of a highlight is known to be none without a power
+    // the tangent of a logarithm at 1 is nowhere below it: most of a highlight is known to be invisible
+    // without a power
     let most = (toward - F32x8::ONE) * F32x8::splat(LOG2_E) * gloss.shininess;
     let shows = toward.gt(F32x8::ZERO) & most.gt(F32x8::splat(LEAST_LOG));
     if !shows.any() {
@@ -237,14 +238,15 @@ pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, light_sample: &Ligh
     gloss.specular * light_sample.irradiance * strength
 }
 
-/// Whether any of eight surfaces may have a highlight of a light whose points are no further than `reach` from its
-/// centre: a bound of [`specular`] for all of them. A `false` is certain up to what cannot be seen.
+/// Returns true if any of eight surfaces may have a highlight of a light whose points are no further than
+/// `reach` from its centre: a bound of [`specular`] for all of them. A `false` is certain, up to highlights
+/// that cannot be seen.
 ///
-/// R . V is L . M, where M is the view mirrored at the normal; and with a centre in the direction C and a point
-/// beside it, L . M is at most (C . M + reach) / (|C| - reach).
+/// R . V is L . M, where M is the view mirrored at the normal; and with a centre in the direction C and a
+/// point beside it, L . M is at most (C . M + reach) / (|C| - reach).
 #[inline(always)]
 pub fn may_shine(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, to_centre: Vec3x8, reach: f32) -> bool {
-    // for what is rounded here and otherwise there
+    // for differences of rounding between here and there
     const SLACK: f32 = 1e-4;
     let cos = normal.dot(view);
     let mirrored = normal * (cos + cos) - view;
@@ -342,8 +344,8 @@ mod tests {
         assert!(kept_out > 8000, "most are told without a power: {kept_out}");
     }
 
-    /// Kd, Ka and a texel; diffuse reflectance, and what of an ambient light of 0.1 is reflected. In all of it a
-    /// sample keeps what the material is painted with times the texel.
+    /// Checks Kd, Ka and a texel against the diffuse reflectance, and the reflected share of an ambient light
+    /// of 0.1. In all cases a sample stores the material's painted colour times the texel.
     #[test]
     fn a_texture_colours_diffuse_and_ambient_light_by_themselves() {
         let texel = Vec3::new(1.0, 0.5, 0.0);

@@ -1,19 +1,19 @@
-//! Random directions, and the numbers that they are made of.
+//! Random directions, and the random numbers that they are made of.
 
 use glam::Vec3;
 
-/// The random numbers of a path: a point of an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen Scrambling",
-/// 2020). The paths of one sequence are spread evenly, and those of two have nothing in common.
+/// Random numbers of a path: a point of an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen
+/// Scrambling", 2020). The paths of one sequence are spread evenly; those of two are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PathRandom {
-    /// Of the sequence.
+    /// Seed of the sequence.
     pub seed: u32,
     /// Number of the point in the sequence.
     pub index: u32,
 }
 
 impl PathRandom {
-    /// Four numbers from 0 to below 1; each `set` has its own.
+    /// Four numbers from 0 to below 1; each `set` has others.
     #[inline]
     pub fn four(self, set: u32) -> [f32; 4] {
         // as many dimensions as the sequence has: beyond them, new seeds
@@ -22,22 +22,23 @@ impl PathRandom {
     }
 }
 
-/// Where the paths of a surface are in a sequence. The samples of a pixel share one, each with a part of its own: not only are
-/// the paths of each sample spread evenly, but all of the pixel's together.
+/// Part of a sequence that belongs to the paths of a surface. The samples of a pixel share one sequence, each
+/// with a part of its own: not only are the paths of each sample spread evenly, but all of the pixel's
+/// together.
 #[derive(Debug, Clone, Copy)]
 pub struct PathSequence {
     seed: u32,
-    /// Where the surface's part of it begins.
+    /// First point of the surface's part.
     first: u32,
 }
 
 impl PathSequence {
-    /// The sequence that a surface has for itself.
+    /// Creates the sequence of a surface that shares it with no other.
     pub fn of_seed(seed: u32) -> Self {
         Self { seed, first: 0 }
     }
 
-    /// That of a sample with up to so many `paths`, which was first traced with this `seed`.
+    /// Creates the part of a sample with up to `paths` paths, which was first traced with this `seed`.
     pub fn of_sample(SampleSeed(seed): SampleSeed, paths: usize) -> Self {
         let paths = paths.next_power_of_two() as u32;
         let (pixel, number) = (seed >> NUMBER_BITS, seed & ((1 << NUMBER_BITS) - 1));
@@ -46,55 +47,55 @@ impl PathSequence {
         Self { seed: scrambled(pixel ^ (number / samples) << 24), first: number % samples * paths }
     }
 
-    /// The random numbers of path number `index` of the surface.
+    /// Random numbers of path number `index` of the surface.
     #[inline]
     pub fn path(self, index: u32) -> PathRandom {
         PathRandom { seed: self.seed, index: self.first + index }
     }
 }
 
-/// Points of a sequence.
+/// Number of points of a sequence.
 const POINTS: u32 = 1 << 16;
 
-/// What decides the random numbers of a sample, for as long as it lives: 24 bits of the pixel in which it was first traced, and
-/// the sample's number in that.
+/// Seed of a sample's random numbers, for as long as it lives: 24 bits from the pixel in which it was first
+/// traced, and the sample's number in that pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SampleSeed(u32);
 
-/// For the samples of a pixel: 16 x 16 at most.
+/// Number of bits for the number of a sample in its pixel: a pixel has 16 x 16 at most.
 pub const NUMBER_BITS: u32 = 8;
 
 impl SampleSeed {
-    /// As a word: the number in its lowest bits, the pixel above.
+    /// Converts the seed to a word: the number in its lowest bits, the pixel above.
     #[inline]
     pub fn to_bits(self) -> u32 {
         self.0
     }
 
-    /// What [`to_bits`](Self::to_bits) gave; any other word is some seed, too.
+    /// Inverse of [`to_bits`](Self::to_bits); any other word is some seed, too.
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
 
-    /// Of sample `number` of pixel number `pixel`, as seen from `view` and of a model in `pose`: hashes that change when camera
-    /// or model move. So frames from one view have one noise, and what comes into view pixel by pixel does not repeat that of
-    /// the pixel before.
+    /// Creates the seed of sample `number` of pixel number `pixel`, as seen from `view` and of a model in
+    /// `pose`: hashes that change when camera or model move. So frames from one view have one noise, and
+    /// surfaces that come into view pixel by pixel do not repeat that of the pixel before.
     pub fn new(pixel: u32, number: u32, view: u32, pose: u32) -> Self {
         let (pixel, number) = (scrambled(scrambled(pixel ^ view) ^ pose), number % (1 << NUMBER_BITS));
         Self(pixel << NUMBER_BITS | number)
     }
 }
 
-/// Sets of four dimensions that the sequence has.
+/// Number of sets of four dimensions that the sequence has.
 const SETS: u32 = sobol_burley::NUM_DIMENSION_SETS_4D;
 
-/// The seed of a surface: of its place on its model, and of the model.
+/// Seed of a surface, from its place on its model and from the model.
 #[inline]
 pub fn seed_of(place: Vec3, model: u32) -> u32 {
     scrambled(hash_of(&place.to_array()) ^ model)
 }
 
-/// A hash of these numbers.
+/// Hash of these numbers.
 #[inline]
 pub fn hash_of(numbers: &[f32]) -> u32 {
     numbers.iter().fold(0, |hash, number| scrambled(hash ^ number.to_bits()))
@@ -109,8 +110,8 @@ fn scrambled(bits: u32) -> u32 {
     bits ^ (bits >> 16)
 }
 
-/// A direction by the cosine law about the last of three `axes` at right angles: by Malley's method, a disc of even
-/// density below the half sphere. Unit length.
+/// Direction by the cosine law about the last of three `axes` at right angles: by Malley's method, a disc of
+/// even density below the half sphere. Unit length.
 #[inline]
 pub fn cosine_direction([along, above]: [f32; 2], [x, y, z]: [Vec3; 3]) -> Vec3 {
     let (sin, cos) = (std::f32::consts::TAU * above).sin_cos();
@@ -168,7 +169,8 @@ mod tests {
         assert!((square - 0.5).abs() < 2e-3, "{square}");
     }
 
-    /// Along each axis, all paths of a pixel fall into as many equal parts, each into one of its own; so do those of each sample.
+    /// Checks that, along each axis, all paths of a pixel fall into as many equal parts, each into one of its
+    /// own; and so do those of each sample.
     #[test]
     fn the_paths_of_a_pixel_are_spread_evenly_together() {
         let paths = 16;
@@ -185,7 +187,7 @@ mod tests {
         }
     }
 
-    /// Where the sequence has too few points for a pixel, no path is that of another.
+    /// Checks that, where the sequence has too few points for a pixel, no two paths are the same.
     #[test]
     fn no_two_paths_of_a_pixel_are_the_same() {
         for (samples, paths) in [(256, 1024), (36, 12), (4, 1)] {

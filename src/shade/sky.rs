@@ -1,4 +1,4 @@
-//! What rays see that leave the scene, and how the light from there is sampled.
+//! Light of the sky, for rays that leave the scene, and sampling of directions by it.
 
 use glam::Vec3;
 
@@ -9,12 +9,13 @@ use crate::scene::{Background, Environment, LightFrom, Scene};
 pub struct SkyLight {
     background: Background,
     environment: Option<Environment>,
-    /// To sample directions from: of the environment, or of the background. None where the sky is black.
+    /// Distribution to sample directions from: the environment, or one made of the background. `None` if the
+    /// sky is black.
     sampled: Option<Environment>,
 }
 
 impl SkyLight {
-    /// Of `scene`.
+    /// Creates the sky of `scene`.
     pub fn of(scene: &Scene) -> Self {
         let (background, environment) = (scene.background, scene.environment.clone());
         let sampled = environment.clone().unwrap_or_else(|| Environment::from_background(&background));
@@ -30,7 +31,7 @@ impl SkyLight {
         }
     }
 
-    /// What the eye sees in `direction` (world space, unit length).
+    /// Radiance from `direction` (world space, unit length) as the eye sees it.
     #[inline]
     pub fn seen(&self, direction: Vec3) -> Vec3 {
         match &self.environment {
@@ -39,29 +40,29 @@ impl SkyLight {
         }
     }
 
-    /// Whether there is light in the sky.
+    /// Returns true if there is light in the sky.
     pub fn shines(&self) -> bool {
         self.sampled.is_some()
     }
 
-    /// Whether directions are worth sampling where paths leave by the cosine law in any case: a gradient is so even that
-    /// they would find nothing else.
+    /// Returns true if directions are worth sampling where paths leave by the cosine law in any case. A
+    /// gradient is so even that they would add nothing.
     pub fn is_uneven(&self) -> bool {
         self.samples() > 0
     }
 
-    /// Rays that ask it for light where a path starts.
+    /// Number of rays to the sky at the start of a path.
     pub fn samples(&self) -> u32 {
         self.environment.as_ref().filter(|_| self.shines()).map_or(0, |environment| environment.samples)
     }
 
-    /// A direction (world space, unit length) in proportion to the light from there.
+    /// Samples a direction (world space, unit length) in proportion to the light from there.
     #[inline]
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         self.sampled.as_ref().map_or(Vec3::Y, |sky| sky.sample(random))
     }
 
-    /// What comes from `direction`, and the density with which [`sample`](Self::sample) gives that.
+    /// Radiance from `direction`, and the density with which [`sample`](Self::sample) chooses it.
     #[inline]
     pub fn light(&self, direction: Vec3) -> LightFrom {
         let light = self.sampled.as_ref().map_or(LightFrom::NONE, |sky| sky.light(direction));

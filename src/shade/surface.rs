@@ -1,4 +1,4 @@
-//! The point of a surface that a ray has met, and how rays leave it.
+//! Points of surfaces that rays have met, and the origins of rays that leave them.
 
 use glam::{DVec3, Vec2, Vec3};
 use wide::{CmpGt, f64x4};
@@ -12,36 +12,37 @@ use crate::scene::{Material, Mesh, Scene};
 /// from which the surface is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
-    /// World space.
+    /// Point, world space.
     pub point: Vec3,
-    /// Interpolated from the corners where the mesh has normals.
+    /// Shading normal, interpolated from the corners where the mesh has normals.
     pub normal: Vec3,
-    /// Of the triangle itself; of a quadric the same as `normal`.
+    /// Normal of the triangle itself; of a quadric the same as `normal`.
     pub geometric_normal: Vec3,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
     /// [`Material::painted`].
     pub reflectance: Vec3,
     /// Index into [`Scene::materials`].
     pub material: u16,
-    /// Whether the back of the triangle is seen.
+    /// True if the back of the triangle is seen.
     pub from_behind: bool,
 }
 
-/// Eight triangles, object space, as the mesh has them.
+/// Corners of eight triangles, object space, as in the mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct Corners {
     first: Vec3x8,
     second: Vec3x8,
     third: Vec3x8,
-    /// At the three corners, for those whose mesh has some.
+    /// Normals at the three corners, for triangles whose mesh has some.
     normals: [Vec3x8; 3],
     is_smooth: Mask,
-    /// Lanes that hold the piece of a quadric instead: whoever asks for surfaces puts them there by [`of_quadrics`].
+    /// Bit mask of lanes that hold the piece of a quadric instead: the caller fills in their surfaces by
+    /// [`of_quadrics`].
     quadrics: u8,
 }
 
 impl Corners {
-    /// F32x8 that hold no triangle yet: something finite, all the same.
+    /// Lanes that hold no triangle yet; their values are finite all the same.
     pub const NONE: Self = Self {
         first: Vec3x8::ZERO,
         second: Vec3x8 { x: F32x8::ONE, y: F32x8::ZERO, z: F32x8::ZERO },
@@ -88,24 +89,24 @@ impl Corners {
         }
     }
 
-    /// The lanes that hold pieces of quadrics.
+    /// Bit mask of the lanes that hold pieces of quadrics.
     #[inline(always)]
     pub fn quadrics(&self) -> u8 {
         self.quadrics
     }
 
-    /// The points with these barycentric weights of the second and third corner.
+    /// Points with these barycentric weights of the second and third corner.
     #[inline(always)]
     pub fn point(&self, [u, v]: [F32x8; 2]) -> Vec3x8 {
         self.first + (self.second - self.first) * u + (self.third - self.first) * v
     }
 
-    /// Barycentric weights of the second and third corner at `points` of the triangles, in double floats. Rounding puts
-    /// points beside triangles that are very thin: the weights are those of a point inside.
+    /// Barycentric weights of the second and third corner at `points` of the triangles, in double floats.
+    /// Rounding may put points beside very thin triangles: the weights are those of a point inside.
     ///
-    /// What is kept of a surface is looked up at the weights of the point that is kept, and not at those of the
-    /// hit: a point is rounded, and far from the origin, or on a fine texture, something else lies there. So the
-    /// surface at a kept point can be found again, to the bit.
+    /// The stored attributes of a surface are looked up at the weights of the stored point, and not at those
+    /// of the hit: a point is rounded, and far from the origin, or on a fine texture, the surface is another
+    /// there. So the surface at a stored point can be found again, to the bit.
     #[inline(always)]
     pub fn weights_at(&self, points: Vec3x8) -> [F32x8; 2] {
         let (mut second, mut third) = ([0.0; LANES], [0.0; LANES]);
@@ -133,21 +134,22 @@ impl Corners {
         geometric_normal
     }
 
-    /// For tiny and huge triangles: in single floats the cross product of edges of 1e-10 is all but 0, and the square of that of
-    /// edges of 1e10 is infinite.
+    /// Normal of a tiny or huge triangle: in single floats the cross product of edges of 1e-10 is all but 0,
+    /// and the square of that of edges of 1e10 is infinite.
     #[cold]
     fn exact_geometric_normal(&self, lane: usize) -> Vec3 {
         let [a, b, c] = [self.first, self.second, self.third].map(|corner| corner.lane(lane).as_dvec3());
         (b - a).cross(c - a).try_normalize().map_or(Vec3::Y, |normal| normal.as_vec3())
     }
 
-    /// Normals for shading, of unit length: interpolated where the mesh has normals, the geometric ones elsewhere.
+    /// Shading normals, of unit length: interpolated where the mesh has normals, the geometric ones
+    /// elsewhere.
     #[inline(always)]
     pub fn normal(&self, weights: [F32x8; 2]) -> Vec3x8 {
         self.normals(weights)[0]
     }
 
-    /// [Normals for shading](Self::normal), and [geometric ones](Self::geometric_normal).
+    /// [Shading normals](Self::normal), and [geometric ones](Self::geometric_normal).
     #[inline(always)]
     pub fn normals(&self, [u, v]: [F32x8; 2]) -> [Vec3x8; 2] {
         let geometric_normal = self.geometric_normal();
@@ -183,7 +185,7 @@ fn four_doubles(values: &[f32; LANES], first: usize) -> f64x4 {
     f64x4::new(std::array::from_fn(|lane| f64::from(values[first + lane])))
 }
 
-/// [`weights_of`] of four points, to the bit.
+/// [`weights_of`] four points, to the bit.
 #[inline(always)]
 fn weights_of_four([a, b, c]: [[f64x4; 3]; 3], point: [f64x4; 3]) -> [f64x4; 2] {
     let minus = |to: [f64x4; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
@@ -197,12 +199,12 @@ fn weights_of_four([a, b, c]: [[f64x4; 3]; 3], point: [f64x4; 3]) -> [f64x4; 2] 
     let u = (dot(cross(ap, ac), normal) * scale).max(zero);
     let v = (dot(cross(ab, ap), normal) * scale).max(zero);
     let most = (u + v).max(one);
-    // mostly all are inside: a division by one changes nothing, and takes its time
+    // mostly all are inside: a division by one would change nothing, and take time
     if most == one { [u, v] } else { [u / most, v / most] }
 }
 
-/// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of`: the mesh and the primitive
-/// of a lane.
+/// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of` gives the mesh
+/// and the primitive of a lane.
 #[inline(always)]
 pub fn of_quadrics<'a>(
     quadrics: u8,
@@ -220,21 +222,21 @@ pub fn of_quadrics<'a>(
     }
 }
 
-/// What a mesh has at a point of one of its primitives, object space.
+/// Surface of a mesh at a point of one of its primitives, object space.
 #[derive(Debug, Clone, Copy)]
 pub struct There {
-    /// See [`Corners::weights_at`].
+    /// Barycentric weights: see [`Corners::weights_at`].
     pub weights: [f32; 2],
-    /// For shading; unit length.
+    /// Shading normal; unit length.
     pub normal: Vec3,
-    /// Of the triangle itself; unit length.
+    /// Normal of the triangle itself; unit length.
     pub geometric_normal: Vec3,
-    /// How far the point is from the primitive.
+    /// Distance of the point from the primitive.
     pub distance: f64,
 }
 
 impl There {
-    /// At `point` of `triangle`, or the piece of that number, of `mesh`.
+    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`.
     pub fn at(mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
         if let Some(quadric) = &mesh.quadric {
             let weights = quadric.weights(triangle, point);
@@ -254,10 +256,10 @@ impl There {
     }
 }
 
-/// Squared lengths below this are too inexact to divide by.
+/// Least squared length to divide by: below it, lengths are too inexact.
 const LEAST_SQUARE: f32 = 1e-30;
 
-/// Texture coordinates of `triangle` of `mesh` at weights `u`, `v`; zero where the mesh has none.
+/// Texture coordinates of `triangle` of `mesh` at weights `u`, `v`; zero if the mesh has none.
 #[inline]
 pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
     if let Some(quadric) = &mesh.quadric {
@@ -270,9 +272,9 @@ pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
     }
 }
 
-/// Where the ray from `eye` along `direction` (world space) meets the plane of `triangle`, moved into the
-/// triangle (object space), all computed in double floats. `None` for triangles without an area. Of the places where it
-/// meets the piece of a quadric, that nearest to `about` (object space).
+/// Intersects the ray from `eye` along `direction` (world space) with the plane of `triangle`, and moves the
+/// point into the triangle (object space), all in double floats. `None` for triangles without an area. On a
+/// quadric's piece, the intersection nearest to `about` (object space) is taken.
 pub fn meet_exactly(
     transform: &Transform,
     (mesh, triangle): (&Mesh, u32),
@@ -294,15 +296,15 @@ pub fn meet_exactly(
     Some(nearest_point([a, b, c], met).as_vec3())
 }
 
-/// The corners of `triangle` of `mesh`, object space; of a quadric's piece those of its stand-in.
+/// Corners of `triangle` of `mesh`, object space; of a quadric's piece those of its stand-in.
 pub fn corners_of(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
     let positions = mesh.positions.as_slice();
     mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]).as_dvec3())
 }
 
-/// The point of a triangle that is nearest to `point`: the region of corner, edge or face that `point` lies in
-/// decides (C. Ericson, Real-Time Collision Detection, section 5.1.5). To cut off barycentric coordinates instead
-/// would move a point beside a sliver along the whole sliver.
+/// Nearest point of a triangle to `point`: the region of corner, edge or face that `point` lies in decides
+/// (C. Ericson, Real-Time Collision Detection, section 5.1.5). Clamping barycentric coordinates instead would
+/// move a point beside a sliver along the whole sliver.
 pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
     let from = |corner: DVec3| (ab.dot(point - corner), ac.dot(point - corner));
@@ -329,7 +331,8 @@ pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
     a + (ab * of_b + ac * of_c) / (of_a + of_b + of_c)
 }
 
-/// Reflectance of `material` where its texture is asked at `uv`; its diffuse and ambient ones are shares of it.
+/// Reflectance of `material`, with its texture looked up at `uv`; its diffuse and ambient reflectances are
+/// shares of it.
 #[inline]
 pub fn reflectance(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2) -> Vec3 {
     match material.diffuse_map {
@@ -339,7 +342,7 @@ pub fn reflectance(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2
 }
 
 impl Surface {
-    /// Where a ray starts that leaves the surface on the side of `direction`.
+    /// Origin of a ray that leaves the surface on the side of `direction`.
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let outward = if self.geometric_normal.dot(direction) < 0.0 {
             -self.geometric_normal
@@ -350,19 +353,20 @@ impl Surface {
     }
 }
 
-/// How far [`off_surface`] moves a point along an axis at most, as a share of its coordinate and in world units.
+/// Largest distance by which [`off_surface`] moves a point along an axis, as a share of its coordinate and in
+/// world units.
 const OFF_SURFACE: [f32; 2] = [256.0 * f32::EPSILON, 1.0 / 65536.0];
 
-/// `point`, moved along `normal` just so far that a ray from there does not meet the surface again.
+/// Moves `point` along `normal` just so far that a ray from there does not meet the surface again.
 pub fn off_surface(point: Vec3, normal: Vec3) -> Vec3 {
     off_surfaces(Vec3x8::splat(point), Vec3x8::splat(normal)).lane(0)
 }
 
-/// The same for eight points.
+/// [`off_surface`] for eight points.
 ///
-/// Integer steps in the floats' own units make the distance fit the size of the coordinates; near zero
-/// a fixed distance serves (Wächter and Binder, "A Fast and Robust Method for Avoiding
-/// Self-Intersection", Ray Tracing Gems, chapter 6).
+/// Integer steps in the floats' own units make the distance fit the size of the coordinates; near zero a
+/// fixed distance serves (Wächter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray
+/// Tracing Gems, chapter 6).
 #[inline(always)]
 pub fn off_surfaces(points: Vec3x8, normals: Vec3x8) -> Vec3x8 {
     const STEPS: f32 = OFF_SURFACE[0] / f32::EPSILON;
@@ -377,7 +381,7 @@ pub fn off_surfaces(points: Vec3x8, normals: Vec3x8) -> Vec3x8 {
     Vec3x8 { x: moved(points.x, normals.x), y: moved(points.y, normals.y), z: moved(points.z, normals.z) }
 }
 
-/// Around the beginnings, off surfaces, of all rays from `surfaces`.
+/// Box around the origins, off surfaces, of all rays from `surfaces`.
 pub fn around_origins(surfaces: &Bounds) -> Bounds {
     let [share, least] = OFF_SURFACE;
     let room = surfaces.low.abs().max(surfaces.high.abs()) * share + least;
@@ -398,7 +402,8 @@ mod tests {
         assert!(far < 1000.0 * 1e-4, "the step stays in proportion: {far}");
     }
 
-    /// Triangles of all sizes, slivers and such without an area, with points in them, beside them and far away.
+    /// Checks triangles of all sizes, slivers and such without an area, with points in them, beside them and
+    /// far away.
     #[test]
     fn weights_of_eight_points_are_those_of_each_to_the_bit() {
         let mut state = 1_u32;
@@ -444,7 +449,7 @@ mod tests {
         }
     }
 
-    /// Barycentric coordinates that are cut off at 0 would lead some 40 units along this one.
+    /// Checks a sliver along which clamped barycentric coordinates would lead some 40 units.
     #[test]
     fn beside_a_sliver_the_nearest_point_is_across_it() {
         let corners = [DVec3::ZERO, DVec3::new(412.0, 0.0, 0.0), DVec3::new(412.0, 0.03, 0.0)];

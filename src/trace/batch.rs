@@ -4,28 +4,30 @@ use glam::Vec3;
 
 use crate::lanes::{F32x8, LANES as HALF, Vec3x8};
 
-/// Rays in a packet: the width that Embree's widest kernels take.
+/// Number of rays in a packet: the width that Embree's widest kernels take.
 pub const LANES: usize = 16;
 
-/// `model` of a lane that met nothing.
+/// `model` of a lane without a hit.
 pub const NO_HIT: u32 = u32::MAX;
 
-/// Whether the rays of a packet go about the same way.
+/// Similarity of the rays of a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coherence {
-    /// Neighbours of one picture or shadow rays of neighbours: traversed as a bundle.
+    /// Rays of neighbours in one picture, or shadow rays of neighbours: traversed as a bundle.
     Coherent,
-    /// Off and through the surfaces of neighbours: often about the same way. What becomes of that is the
-    /// backend's choice.
+    /// Rays off and through the surfaces of neighbours, which often go about the same way. The backend
+    /// chooses how to traverse them.
     Bounced,
-    /// The same, but what such a ray meets depends on no other ray of its batch, to the bit, so that it may be cast again among
-    /// others; but for rays exactly along a plane of two axes that graze a triangle's edge.
+    /// Like `Bounced`, but the hit of such a ray depends on no other ray of its batch, to the bit, so that it
+    /// may be cast again among others; except for rays exactly along a plane of two axes that graze a
+    /// triangle's edge.
     BouncedAlone,
-    /// To the points of an area light, from one surface or from neighbours: a bundle for walls and floors. But among
-    /// the small triangles of one thing each ray finds its own. What becomes of that is the backend's choice.
+    /// Rays to the points of an area light, from one surface or from neighbours: a bundle for walls and
+    /// floors. But among the small triangles of one model each ray finds its own. The backend chooses how to
+    /// traverse them.
     SharedOrigin,
-    /// All around: each for itself. What such a ray meets depends on no other ray of its batch, to the bit, so that it
-    /// may be cast again among others.
+    /// Rays in all directions: each is traversed by itself. The hit of such a ray depends on no other ray of
+    /// its batch, to the bit, so that it may be cast again among others.
     Incoherent,
 }
 
@@ -38,14 +40,14 @@ pub struct RayPacket {
     pub origin: [[f32; LANES]; 3],
     /// x, y and z of the directions.
     pub direction: [[f32; LANES]; 3],
-    /// t is more than this.
+    /// Lower end of t, which is excluded.
     pub near: [f32; LANES],
-    /// Greatest t.
+    /// Upper end of t.
     pub far: [f32; LANES],
-    /// For [`Purpose::Sight`](super::Purpose::Sight): the model of the sample at the ray's end, at t = 1, or
-    /// [`NO_HIT`].
+    /// Model of the sample at the ray's end, at t = 1, or [`NO_HIT`]. For
+    /// [`Purpose::Sight`](super::Purpose::Sight).
     pub own_model: [u32; LANES],
-    /// And its triangle.
+    /// Triangle of that sample.
     pub own_triangle: [u32; LANES],
 }
 
@@ -71,38 +73,38 @@ impl RayPacket {
     }
 }
 
-/// Any number of rays, packed in the order in which they were pushed: rays that were pushed together
-/// are traced together. Keeps its memory when cleared.
+/// Any number of rays, packed in the order in which they were pushed: rays that were pushed together are
+/// traced together. Keeps its memory when cleared.
 ///
 /// Packets may be pushed whole, with lanes that are not in use, before any ray that is pushed by itself.
 #[derive(Debug, Default)]
 pub struct RayBatch {
     packets: Vec<RayPacket>,
     len: usize,
-    /// The lanes in use of packets that were pushed whole.
+    /// Bit masks of the lanes in use of packets that were pushed whole.
     whole: Vec<u16>,
 }
 
 impl RayBatch {
-    /// No rays, and the memory of those before.
+    /// Removes all rays, and keeps their memory.
     pub fn clear(&mut self) {
         self.len = 0;
         self.whole.clear();
     }
 
-    /// How many rays; of packets that were pushed whole, lanes that are not in use count, too.
+    /// Number of rays; in packets that were pushed whole, lanes that are not in use count, too.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// How many rays.
+    /// Number of rays in use.
     pub fn count(&self) -> u64 {
         let in_whole: u64 = self.whole.iter().map(|lanes| u64::from(lanes.count_ones())).sum();
         in_whole + (self.len - self.whole.len() * LANES) as u64
     }
 
-    /// Adds a packet of its own: the rays from one point along sixteen directions, t in `0..=far`, of which those
-    /// are in use whose bit is set in `lanes`. They end in no sample, and must not be asked for
+    /// Adds a packet of its own: the rays from one point along sixteen directions, t in `0..=far`. Those
+    /// whose bit is set in `lanes` are in use. They end in no sample, and must not be traced for
     /// [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
     pub fn push_packet(&mut self, origin: Vec3, directions: [Vec3x8; 2], far: f32, lanes: u16) {
@@ -110,7 +112,8 @@ impl RayBatch {
         self.next_whole(&directions.map(|direction| (Vec3x8::splat(origin), direction, far)), lanes);
     }
 
-    /// The same for rays that end in samples, each with its own origin, direction and greatest t: the samples never block them.
+    /// Adds a packet of rays that end in samples, each with its own origin, direction and upper end of t: the
+    /// samples never block them.
     #[inline(always)]
     pub fn push_packet_to_samples(
         &mut self,
@@ -145,7 +148,7 @@ impl RayBatch {
         packet
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -156,8 +159,8 @@ impl RayBatch {
         self.push_to_sample(origin, direction, near, far, NO_HIT, NO_HIT);
     }
 
-    /// Adds a ray that ends in a sample on `triangle` of `model`, at t = 1. A triangle never blocks it; a quadric's piece may
-    /// hide its own sample.
+    /// Adds a ray that ends in a sample on `triangle` of `model`, at t = 1. The sample's own triangle never
+    /// blocks it; a quadric's piece may hide its own sample.
     #[inline(always)]
     pub fn push_to_sample(
         &mut self,
@@ -179,8 +182,8 @@ impl RayBatch {
         self.len += 1;
     }
 
-    /// Adds those of eight rays from t = 0 on whose bit is set in `wanted`. They end in no sample, and must not
-    /// be asked for [`Purpose::Sight`](super::Purpose::Sight).
+    /// Adds those of eight rays, from t = 0 on, whose bit is set in `wanted`. They end in no sample, and must
+    /// not be traced for [`Purpose::Sight`](super::Purpose::Sight).
     #[inline(always)]
     pub fn push_lanes(&mut self, origin: Vec3x8, direction: Vec3x8, far: F32x8, wanted: u8) {
         self.make_room();
@@ -207,7 +210,7 @@ impl RayBatch {
         }
     }
 
-    /// The same for rays that end in samples: these never block them.
+    /// Like [`push_lanes`](Self::push_lanes), for rays that end in samples: these never block them.
     #[inline(always)]
     pub fn push_lanes_to_samples(
         &mut self,
@@ -232,7 +235,7 @@ impl RayBatch {
         self.push_lanes(origin, direction, far, wanted);
     }
 
-    /// Makes sure that eight more rays have packets.
+    /// Creates packets for eight more rays, where they are missing.
     #[inline(always)]
     fn make_room(&mut self) {
         while self.packets.len() * LANES < self.len + HALF {
@@ -240,13 +243,13 @@ impl RayBatch {
         }
     }
 
-    /// The packets, each with the bits of its lanes in use.
+    /// Packets, each with the bit mask of its lanes in use.
     pub fn packets(&self) -> impl Iterator<Item = (&RayPacket, u16)> {
         let used = self.len.div_ceil(LANES);
         self.packets[..used].iter().enumerate().map(|(i, packet)| (packet, self.lanes_in_use(i)))
     }
 
-    /// Packets in use.
+    /// Number of packets in use.
     pub fn packet_count(&self) -> usize {
         self.len.div_ceil(LANES)
     }
@@ -262,24 +265,24 @@ impl RayBatch {
     }
 }
 
-/// What sixteen rays met.
+/// Hits of sixteen rays.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct HitPacket {
-    /// Where along the ray.
+    /// Ray parameters.
     pub t: [f32; LANES],
-    /// Barycentric weight of the triangle's second corner.
+    /// Barycentric weights of the triangles' second corners.
     pub u: [f32; LANES],
-    /// And of its third.
+    /// Barycentric weights of the triangles' third corners.
     pub v: [f32; LANES],
-    /// Index into [`Scene::models`](crate::scene::Scene::models), or [`NO_HIT`].
+    /// Indices into [`Scene::models`](crate::scene::Scene::models), or [`NO_HIT`].
     pub model: [u32; LANES],
-    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    /// Indices into [`Mesh::triangles`](crate::scene::Mesh::triangles).
     pub triangle: [u32; LANES],
 }
 
 impl HitPacket {
-    /// No lane met anything.
+    /// Packet without hits.
     pub const NONE: Self = Self {
         t: [f32::INFINITY; LANES],
         u: [0.0; LANES],
@@ -292,11 +295,11 @@ impl HitPacket {
 /// One hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// Where along the ray.
+    /// Ray parameter.
     pub t: f32,
     /// Barycentric weight of the triangle's second corner.
     pub u: f32,
-    /// And of its third.
+    /// Barycentric weight of the triangle's third corner.
     pub v: f32,
     /// Index into [`Scene::models`](crate::scene::Scene::models).
     pub model: u32,
@@ -307,12 +310,12 @@ pub struct Hit {
 /// The hits of a [`RayBatch`], packet by packet.
 #[derive(Debug, Default)]
 pub struct HitBatch {
-    /// One for each packet of rays.
+    /// Hits of each packet of rays.
     pub packets: Vec<HitPacket>,
 }
 
 impl HitBatch {
-    /// What ray number `ray` met.
+    /// Hit of ray number `ray`.
     #[inline]
     pub fn get(&self, ray: usize) -> Option<Hit> {
         let (packet, lane) = (&self.packets[ray / LANES], ray % LANES);

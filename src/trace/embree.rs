@@ -1,25 +1,26 @@
-//! Embree behind the [`Tracer`] trait: the only file that builds or asks an Embree scene.
+//! Embree behind the [`Tracer`] trait: the only file that builds or queries an Embree scene.
 //!
-//! Two scenes. *Still* holds the triangles of all models that never move, in world space (the loader has
-//! put them there), built once; of meshes of which many copies stand still, an instance for each copy. *Movable* holds
-//! an instance of each model that moves in some frame; a frame only sets transforms and masks and rebuilds the tiny
-//! tree above the instances. A model that deforms has an instance of a scene of its own, which is built anew when its shape is another.
+//! There are two scenes. *Still* holds the triangles of all models that never move, in world space (the
+//! loader has put them there), built once; of meshes of which many copies stand still, an instance for each
+//! copy. *Movable* holds an instance of each model that moves in some frame; a frame only sets transforms and
+//! masks and rebuilds the tiny tree above the instances. A model that deforms has an instance of a scene of
+//! its own, which is built anew when its shape changes.
 //!
 //! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
 //!
-//! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in
-//! this order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads
-//! to its [`Part`]. Of instances the instance's id leads to the model and the geometry's to its part, whichever scene they are in: those
-//! of copies that stand still have ids after all those in *movable*.
+//! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in this
+//! order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads to
+//! its [`Part`]. With instances, the instance's id leads to the model and the geometry's to its part,
+//! whichever scene they are in: instances of copies that stand still have ids after all those in *movable*.
 //!
-//! Masks. A ray meets what shares a bit with it at every level: see [`mask`].
+//! Masks. A ray meets whatever shares a bit with it at every level: see [`mask`].
 //!
-//! Widths. A [`RayPacket`] has sixteen rays. Embree gets them in packets of the widest kind that is native to the
-//! processor: as they are, in halves or in quarters. Its layout is another one than ours, so that rays are copied in
-//! any case, and parts cost no more than the whole.
+//! Widths. A [`RayPacket`] has sixteen rays. Embree gets them in packets of the widest kind that is native to
+//! the processor: whole, in halves or in quarters. Embree's layout differs from ours, so that rays are copied
+//! in any case, and parts cost no more than the whole.
 //!
-//! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold what casts shadows
-//! and nothing else, and shadow rays are asked of these.
+//! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold the triangles that
+//! cast shadows and nothing else, and shadow rays are traced in these.
 
 mod frozen;
 mod mask;
@@ -46,51 +47,51 @@ use crate::settings::{Build, Caustics};
 use frozen::{CASTS_SHADOW, Deforming, Frozen, ROBUST, freeze, geometries_of};
 use places::set_places;
 
-/// Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else. Large enough that products
-/// with it are not subnormal in scenes of usual size, which would be slow.
+/// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
+/// Large enough that products with it are not subnormal in scenes of usual size, which would be slow.
 const LEAST_T: f32 = 1e-20;
 
-/// Where a geometry's triangles are in the program's own lists.
+/// Place of a geometry's triangles in the program's own lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Part {
     model: u32,
-    /// Index of its first triangle in the mesh.
+    /// Index of the geometry's first triangle in the mesh.
     first: u32,
 }
 
-/// What casts shadows alone.
+/// Scenes of the triangles that cast shadows.
 struct Casters {
     still: EmbreeScene,
     movable: EmbreeScene,
-    /// The models in `movable`, each with its instance.
+    /// Models in `movable`, each with its instance.
     instances: Vec<(usize, GeometryId)>,
 }
 
-/// Owns all scenes.
+/// All Embree scenes of a shot.
 pub struct EmbreeBackend {
     still: EmbreeScene,
     movable: EmbreeScene,
-    /// Where shadow rays have scenes of their own.
+    /// Scenes for shadow rays, if these have their own.
     casters: Option<Casters>,
     still_parts: Vec<Part>,
-    /// By instance, of both scenes.
+    /// Parts by instance, of both scenes.
     instance_parts: Vec<[Part; 2]>,
-    /// The movable models, each with its instance.
+    /// Movable models, each with its instance.
     instances: Vec<(usize, GeometryId)>,
-    /// Those of them that deform.
+    /// Movable models that deform.
     deforming: Vec<Deforming>,
     device: Device,
-    /// Of the packets that Embree gets.
+    /// Width of the packets that Embree gets.
     width: PacketWidth,
-    /// Of the triangles that block shadow rays.
+    /// Mask of the triangles that block shadow rays.
     shadow_mask: u32,
 }
 
-/// The environment variable with further settings of Embree's device, in Embree's own words. `isa=avx2` makes any
+/// Environment variable with further settings of Embree's device, in Embree's syntax. `isa=avx2` makes any
 /// processor one that has no packets of 16, for tests and measurements.
 pub const CONFIG_VARIABLE: &str = "AFTERIMAGE_EMBREE_CONFIG";
 
-/// The configuration of Embree's device: as many threads as rayon has, and what [`CONFIG_VARIABLE`] says.
+/// Configuration of Embree's device: as many threads as rayon has, and the settings in [`CONFIG_VARIABLE`].
 pub fn device_config() -> String {
     let threads = format!("threads={}", rayon::current_num_threads());
     match std::env::var_os(CONFIG_VARIABLE) {
@@ -106,12 +107,12 @@ impl EmbreeBackend {
         Self::of(scene, build, Caustics::None)
     }
 
-    /// The same, where clear glass blocks shadow rays or lets them pass.
+    /// Builds all scenes, where clear glass blocks shadow rays or lets them pass by `caustics`.
     pub fn of(scene: &Scene, build: Build, caustics: Caustics) -> Result<Self, TraceError> {
         Self::made(scene, build, caustics, &device_config())
     }
 
-    /// All scenes, with a device of this configuration.
+    /// Builds all scenes with a device of this configuration.
     pub fn with_config(scene: &Scene, build: Build, config: &str) -> Result<Self, TraceError> {
         Self::made(scene, build, Caustics::None, config)
     }
@@ -146,7 +147,7 @@ impl EmbreeBackend {
             },
         };
         backend.add_models(scene, quality)?;
-        // still scenes are built here, and found unchanged in every frame
+        // still scenes are built here; in every frame they are found unchanged
         backend.still.commit()?;
         if let Some(casters) = &mut backend.casters {
             casters.still.commit()?;
@@ -154,7 +155,7 @@ impl EmbreeBackend {
         Ok(backend)
     }
 
-    /// Whether shadow rays have scenes of their own.
+    /// Returns true if shadow rays have scenes of their own.
     #[cfg(test)]
     pub fn keeps_casters_apart(&self) -> bool {
         self.casters.is_some()
@@ -205,12 +206,13 @@ impl EmbreeBackend {
         Ok(())
     }
 
-    /// After all models that move, whose instances have other ids.
+    /// Adds a copy that stands still. Called after all models that move, so that its instance has another id
+    /// than theirs.
     fn add_at_rest(&mut self, number: u32, model: &Model, frozen: &Frozen) -> Result<(), TraceError> {
         let place = model.track.at(0.0).columns();
         self.still.skip_ids_to(GeometryId(self.instance_parts.len() as u32));
         let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask::RESTS)?;
-        // ids of triangles in world space are those of no instance
+        // ids of triangles in world space are not those of instances
         let nobody = Part { model: NO_HIT, first: 0 };
         self.instance_parts.resize(id as usize, [nobody; 2]);
         self.instance_parts.push(frozen.firsts.map(|first| Part { model: number, first }));
@@ -220,7 +222,7 @@ impl EmbreeBackend {
         Ok(())
     }
 
-    /// The instances of the model: among all, and among those that cast shadows.
+    /// Adds the instances of a model: one among all models, and one among those that cast shadows.
     fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<[Option<GeometryId>; 2], TraceError> {
         let identity = crate::animation::Transform::IDENTITY.columns();
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
@@ -268,17 +270,17 @@ impl Casters {
     }
 }
 
-/// What casts shadows, open for rays.
+/// Scenes of the triangles that cast shadows, open for rays.
 struct OpenCasters<'a> {
     still: Committed<'a>,
-    /// If there is anything in it.
+    /// Scene of movable models, if there are any.
     movable: Option<Committed<'a>>,
 }
 
 /// All scenes, open for rays.
 struct EmbreeTracer<'a> {
     still: Committed<'a>,
-    /// If there is anything in it.
+    /// Scene of movable models, if there are any.
     movable: Option<Committed<'a>>,
     casters: Option<OpenCasters<'a>>,
     still_parts: &'a [Part],
@@ -336,7 +338,7 @@ impl Tracer for EmbreeTracer<'_> {
     }
 }
 
-/// What [`Tracer::blocked`] asks, in Embree's terms.
+/// Query of [`Tracer::blocked`], in Embree's terms.
 struct Question<'a> {
     scene: Committed<'a>,
     mask: u32,
@@ -345,7 +347,7 @@ struct Question<'a> {
 }
 
 impl EmbreeTracer<'_> {
-    /// In Embree's packets of N rays.
+    /// [`Tracer::closest`] in Embree's packets of N rays.
     fn closest_by<const N: usize>(
         &self,
         rays: &RayBatch,
@@ -386,7 +388,7 @@ impl EmbreeTracer<'_> {
         }
     }
 
-    /// The same for [`Tracer::blocked`].
+    /// [`Tracer::blocked`] in Embree's packets of N rays.
     fn blocked_by<const N: usize>(&self, rays: &RayBatch, question: &Question, blocked: &mut [u16]) {
         let Question { scene, purpose, coherence, .. } = *question;
         let mut ray = Ray { mask: [question.mask; N], ..Ray::<N>::default() };
@@ -415,7 +417,7 @@ impl EmbreeTracer<'_> {
         }
     }
 
-    /// The models and triangles that N rays met.
+    /// Looks up the models and triangles that N rays met.
     #[inline(always)]
     fn name_triangles<const N: usize>(&self, hit: &Hit<N>, (models, triangles): (&mut [u32], &mut [u32])) {
         let (geometry, instance) = (hit.geom_id[0], hit.inst_id[0]);
@@ -456,20 +458,20 @@ impl EmbreeTracer<'_> {
         models | triangles
     }
 
-    /// Whether a ray of `packet` has met the triangle that its own sample is on.
+    /// Returns true if a ray of `packet` has met the triangle that its own sample is on.
     fn is_own(&self, packet: &RayPacket, lane: usize, met: PrimId) -> bool {
         let part = self.part(met.inst_id, met.geom_id);
         part.model == packet.own_model[lane] && part.first + met.prim_id == packet.own_triangle[lane]
     }
 }
 
-/// The bits of lanes `part * N..(part + 1) * N`.
+/// Bits of lanes `part * N..(part + 1) * N`.
 #[inline(always)]
 fn part_of<const N: usize>(lanes: u16, part: usize) -> u16 {
     lanes >> (part * N) & (u16::MAX >> (LANES - N))
 }
 
-/// Copies the rays of `packet` from `first` on, and leaves their masks.
+/// Copies N rays of `packet` from lane `first` on, and leaves their masks.
 #[inline(always)]
 fn load<const N: usize>(ray: &mut Ray<N>, packet: &RayPacket, first: usize) {
     for (to, from) in [
@@ -490,8 +492,8 @@ fn load<const N: usize>(ray: &mut Ray<N>, packet: &RayPacket, first: usize) {
 
 fn to_embree_coherence(coherence: Coherence, by: Occluders) -> EmbreeCoherence {
     match coherence {
-        // a bundle is faster than ray by ray in a kitchen that rests, and slower before a ball of small triangles that
-        // moves
+        // a bundle is faster than single rays in a kitchen at rest, and slower before a moving ball of small
+        // triangles
         Coherence::SharedOrigin if by != Occluders::Still => EmbreeCoherence::Incoherent,
         Coherence::SharedOrigin => EmbreeCoherence::Coherent,
         // mirrors and panes are flat enough: as bundles their rays take a quarter less of the time of
@@ -516,7 +518,7 @@ mod tests {
     use super::*;
     use crate::scene;
 
-    /// Bundles through the box of `scene`: sixteen rays from a point to its neighbours.
+    /// Creates bundles through the box of `scene`: sixteen rays from a point to its neighbours.
     fn bundles(scene: &Scene) -> RayBatch {
         let points = scene.models.iter().flat_map(|model| model.mesh.positions.as_slice());
         let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {

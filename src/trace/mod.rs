@@ -1,12 +1,12 @@
-//! The questions that the frame loop asks of a scene, and who answers them.
+//! Queries of the frame loop to a scene, and the ray tracers that answer them.
 //!
-//! A [`Tracer`] answers two: what does a ray meet first ([`closest`](Tracer::closest)), and is anything
-//! in its way ([`blocked`](Tracer::blocked))? Both take whole [batches](RayBatch) of 16-wide packets, so
-//! that a call costs nothing beside its rays. What stands still for the whole shot is apart from what
-//! moves: the paper's rules (see [`frame::plan`](crate::frame::shot::plan)) often ask about one of the two only.
+//! A [`Tracer`] answers two: the first hit of a ray ([`closest`](Tracer::closest)), and if anything is in its
+//! way ([`blocked`](Tracer::blocked)). Both take whole [batches](RayBatch) of 16-wide packets, so that a call
+//! costs nothing beside its rays. Models that stand still for the whole shot are apart from those that move:
+//! the paper's rules (see [`frame::plan`](crate::frame::shot::plan)) often test against one of the two only.
 //!
-//! A [`Backend`] owns the acceleration structures. [`commit`](Backend::commit) borrows it mutably for as
-//! long as its tracer lives: the compiler keeps change and trace apart.
+//! A [`Backend`] owns the acceleration structures. [`commit`](Backend::commit) borrows it mutably for as long
+//! as its tracer lives: the compiler keeps changes and tracing apart.
 
 mod batch;
 pub mod embree;
@@ -19,18 +19,18 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 use crate::settings::{Build, Caustics};
 
-/// What may be in a ray's way.
+/// Models that may block a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Occluders {
     /// Models that never move in the shot.
     Still,
     /// Models that move in some frame of the shot, at their place in this one.
     Movable,
-    /// Those of the movable ones that moved since the frame before, at their new place.
+    /// Movable models that moved since the frame before, at their new place.
     Moved,
 }
 
-/// Where the first hit is looked for.
+/// Models among which the first hit is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneSubset {
     /// All models.
@@ -39,24 +39,24 @@ pub enum SceneSubset {
     Still,
 }
 
-/// What a segment is for: it decides what blocks it.
+/// Purpose of a segment, which decides what blocks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// From the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or that place of a
-    /// quadric's piece.
+    /// From the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or that
+    /// place of a quadric's piece.
     Sight,
-    /// From a sample to a light. What casts a shadow blocks (see
-    /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] everything.
+    /// From a sample to a light. Surfaces that cast shadows block (see
+    /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] all do.
     Shadow,
 }
 
-/// Answers rays about the scene as it was committed.
+/// Ray tracer for the scene as it was committed.
 pub trait Tracer: Sync {
-    /// For each ray of `rays` the first hit `among` the models.
+    /// Finds the first hit of each ray of `rays`, `among` these models.
     fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch);
 
-    /// Sets the bit of each ray of `rays` that `by` blocks; rays whose bit is set are not asked again.
-    /// `blocked` has one word a packet.
+    /// Sets the bit of each ray of `rays` that models of the kind `by` block; rays whose bit is set already
+    /// are not traced. `blocked` has one word a packet.
     fn blocked(
         &self,
         rays: &RayBatch,
@@ -67,23 +67,25 @@ pub trait Tracer: Sync {
     );
 }
 
-/// Owns what a tracer searches.
+/// Acceleration structures of a shot.
 pub trait Backend: Send {
-    /// Moves the models to their place in `pose` (`moved`: those that are not where they were in the
-    /// frame before) and opens the scene for rays.
+    /// Moves the models to their place in `pose` (`moved`: those that are not where they were in the frame
+    /// before) and opens the scene for rays.
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError>;
 }
 
-/// For so many triangles that cast shadows there is at least one clear one where these are many: trees of what
-/// casts shadows are no more than so many times as large as the clear triangles that they spare shadow rays.
+/// Largest number of triangles that cast shadows for each clear one where clear ones count as many: so many
+/// times as large, at most, are the additional trees as the number of clear triangles that they spare shadow
+/// rays.
 const MOST_CASTERS_FOR_A_CLEAR_ONE: usize = 8;
 
-/// Whether so many triangles are clear that a tracer should keep those that cast shadows a second time, in trees
-/// of their own. No clear triangle ends a shadow ray: it would test all that it passes.
+/// Returns true if so many triangles are clear that a tracer should keep those that cast shadows a second
+/// time, in trees of their own. No clear triangle ends a shadow ray: the ray would test all clear triangles
+/// that it passes.
 ///
-/// The other questions keep trees of all triangles. Asked of two, one after the other, nearest hits took up to a
-/// fifth longer where there is little glass, and Embree answered with another one of two triangles that share
-/// an edge.
+/// Other queries use trees of all triangles. With two trees, one searched after the other, nearest hits took
+/// up to a fifth longer where there is little glass, and Embree returned another one of two triangles that
+/// share an edge.
 fn has_many_clear(scene: &Scene, caustics: Caustics) -> bool {
     let count = |of: fn(&Mesh) -> usize| scene.models.iter().map(|model| of(&model.mesh)).sum::<usize>();
     let casters = count(|mesh| mesh.shadow_casting);
@@ -91,13 +93,13 @@ fn has_many_clear(scene: &Scene, caustics: Caustics) -> bool {
     caustics == Caustics::None && clear > 0 && clear * MOST_CASTERS_FOR_A_CLEAR_ONE >= casters
 }
 
-/// How many triangles of `scene` tracers hold twice, at most.
+/// Largest number of triangles of `scene` that tracers hold twice.
 pub fn held_twice(scene: &Scene, caustics: Caustics) -> u64 {
     let casters = || scene.built().map(|mesh| mesh.shadow_casting as u64).sum();
     if has_many_clear(scene, caustics) { casters() } else { 0 }
 }
 
-/// The tracers that there are.
+/// Kinds of ray tracers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BackendKind {
     /// [`embree::EmbreeBackend`]
@@ -108,7 +110,7 @@ pub enum BackendKind {
 }
 
 impl BackendKind {
-    /// As statistics and files name it.
+    /// Name of the tracer in statistics and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Embree => "embree",
@@ -116,12 +118,13 @@ impl BackendKind {
         }
     }
 
-    /// Builds the acceleration structures for `scene`; only Embree has a choice.
+    /// Builds the acceleration structures for `scene`; only Embree has different ways to `build` them.
     pub fn build(self, scene: &Scene, build: Build) -> Result<Box<dyn Backend>, TraceError> {
         self.build_for(scene, build, Caustics::None)
     }
 
-    /// The same, where clear glass blocks shadow rays or lets them pass.
+    /// Builds the acceleration structures, where clear glass blocks shadow rays or lets them pass by
+    /// `caustics`.
     pub fn build_for(
         self,
         scene: &Scene,
@@ -135,7 +138,7 @@ impl BackendKind {
     }
 }
 
-/// A backend that failed, in its own words.
+/// Failure of a backend, in its own words.
 #[derive(Debug, Clone)]
 pub struct TraceError(pub String);
 
@@ -158,7 +161,7 @@ mod tests {
     use crate::animation::{Track, TransformTrack};
     use crate::scene::{self, Model};
 
-    /// A scene of the repository, of which so many triangles are clear.
+    /// Loads a scene of the repository and makes `clear` of its triangles clear.
     fn with_clear(clear: usize) -> Scene {
         let mut scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
         for model in &mut scene.models {
@@ -199,7 +202,7 @@ mod tests {
         scene.models.extend(vec![resting; 5]);
         assert!(before > 0 && held_twice(&scene, Caustics::None) == before);
         assert_eq!(scene.built().count(), built);
-        // where its file puts it, it has triangles of its own
+        // at its place in the file it has triangles of its own
         scene.models.push(Model { track: at(0.0), ..moving });
         assert_eq!(scene.built().count(), built + 1);
         assert_eq!(held_twice(&scene, Caustics::Paths), 0);

@@ -1,23 +1,23 @@
-//! A tracer in Rust behind the [`Tracer`] trait, without `unsafe`: what Embree is compared with.
+//! A ray tracer in Rust behind the [`Tracer`] trait, without `unsafe`, which Embree is compared with.
 //!
-//! Made of the same halves as [`embree`](super::embree): one tree of the triangles of all models that never
-//! move, in world space; and for each other mesh a tree in object space, with a small tree of the instances
-//! above that is built anew in every frame. Copies that stand still and share their mesh have such a tree above, too, which is built
-//! once. A mesh that deforms has a tree for each of its models, built anew when its shape is
-//! another. An instance takes the rays into its own space; directions keep
-//! their length there, so that t means the same in both.
+//! It is made of the same halves as [`embree`](super::embree): one tree of the triangles of all models that
+//! never move, in world space; and for each other mesh a tree in object space, with a small tree of the
+//! instances above that is built anew in every frame. Copies that stand still and share their mesh have such
+//! a tree above, too, which is built once. A mesh that deforms has a tree for each of its models, built anew
+//! when the shape changes. An instance takes the rays into its own space; directions keep their length there,
+//! so that t means the same in both.
 //!
 //! - [`tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
-//! - [`quadrics`]: those, each ray by itself;
-//! - [`search`]: the two questions, for beams and for single rays;
+//! - [`quadrics`]: tests of quadrics, each ray by itself;
+//! - [`search`]: both queries, for beams and for single rays;
 //! - [`lanes`]: eight floats at once, with AVX2 where the processor has it.
 //!
-//! Packets that are said to be coherent go as beams, one for each way that their rays go; all others ray by
-//! ray. Of two triangles that a ray meets at the same t the one with the lower numbers is the answer, so that
-//! no answer depends on the order of the search or on the rays beside.
+//! Packets that are said to be coherent are traced as beams, one for each main direction of their rays; all
+//! others ray by ray. Where a ray meets two triangles at the same t, that with the lower numbers is the
+//! result, so that no result depends on the order of the search or on other rays.
 //!
 //! The crate was chosen by measuring `obvhs` (its binary tree and its CWBVH, at four qualities), `bvh` and
 //! `parry3d` on a kitchen of a million triangles, each with its own traversal and the same single rays
@@ -55,41 +55,41 @@ use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
 use tree::{Box3, Tree};
 use triangles::{OF_INSTANCE, Triangles};
 
-/// Fewer rays than this that go one way go one by one.
+/// Least number of rays of one direction that make a beam; fewer are traced one by one.
 const LEAST_BEAM: u32 = 3;
 
-/// Owns all trees.
+/// All trees of a shot.
 pub struct RustBackend {
     all: Trees,
-    /// What casts shadows alone, where [much is clear](has_many_clear).
+    /// Trees of the triangles that cast shadows, where [many are clear](has_many_clear).
     casters: Option<Trees>,
-    /// Whether what casts no shadow lets shadow rays pass.
+    /// True if triangles that cast no shadow let shadow rays pass.
     clear_passes: bool,
 }
 
-/// The trees of all triangles, or of some.
+/// Trees of all triangles, or of some.
 struct Trees {
     still: Triangles,
-    /// Of all other models; those of one mesh share them, if it does not deform.
+    /// Triangles of all other models; models of one mesh share them, unless it deforms.
     meshes: Vec<Triangles>,
-    /// Copies that stand still.
+    /// Instances of copies that stand still.
     at_rest: Instances,
-    /// Of the models that deform.
+    /// Models that deform.
     deforming: Vec<Deforming>,
-    /// How many of a mesh's triangles, from the first on.
+    /// Number of a mesh's triangles to include, from the first on.
     count: fn(&Mesh) -> usize,
-    /// The models that move, and which of `meshes` each has.
+    /// Models that move, each with the index of its triangles in `meshes`.
     movable: Vec<(u32, usize)>,
     quadrics: Quadrics,
 }
 
-/// A model whose triangles are built anew for each of its shapes.
+/// Model whose triangles are built anew for each of its shapes.
 struct Deforming {
     model: u32,
     mesh: Arc<Mesh>,
-    /// Which of the meshes are its triangles.
+    /// Index of its triangles among the meshes.
     at: usize,
-    /// The shape that they have.
+    /// Shape of these triangles.
     shape: Shape,
 }
 
@@ -99,7 +99,7 @@ impl RustBackend {
         Self::of(scene, Caustics::None)
     }
 
-    /// The same, where clear glass blocks shadow rays or lets them pass.
+    /// Builds all trees, where clear glass blocks shadow rays or lets them pass by `caustics`.
     pub fn of(scene: &Scene, caustics: Caustics) -> Self {
         let casters = || Trees::new(scene, |mesh| mesh.shadow_casting, Quadrics::new(scene, true));
         Self {
@@ -109,7 +109,7 @@ impl RustBackend {
         }
     }
 
-    /// Whether shadow rays have trees of their own.
+    /// Returns true if shadow rays have trees of their own.
     #[cfg(test)]
     pub fn keeps_casters_apart(&self) -> bool {
         self.casters.is_some()
@@ -117,7 +117,7 @@ impl RustBackend {
 }
 
 impl Trees {
-    /// Of the first triangles of each mesh, as many as `count` says, and of `quadrics`.
+    /// Builds trees of the first `count` triangles of each mesh, and of `quadrics`.
     fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -146,7 +146,8 @@ impl Trees {
         Self { still: Triangles::new(&still, count), meshes, at_rest, deforming, count, movable, quadrics }
     }
 
-    /// Builds anew what has another shape. Nothing of the tree before is kept: frames do not depend on which others were rendered.
+    /// Builds the trees of changed shapes anew. Nothing of the trees before is kept: frames do not depend on
+    /// which others were rendered.
     fn deform(&mut self, pose: &Pose) {
         let Self { meshes, deforming, count, .. } = self;
         for Deforming { model, mesh, at, shape } in deforming {
@@ -158,7 +159,7 @@ impl Trees {
         }
     }
 
-    /// As they stand in one frame.
+    /// Opens the trees as they are in one frame.
     fn open(&mut self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
         self.deform(pose);
         let this = &*self;
@@ -171,7 +172,7 @@ impl Trees {
     }
 }
 
-/// The triangles of a mesh in one of its shapes.
+/// Triangles of a mesh in one of its shapes.
 fn deformed(mesh: &Mesh, shape: &Shape, count: fn(&Mesh) -> usize) -> Triangles {
     let positions = mesh.shapes.as_ref().map(|shapes| shapes.positions(shape));
     let positions = positions.as_deref().unwrap_or(mesh.positions.as_slice());
@@ -186,26 +187,26 @@ impl Backend for RustBackend {
     }
 }
 
-/// A model that is placed: for the whole shot, or in one frame.
+/// A placed model: for the whole shot, or in one frame.
 struct Instance {
-    /// Which of the meshes.
+    /// Index of the mesh.
     mesh: usize,
     model: u32,
-    /// Since the frame before.
+    /// True if it moved since the frame before.
     moved: bool,
     to_object: Affine3A,
 }
 
-/// Models that are placed.
+/// Placed models.
 struct Instances {
     all: Vec<Instance>,
-    /// Above them; its leaves are their numbers.
+    /// Tree above them; its leaves are their numbers.
     above: Tree,
 }
 
 impl Instances {
-    /// Places models, each with the number of its mesh among `meshes`. `place`: where a model is; `moved`: whether it was elsewhere in the
-    /// frame before.
+    /// Places models, each with the index of its mesh in `meshes`. `place` gives the transform of a model;
+    /// `moved` returns true if it was elsewhere in the frame before.
     fn new(
         models: impl Iterator<Item = (u32, usize)>,
         meshes: &[Triangles],
@@ -226,22 +227,22 @@ impl Instances {
     }
 }
 
-/// All trees, as they stand in one frame.
+/// All trees, as they are in one frame.
 struct RustTracer<'a> {
     all: OpenTrees<'a>,
     casters: Option<OpenTrees<'a>>,
     clear_passes: bool,
 }
 
-/// Trees, as they stand in one frame.
+/// Trees, as they are in one frame.
 struct OpenTrees<'a> {
     still: &'a Triangles,
-    /// The instances place these.
+    /// Triangles that the instances place.
     meshes: &'a [Triangles],
     at_rest: &'a Instances,
     movable: Instances,
     still_quadrics: &'a Standing,
-    /// Those that move.
+    /// Quadrics that move.
     quadrics: Standing,
 }
 
@@ -274,7 +275,7 @@ fn rays_of(packet: &RayPacket) -> Rays {
     Rays { origin: packet.origin, direction: packet.direction, near: packet.near }
 }
 
-/// Those of the rays `rest` (at least one) that go next, together: a beam, or a single ray.
+/// Rays among `rest` (at least one) that are traced next, together: a beam, or a single ray.
 #[inline(always)]
 fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     match coherence {
@@ -324,7 +325,7 @@ impl Work for FindClosest<'_> {
     }
 }
 
-/// Shortens the rays `used` to what they meet first in `triangles`.
+/// Shortens the rays `used` to their first hits in `triangles`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
 fn closest_of<L: F32x8>(
@@ -428,7 +429,7 @@ fn block<L: F32x8>(
     }
 }
 
-/// Instances with what they place.
+/// Instances with the meshes that they place.
 #[derive(Clone, Copy)]
 struct Placed<'a> {
     meshes: &'a [Triangles],
@@ -436,7 +437,7 @@ struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// Shortens the rays `used` to what they meet first.
+    /// Shortens the rays `used` to their first hits.
     #[inline(always)]
     fn closest<L: F32x8>(
         &self,

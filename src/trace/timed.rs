@@ -1,4 +1,4 @@
-//! A clock around a tracer: how long rays take, by kind.
+//! A clock around a tracer: the time that rays take, by kind.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -6,8 +6,8 @@ use std::time::Instant;
 use super::{Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 use crate::stats::TracingSeconds;
 
-/// Asks another tracer and adds up the time. The kind of a ray is what the frame loop asks with: a coherent
-/// search for the closest hit is one for primary rays.
+/// Passes rays to another tracer and adds up the time. The kind of a ray is inferred from the frame loop's
+/// call: a coherent search for the closest hit is one for primary rays.
 ///
 /// The clock is read twice a batch, which is nothing beside up to a thousand rays.
 pub struct Timed<'a> {
@@ -19,13 +19,13 @@ pub struct Timed<'a> {
 }
 
 impl<'a> Timed<'a> {
-    /// Nothing was asked yet.
+    /// Starts with no time spent.
     pub fn new(tracer: &'a dyn Tracer) -> Self {
         let [primary, verification, shadow, bounced] = [const { AtomicU64::new(0) }; 4];
         Self { tracer, primary, verification, shadow, bounced }
     }
 
-    /// Until now, on all threads together.
+    /// Time spent so far, on all threads together.
     pub fn seconds(&self) -> TracingSeconds {
         let of = |nanoseconds: &AtomicU64| nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9;
         TracingSeconds {
@@ -65,7 +65,7 @@ impl Tracer for Timed<'_> {
         blocked: &mut [u16],
     ) {
         let kind = match (purpose, coherence) {
-            // to the sky, off rough surfaces
+            // rays to the sky, off rough surfaces
             (Purpose::Sight, Coherence::Incoherent) => &self.bounced,
             (Purpose::Sight, _) => &self.verification,
             (Purpose::Shadow, _) => &self.shadow,

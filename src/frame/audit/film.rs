@@ -1,9 +1,10 @@
-//! The audit of the film: every tile is made again from the finished samples, and compared with what is shown.
+//! The audit of the film: every tile is made again from the finished samples, and compared with the film.
 //!
-//! Before a camera at rest most pixels are left from the frame before ([`remake`](crate::frame::static_camera::remake)). A tile that is wrongly
-//! held to be clean shows colours that no sample has any more, which no look at samples finds. Made again means
-//! highlights, reflections and refractions as well: the same rays meet the same surfaces, so pixels must be equal to the
-//! bit. Planes that count rays are left out: rays that were spared are not counted.
+//! Before a camera at rest most pixels are left from the frame before
+//! ([`remake`](crate::frame::static_camera::remake)). A tile that is wrongly taken to be clean shows colours
+//! that no sample has any more, which no look at samples finds. Made again means highlights, reflections and
+//! refractions as well: the same rays meet the same surfaces, so pixels must be equal to the bit. Planes that
+//! count rays are left out: rays that were spared are not counted.
 
 use rayon::prelude::*;
 
@@ -20,14 +21,14 @@ use crate::frame::tiles::thread_scratch::ThreadScratch;
 use crate::frame::tiles::tiles_in_band;
 use crate::samples::SampleStore;
 
-/// For each pixel of `film`, in rows, whether it shows in any plane anything else than the samples of the `levels` do, from
-/// the coarsest to the finest. Nothing but the result is changed, and no rays are counted.
+/// Flags each pixel of `film`, in rows, that differs in any plane from what the samples of the `levels` give;
+/// these are from the coarsest to the finest. Nothing but the result is changed, and no rays are counted.
 pub fn differing_pixels(levels: &[(FrameView, &SampleStore)], film: &Film) -> Vec<bool> {
     let Some((coarsest, _)) = levels.first() else { return Vec::new() };
     let mut anew = blank(&coarsest.view.grid, coarsest.channels);
     let picture = Picture::over(&anew, coarsest.kernel, coarsest.channels, coarsest.palette.brightest);
     for (number, (frame, store)) in levels.iter().enumerate() {
-        // what a coarser level has written is not zero any more
+        // planes that a coarser level has written may not be zero any more
         let was_zero = vec![number == 0; picture.was_zero.len()];
         let picture = Picture { was_zero, channels: picture.channels.clone(), ..picture };
         make_anew(frame, store, &picture, &mut anew);
@@ -49,11 +50,11 @@ fn counts_rays(channel: &Channel) -> bool {
 
 fn is_other(shown: &Plane, anew: &Plane, pixel: usize) -> bool {
     let [value, anew] = [shown, anew].map(|plane| plane.values.get(pixel).to_bits());
-    // what is known to be zero is not looked at by who writes files, nor cleared for the next frame
+    // a plane that is known to be zero is neither read by writers of files nor cleared for the next frame
     value != anew || shown.is_zero && value != 0
 }
 
-/// The cells of tile number `number` whose pixel differs. No pixel does if the list is empty.
+/// Cells of tile number `number` whose pixels differ. None if `differs` is empty.
 pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usize> {
     let [columns, rows] = grid.pixels(number);
     let (first, [left, top]) = (grid.first_in_film(number), [columns.start, rows.start]);
@@ -69,7 +70,7 @@ pub fn differing_cells(grid: &Grid, number: usize, differs: &[bool]) -> Vec<usiz
     cells
 }
 
-/// Writes into `film` what the samples of a level of a finished frame give.
+/// Makes the picture of a level of a finished frame from its samples, and writes it into `film`.
 fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &mut Film) {
     let grid = &*frame.view.grid;
     let is_wide = frame.kernel.is_some();

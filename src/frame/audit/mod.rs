@@ -2,21 +2,22 @@
 //!
 //! For each sample the ray from the frame's camera through the sample's own position is traced, and:
 //! 1. it must meet the sample's triangle, in the sample's point, first ([`check_sight`]);
-//! 2. what the store keeps of the surface must be what the mesh has there ([`check_surface`]);
-//! 3. all shadow rays, cast anew without tags against everything, must say what the tags say
-//!    ([`check_shadows`]), and the light summed anew must be the light that was kept;
-//! 4. all paths by which it gathers light, traced anew, must bring what was kept ([`check_gathered`]);
-//! 5. of its rays of ambient occlusion, all cast anew, as many must get away as was kept ([`check_openness`]).
+//! 2. the stored surface must be that of the mesh there ([`check_surface`]);
+//! 3. all shadow rays, cast anew without tags against everything, must agree with the tags
+//!    ([`check_shadows`]), and the light summed anew must be the light that was stored;
+//! 4. all paths by which it gathers light, traced anew, must bring the stored light ([`check_gathered`]);
+//! 5. of its rays of ambient occlusion, all cast anew, as many must get away as is stored
+//!    ([`check_openness`]).
 //!
-//! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before shows them
-//! still they are not made anew; that this is right, and all else that stands in the film, is checked by making the
-//! film again ([`film`]).
+//! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before
+//! shows them still they are not made anew; that this is right, as is all else in the film, is checked by
+//! making the film again ([`film`]).
 //!
-//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a displacement by
-//! [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a neighbouring or coinciding
-//! surface at the same place, or slips past a silhouette; the shadow ray grazes an edge. Kept colours, normals and
-//! positions may differ from fresh ones by what rounding them for the store does ([`COLOR_TOLERANCE`],
-//! [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
+//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
+//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
+//! neighbouring or coinciding surface at the same place, or slips past a silhouette; the shadow ray grazes an
+//! edge. Stored colours, normals and positions may differ from fresh ones by the rounding that the store does
+//! ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 pub mod film;
 
@@ -49,37 +50,39 @@ use crate::shade::surface::{There, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
-/// Of the distance from the eye to a sample: how far rounding may displace it. Single floats keep 6e-8 of
-/// the largest coordinate at every step from the triangle's corners over the model's matrix to the ray;
-/// this leaves room for a dozen steps and for coordinates ten times the distance. Not less than what the
-/// verification segment leaves open at its end (see [`SEGMENT_END`]).
+/// Displacement of a sample by rounding, at most, as a share of its distance from the eye. Single floats keep
+/// 6e-8 of the largest coordinate at every step from the triangle's corners over the model's matrix to the
+/// ray; this leaves room for a dozen steps and for coordinates ten times the distance. Not less than the gap
+/// that the verification segment leaves open at its end (see [`SEGMENT_END`]).
 pub const TOLERANCE: f32 = 2e-5;
 const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
 
-/// Of the largest coordinate at hand: rounding of positions themselves, which counts where the eye is much
-/// nearer to a surface than both are to the origin.
+/// Rounding of positions themselves, as a share of the largest coordinate involved. It counts where the eye
+/// is much nearer to a surface than both are to the origin.
 const COORDINATE_TOLERANCE: f32 = 5e-7;
 
-/// By which shares of the greatest displacement a ray is moved: a needle may be thinner than that.
+/// Shares of the greatest displacement by which a ray is moved: a needle may be thinner than that.
 const DISPLACEMENTS: [f32; 3] = [1.0, 0.25, 0.0625];
 
-/// Of a colour's largest part, or of 1 for reflectances: two roundings to a half float.
+/// Tolerance of stored colours, as a share of their largest channel, or of 1 for reflectances: two roundings
+/// to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;
 
-/// Light below this is black, whatever share of it differs.
+/// Least light to which [`COLOR_TOLERANCE`] is relative: darker light counts as black.
 const DARKEST: f32 = 1e-4;
 
-/// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either side: what
-/// rounding its normal to four bytes leaves open.
+/// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either
+/// side: the rounding of its normal to four bytes.
 const EDGE_ON_COSINE: f32 = 1e-4;
 
 /// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes.
 const NORMAL_COSINE: f32 = 1.0 - 1e-5;
 
-/// In cells: how far rounding, to the steps in which bins keep places among others, may project a sample.
+/// Error, in cells, with which a sample may be projected by rounding, that to the steps of places in bins
+/// included.
 const CELL_TOLERANCE: f32 = 0.03;
 
-/// How a check ended.
+/// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Verdict {
     Holds,
@@ -88,17 +91,17 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// `Holds` if `true`.
+    /// `Holds` if `holds`, else `Differs`.
     fn of(holds: bool) -> Self {
         if holds { Verdict::Holds } else { Verdict::Differs }
     }
 
-    /// What fails may still hold for another reason, if there is one.
+    /// Replaces a failure by the verdict of another check, if that `may` count.
     fn or_if(self, may: bool, other: impl FnOnce() -> Self) -> Self {
         if self == Verdict::Differs && may { other() } else { self }
     }
 
-    /// What fails may still hold on an edge.
+    /// Replaces a failure by `OnEdge`, if the sample holds on an edge.
     fn or_on_edge(self, on_edge: impl FnOnce() -> bool) -> Self {
         if self == Verdict::Differs && on_edge() { Verdict::OnEdge } else { self }
     }
@@ -119,8 +122,8 @@ impl Sample {
     }
 }
 
-/// Audits every sample of a finished frame. `differs`: for each pixel, whether the film shows anything else there than
-/// the samples do; empty if it is known not to.
+/// Audits every sample of a finished frame. `differs` flags the pixels in which the film differs from the
+/// samples; empty if it is known that none does.
 pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> AuditCounts {
     let tiles = store.tiles.par_iter().enumerate();
     let audit = tiles.map(|(number, tile)| audit(frame, number, tile, differs));
@@ -130,7 +133,7 @@ pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> 
     })
 }
 
-/// Checks all samples of tile number `number`. Those of pixels that `differs` says do not hold: see [`film`].
+/// Checks all samples of tile number `number`. Samples of pixels that `differs` flags fail: see [`film`].
 fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
@@ -144,7 +147,8 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     let met = trace_all(frame, sampled().map(sight));
     for (ray, cell) in sampled().enumerate() {
         let (sample, sight) = (Sample::of(tile, cell), sight(cell));
-        // where rounding decides the direction of a sample that stays because the camera rests, its cell's ray counts as well
+        // where rounding decides the direction of a sample that stays because the camera rests, the ray
+        // through its cell's centre counts as well
         let of_cell = sight_of_cell(frame, number, cell);
         let is_of_cell = is_of_its_cell(frame, &sample)
             || (is_traced(tile.status[cell]) || is_uncertain(frame, &sample))
@@ -196,8 +200,8 @@ fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch
     hits
 }
 
-/// The line of sight on which the sample of `cell` is seen. A sample that was traced in this frame
-/// was seen on the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
+/// Line of sight on which the sample of `cell` is seen. A sample that was traced in this frame was seen on
+/// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
 fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
     let (sample, camera) = (Sample::of(tile, cell), &frame.view.camera);
@@ -208,7 +212,7 @@ fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
     sight_of_cell(frame, number, cell)
 }
 
-/// The line of sight through the centre of `cell`.
+/// Line of sight through the centre of `cell`.
 fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
@@ -216,12 +220,14 @@ fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
     Sight { origin, direction }
 }
 
-/// Whether it shows the background of an orthographic view, which has no place of its own: it is seen where its cell is.
+/// Returns true if the sample shows the background of an orthographic view, which has no place of its own: it
+/// is seen at its cell.
 fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
     sample.model == BACKGROUND && frame.view.camera.is_orthographic()
 }
 
-/// Whether rounding of the sample's coordinates moves it by more than places in cells may be wrong.
+/// Returns true if rounding of the sample's coordinates moves it by more than the tolerance of places in
+/// cells.
 fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
     let View { camera, grid, .. } = frame.view;
     let cell = 2.0 * camera.half_height / grid.height as f32;
@@ -229,16 +235,17 @@ fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
     rounding(frame, sample) >= CELL_TOLERANCE * cell * distance
 }
 
-/// How far rounding may displace a sample, world units.
+/// Largest displacement of a sample by rounding, world units.
 fn reach(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     frame.view.camera.sight(offset).length() * TOLERANCE
         + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
 }
 
-/// How far rounding of coordinates may put the point in which a ray meets the sample's triangle from the sample, along
-/// the ray. The corners count here, and here alone: if they did for displacements sideways, whatever hides a sample on
-/// a wide ground would be on an edge. Quadrics have none: there it is the sample's own coordinates that are rounded.
+/// Largest distance, along the ray, by which rounding of coordinates may separate the sample from the point
+/// in which the ray meets its triangle. The triangle's corners count here, and here alone: if they did for
+/// displacements sideways, any model that hides a sample on a wide ground would be on an edge. Quadrics have
+/// no corners: for these the sample's own coordinates are rounded.
 fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
@@ -259,7 +266,7 @@ fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
     frame.offset(sample.point, sample.model, sample.record.triangle)
 }
 
-/// Of the sample's triangle, on the sample's side: world space, unit length.
+/// Normal of the sample's triangle, on the sample's side: world space, unit length.
 fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
     let Record { triangle, geometric_normal, .. } = sample.record;
     frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
@@ -271,7 +278,7 @@ fn around(way: Vec3) -> [Vec3; 8] {
     [a, -a, b, -b, a + b, a - b, b - a, -a - b]
 }
 
-/// Whether the camera meets the sample first, on the line of `sight`.
+/// Checks that the camera meets the sample first, on the line of `sight`.
 fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> Verdict {
     Verdict::of(meets(frame, sample, sight, met)).or_on_edge(|| {
         let Sight { origin, direction } = sight;
@@ -279,7 +286,8 @@ fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit
         let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
         let beside: Vec<Sight> = match frame.view.camera.projection {
             Projection::Perspective => {
-                // as long beside the sight as it is beside the offset, up to all but sideways: the offset may be rounded to zero
+                // as long relative to the sight as `reach` is to the offset, up to all but sideways: the
+                // offset may be rounded to zero
                 let far = offset(frame, sample).length().max(f32::MIN_POSITIVE);
                 let reach = (reach * direction.length() / far).min(1e3 * direction.length());
                 aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
@@ -294,7 +302,7 @@ fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit
     })
 }
 
-/// Whether a ray along `sight` that met `met` met the sample.
+/// Returns true if a ray along `sight`, with the hit `met`, met the sample.
 fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     match met {
         None => sample.model == BACKGROUND,
@@ -305,8 +313,8 @@ fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> 
     }
 }
 
-/// Whether what a ray along `sight` `met` lies in the sample's plane: a neighbouring triangle, or
-/// another surface in the same place, either of which may be met first.
+/// Returns true if the hit `met` of a ray along `sight` lies in the sample's plane: on a neighbouring
+/// triangle, or on another surface in the same place, either of which may be met first.
 fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
     let tolerance = reach(frame, sample) + rounding(frame, sample);
@@ -314,7 +322,7 @@ fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>)
     (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs() <= tolerance
 }
 
-/// Whether the sample is as near to the centre of its cell as one must be that serves it.
+/// Checks that the sample is as near to the centre of its cell as a server must be.
 fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
@@ -323,24 +331,24 @@ fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample
     Verdict::of(off.length() <= REACH + CELL_TOLERANCE)
 }
 
-/// Whether no more than rounding of its coordinates puts the sample off the ray along `sight`.
+/// Returns true if the sample is off the ray along `sight` by no more than rounding of its coordinates.
 fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
     let from_origin = frame.view.camera.eye - sight.origin + offset(frame, sample);
     from_origin.cross(sight.direction).length() <= rounding(frame, sample) * sight.direction.length()
 }
 
-/// Whether what is kept of the surface, its reflectance `kept` included, is what the mesh has there. `sight`: from
-/// the eye, any length.
+/// Checks that the stored surface, its reflectance `kept` included, is that of the mesh at the sample.
+/// `sight`: from the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
     let there = There::at(mesh, sample.record.triangle, sample.point);
-    // in a model that is flattened or sheared, rounding in the world may be far in its own space; a triangle much larger than its
-    // distance is met beside its edge
+    // in a model that is flattened or sheared, a small rounding in the world may be a large one in object
+    // space; a triangle much larger than its distance is met beside its edge
     let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
     let distance = in_object(offset(frame, sample)).max(sample.point.length());
     let reach = f64::from(TOLERANCE * distance + in_object(Vec3::splat(rounding(frame, sample))));
 
-    // as far as the eye may be on the other side
+    // cosine up to which the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
     let number = mesh.material_of[sample.record.triangle as usize];
@@ -356,7 +364,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     )
 }
 
-/// Whether the light that eight samples keep is the light that the tags and lights give.
+/// Checks that the stored light of eight samples is that which the tags and lights give.
 fn check_light(
     frame: &FrameView,
     tile: &Tile,
@@ -374,9 +382,9 @@ fn check_light(
     }
 }
 
-/// Whether samples have gathered what all of their paths bring when they are traced again, against everything, and whether
-/// the mean that they keep is theirs. Paths are cast ray by ray, each a function of its start alone: no tolerance but
-/// that of kept colours is needed.
+/// Checks that samples have gathered the light that all of their paths bring when they are traced again,
+/// against everything, and that the stored mean is that of these paths. Paths are cast ray by ray, each a
+/// function of its start alone: no tolerance but that of stored colours is needed.
 fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
     if frame.paths == 0 {
         return;
@@ -407,8 +415,8 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
     }
 }
 
-/// Whether as many rays get away from samples as they keep when all are cast again, against everything. Each is cast for itself:
-/// no tolerance is needed.
+/// Checks that as many rays get away from samples as is stored, when all are cast again, against everything.
+/// Each is cast for itself: no tolerance is needed.
 fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
     let Some(occlusion) = frame.occlusion else { return };
     let (mut scratch, mut tally) = (OcclusionScratch::default(), RayTally::default());
@@ -438,11 +446,12 @@ struct Source {
     point: usize,
 }
 
-/// Whether the tags for one point of a light say what fresh shadow rays say.
+/// Checks that the tags for one point of a light agree with fresh shadow rays.
 fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
     let tag = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell);
     let is_lit = |cell: usize| tag(cell).is_lit();
-    // a light without power need not be known of; what is known must be right, or it would be wrong when the light returns
+    // tags of a light without power may be unknown; those that are known must be right, or they would be
+    // wrong when the light returns
     let is_dark = frame.pose.lights[source.light].is_dark();
     let is_known = |cell: usize| !is_dark || tag(cell) != Tag::Unknown;
     let mut queue = ShadowQueue::default();
@@ -491,8 +500,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
     }
 }
 
-/// Queues shadow rays to `source` from those of eight samples whose bit is set; says which of them face it.
-/// `seeds`: of the places in it that they ask.
+/// Queues shadow rays to `source` from those of eight samples whose bit is set. Returns the bit mask of
+/// samples that face it. `seeds`: for the points of the light that they ask.
 fn ask(
     frame: &FrameView,
     source: Source,

@@ -1,8 +1,8 @@
-//! A film to write on; and, where a filter reaches across tiles, from the sums of tiles to its planes.
+//! Blank films; and, where a filter reaches across tiles, the step from the sums of tiles to planes.
 //!
-//! Rows of pixels are written as soon as all tiles that reach them are done, while they are still in the
-//! cache. Each pixel's sums are added in the order of the tiles, so that the picture does not depend on who was
-//! done first.
+//! Rows of pixels are written as soon as all tiles that reach them are done, while their sums are still in
+//! the cache. Each pixel's sums are added in the order of the tiles, so that the picture does not depend on
+//! the order in which threads finish them.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ use crate::frame::planes::kernel::MOST_TAPS;
 use crate::frame::planes::window::{Window, cut};
 use crate::lanes::{F32x8, LANES};
 
-/// An undeveloped frame of these channels.
+/// Creates an undeveloped frame with these channels.
 pub fn blank(grid: &Grid, channels: &[Channel]) -> Film {
     let [width, height] = grid.film;
     let plane = |channel: &Channel| {
@@ -29,12 +29,13 @@ pub fn blank(grid: &Grid, channels: &[Channel]) -> Film {
     Film { width, height, planes: planes.collect() }
 }
 
-/// What the tiles of two bands add to their pixels. Of the band above it is the last tiles that count.
+/// Sums that the tiles of two adjacent bands add to their pixels. Of the band above, the last tiles are
+/// looked up.
 #[derive(Clone, Copy)]
 pub struct Bands<'a> {
-    /// Of the band above.
+    /// Films of the tiles of the band above.
     pub before: &'a [TileFilm],
-    /// Of the band at work.
+    /// Films of the tiles of the band at work.
     pub now: &'a [TileFilm],
     /// Number of the first tile of `now`.
     pub first: usize,
@@ -49,23 +50,23 @@ impl<'a> Bands<'a> {
     }
 }
 
-/// Which tiles add to their pixels what they added in the frame before: where nothing but such tiles reaches, the
-/// film may be left as it is.
+/// Tiles whose contribution to their pixels may differ from the frame before. Where only unchanged tiles
+/// reach, the film is left as it is.
 #[derive(Debug, Default)]
 pub struct DirtyTiles {
-    /// By tile, whether it may add something else.
+    /// True for each tile whose contribution may differ.
     is_changed: Vec<bool>,
-    /// By tile, whether its sums are needed: it reaches a piece that is written.
+    /// True for each tile whose sums are needed, since it reaches a piece that is written.
     is_needed: Vec<bool>,
 }
 
 impl DirtyTiles {
-    /// For a filter that does not reach across tiles: no sums are needed.
+    /// Resets to the state for a filter that does not reach across tiles: no sums are needed.
     pub fn clear(&mut self) {
         self.is_needed.clear();
     }
 
-    /// Of the tiles in their order, with a filter that reaches so many pixels beyond them.
+    /// Sets the state of all tiles, in their order, for a filter that reaches `halo` pixels beyond them.
     pub fn set(&mut self, grid: &Grid, halo: u32, is_changed: impl Iterator<Item = bool>) {
         self.is_changed.clear();
         self.is_changed.extend(is_changed);
@@ -88,14 +89,14 @@ impl DirtyTiles {
         }
     }
 
-    /// Whether the sums of tile number `tile` are needed.
+    /// Returns true if the sums of tile number `tile` are needed.
     pub fn is_needed(&self, tile: usize) -> bool {
         self.is_needed.get(tile).is_some_and(|needed| *needed)
     }
 }
 
-/// Rows of tiles in bands of at least so many tiles. A band has more rows of pixels than any filter reaches across, so that a row
-/// of pixels is reached by two bands at most; only the last may have fewer.
+/// Divides the rows of tiles into bands of at least `tiles` tiles. A band has more rows of pixels than any
+/// filter reaches, so that two bands at most reach a row of pixels; only the last may have fewer.
 pub fn bands(grid: &Grid, tiles: u32) -> Vec<Range<u32>> {
     const LEAST_PIXELS: usize = MOST_TAPS;
     let rows = tiles.div_ceil(grid.tiles_x);
@@ -110,21 +111,23 @@ pub fn bands(grid: &Grid, tiles: u32) -> Vec<Range<u32>> {
     bands
 }
 
-/// Writes what reaches across tiles: rows of a film from top to bottom, band by band of tiles.
+/// Writes the planes that are filtered across tiles: rows of a film from top to bottom, as bands of tiles are
+/// done.
 #[derive(Debug, Default)]
 pub struct Developer {
-    /// The first row that is not written yet.
+    /// First row of the film that is not written yet.
     next: u32,
 }
 
-/// Columns and rows that are added up at once: their sums stay in the nearest caches.
+/// Columns and rows that are summed at once: their sums stay in the nearest caches.
 const PIECE: [usize; 2] = [32, 8];
 
 const PIXELS: usize = PIECE[0] * PIECE[1];
 
 impl Developer {
-    /// Writes into `film` the filtered planes of those rows that `bands` complete, where they do not stand there;
-    /// the tiles of the next band begin with row `end` of tiles. Says which channels hold anything.
+    /// Writes into `film` the filtered planes of the rows that `bands` complete, except where the film
+    /// already shows them. The tiles of the next band begin with row `end` of tiles. Returns the channels
+    /// that hold anything.
     pub fn develop(
         &mut self,
         film: &mut Film,
@@ -146,7 +149,7 @@ impl Developer {
         let stands = |pixels: &[Range<usize>; 2]| {
             !tiles_that_reach(grid, halo, pixels).any(|tile| dirty.is_changed[tile])
         };
-        // rows, and whether nothing is to be written there
+        // rows, and true where nothing is to be written
         let some_rows: Vec<(Range<usize>, bool)> = axes[1]
             .pieces(rows, PIECE[1])
             .into_iter()
@@ -174,7 +177,8 @@ impl Developer {
     }
 }
 
-/// Of a pixel's samples together: a sixteenth of what one sample in the centre of a pixel has in it.
+/// Lower limit of the total weight of a pixel's samples: a sixteenth of what one sample in the pixel's centre
+/// contributes.
 const LEAST_WEIGHT: f32 = 1.0 / 16.0;
 
 /// Writes the filtered planes of the rectangle `pixels`.
@@ -185,12 +189,13 @@ fn write_piece(
     pixels: &[Range<usize>; 2],
     window: &mut Window,
 ) -> Written {
-    // rows come from far memory while the sums are read, which tell later what will be written: most that was there
+    // rows come from far memory; they are fetched while the sums are read. Which planes will be written is
+    // known only then: most of those that were not zero
     let filtered = picture.channels.iter().zip(&picture.was_zero).enumerate();
     for (number, _) in filtered.filter(|(_, (channel, was_zero))| channel.is_filtered() && !**was_zero) {
         window.prefetch(number, pixels);
     }
-    // few of them are shown
+    // few groups are shown
     let mut groups: [Vec<F32x8>; GROUPS] = Default::default();
     let mut is_some = [false; sums::COUNT];
     for tile in tiles_that_reach(grid, halo, pixels) {
@@ -208,7 +213,7 @@ fn write_piece(
         let (group, lane) = (&groups[plane / LANES], plane % LANES);
         std::array::from_fn(|pixel| group[pixel].lane(lane))
     };
-    // negative lobes of samples that lie unevenly could take nearly all of it away
+    // negative lobes of samples that lie unevenly could cancel nearly all of the weight
     let scales = column(sums::WEIGHT).map(|weight| weight.max(LEAST_WEIGHT).recip());
     let mattes = mattes_of_piece(picture, grid, (bands, halo), pixels, &scales);
     let mut written = Written::default();
@@ -249,7 +254,8 @@ fn write_piece(
     written
 }
 
-/// The planes of mattes of the rectangle `pixels`, by number; empty where all is zero. No list where no layer shows any.
+/// Planes of mattes of the rectangle `pixels`, by number; a plane that is zero throughout is empty. No planes
+/// if no layer shows mattes.
 fn mattes_of_piece(
     picture: &Picture,
     grid: &Grid,
@@ -283,8 +289,8 @@ fn mattes_of_piece(
     planes
 }
 
-/// Numbers of the tiles whose samples reach any of these pixels of the film, in order. Pixels of the picture take none from
-/// around it: they are what they are without overscan.
+/// Numbers of the tiles whose samples reach any of these pixels of the film, in order. Pixels of the picture
+/// take no samples from the overscan, so that they are the same with it as without.
 fn tiles_that_reach(
     grid: &Grid,
     halo: u32,
@@ -379,12 +385,13 @@ mod tests {
         }
     }
 
-    /// Rises to the right and downwards; `x` and `y` in pixels.
+    /// Ramp that rises to the right and downwards; `x` and `y` in pixels.
     fn ramp_at(x: f32, y: f32) -> f32 {
         1.0 + 0.01 * x + 0.02 * y
     }
 
-    /// Of tiles whose samples are all of the same red, a third of it a highlight, and of a green that rises.
+    /// Films of tiles whose samples are all of the same red, a third of it a highlight, and of a green that
+    /// rises.
     fn films(grid: &Grid, kernel: &Kernel) -> Vec<TileFilm> {
         let (one, red, shine) = ([1.0; CELLS], [0.5; CELLS], [0.25; CELLS]);
         let mut columns = [None; sums::COUNT];

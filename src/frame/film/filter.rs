@@ -3,7 +3,7 @@
 //! Each tile writes its own pixels into its [`Window`] of the film. Where the filter is wider than a pixel,
 //! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of them.
 //!
-//! Colours are filtered; what is never mixed is in [`pixels`](super::pixels).
+//! Only colours are filtered here; values that must not be mixed are in [`pixels`](super::pixels).
 
 use super::mattes::{ids_of_cells, rank_boxes};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
@@ -23,33 +23,33 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
 
-/// A worker's memory for this phase.
+/// Scratch memory of a worker for this phase, by cell where nothing else is said.
 #[derive(Debug)]
 pub struct Filtering {
-    /// One where a surface is seen, zero elsewhere.
+    /// 1 where a surface is seen, 0 elsewhere.
     alpha: Column<f32>,
-    /// Zero for the background.
+    /// Albedo; 0 for the background.
     albedo: Light,
-    /// What share of the directions around is open: all around the background.
+    /// Share of the directions around that is open; 1 for the background.
     openness: Column<f32>,
-    /// Along the view axis, in the units of the shot's files; zero for the background.
+    /// Distance along the view axis, in the units of the shot's files; 0 for the background.
     depth: Column<f32>,
-    /// What [`pixel_variances`] says of the pixel of each cell.
+    /// Variance of the cell's pixel, from [`pixel_variances`].
     variance: Column<f32>,
-    /// In cells, from the tile's corner.
+    /// Place of the sample, in cells from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
-    /// For each pixel the cell whose sample is nearest to its centre.
+    /// Cell whose sample is nearest to the pixel's centre, for each pixel.
     nearest: Vec<u16>,
-    /// Of a filter without a halo: sums of the tile's pixels.
+    /// Sums of the tile's pixels, for a filter without a halo.
     sums: Planes<{ sums::COUNT }>,
-    /// Of the tile's pixels.
+    /// Data of the tile's pixels.
     data: Planes<{ data::COUNT }>,
-    /// Of a filter without a halo, of the tile's pixels.
+    /// Mattes of the tile's pixels, for a filter without a halo.
     mattes: Planes<MATTE_PLANES>,
-    /// Of the tile's cells.
+    /// Matte of each cell.
     ids: Column<Id>,
-    /// Pixels that are written; all, if none are listed.
+    /// True for each pixel that is written; an empty list stands for all.
     wanted: Vec<bool>,
 }
 
@@ -74,8 +74,8 @@ impl Default for Filtering {
     }
 }
 
-/// Adds up what the samples of tile number `number` give to the pixels that they reach, those of other tiles
-/// included, in its `film`: for a filter wider than a pixel.
+/// Sums into `film` what the samples of tile number `number` contribute to the pixels that they reach, pixels
+/// of other tiles included. For a filter wider than a pixel.
 pub fn sum(
     frame: &FrameView,
     number: usize,
@@ -98,18 +98,18 @@ pub fn sum(
     }
 }
 
-/// What earlier phases found out about a tile.
+/// Results of earlier phases for a tile.
 pub struct Shown<'a> {
-    /// What its cells show.
+    /// Light of its cells.
     pub radiance: &'a Radiance,
     /// Its surfaces in world space.
     pub placed: &'a mut PlacedTile,
-    /// The rays that its cells have cost.
+    /// Rays that each cell has cost.
     pub cell_rays: &'a CellRays,
 }
 
-/// Makes pixels of the samples of tile number `number`, and writes what needs no other tile into its `window`. Says
-/// which channels hold anything.
+/// Makes pixels of the samples of tile number `number`, and writes into its `window` those planes that need
+/// no other tile. Returns the channels that hold anything.
 pub fn filter(
     frame: &FrameView,
     number: usize,
@@ -128,7 +128,7 @@ pub fn filter(
     filtering.data.begin();
     filtering.mattes.begin();
     let shows_samples = frame.layers.has(Layers::OF_ONE_SAMPLE);
-    // with a wide filter it is known already where samples are seen, and `sum` is done
+    // with a wide filter `sum` has run, and has located the samples
     if picture.kernel.is_none() {
         prepare(frame, tile, radiance, filtering);
         if shows_samples && grid.samples > 1 {
@@ -151,7 +151,7 @@ pub fn filter(
     finish(frame, number, picture, filtering, window, |_| true)
 }
 
-/// The pixels of tile number `number` that are written, by number; all, if none are listed.
+/// Flags the pixels of tile number `number` that are written; leaves the list empty if all are.
 fn mark_wanted(frame: &FrameView, number: usize, pixels: &mut Vec<bool>) {
     pixels.clear();
     if frame.wanted.is_some() {
@@ -161,14 +161,14 @@ fn mark_wanted(frame: &FrameView, number: usize, pixels: &mut Vec<bool>) {
     }
 }
 
-/// The kinds of mattes that a layer shows.
+/// Kinds of mattes that a layer shows.
 fn shown_mattes<'a>(frame: &FrameView<'a>) -> impl Iterator<Item = (Kind, &'a Mattes)> + use<'a> {
     let layers = frame.layers;
     let kinds = frame.mattes.into_iter().flat_map(|mattes| Kind::ALL.map(|kind| (kind, mattes)));
     kinds.filter(move |(kind, _)| layers.has(kind.layer()))
 }
 
-/// The mattes of a tile's pixels, each the mean of its own cells.
+/// Computes the mattes of a tile's pixels, each the mean of the pixel's own cells.
 fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
     let Filtering { mattes: planes, ids, .. } = filtering;
     for (kind, mattes) in shown_mattes(frame) {
@@ -185,10 +185,10 @@ fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
     }
 }
 
-/// Says that the film shows tile number `number` already, a frame younger.
+/// Handles a tile that the film shows already: its samples are a frame older.
 pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
     let mut written = Written::SHOWN;
-    // a pixel's age is counted in the coarsest level
+    // a pixel's age is counted up in the coarsest level alone
     if let Some(age) = picture.age().filter(|_| frame.wanted.is_none()) {
         window.count_up(age, &frame.view.grid.pixels(number), OLDEST as f32);
         written.note(age);
@@ -196,7 +196,7 @@ pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Wi
     written
 }
 
-/// The same, but that samples may have another status, and that rays may have been cast.
+/// Like [`stay`], for a tile whose samples may have another status, and for which rays may have been cast.
 pub fn recount(
     frame: &FrameView,
     number: usize,
@@ -242,7 +242,7 @@ fn finish(
     let is_ours = |channel: &Channel| wanted(channel) && (picture.kernel.is_none() || !channel.is_filtered());
     let mut channels = channels.filter(|(_, (channel, _))| is_ours(channel)).peekable();
     while let Some((number, (channel, was_zero))) = channels.next() {
-        // rows lie far from each other, each in memory that no cache has any more
+        // rows lie far from each other, in memory that no cache holds any more
         if let Some((next, _)) = channels.peek().filter(|(_, (next, was_zero))| is_some(next) || !**was_zero)
         {
             window.prefetch(*next, &pixels);
@@ -285,7 +285,7 @@ fn finish(
     written
 }
 
-/// What is filtered beside light.
+/// Computes the filtered columns other than light: coverage, albedo, openness, depth, variance.
 fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut Filtering) {
     if frame.layers.has(Layers::VARIANCE) {
         pixel_variances(&frame.view.grid, radiance, &mut filtering.variance);
@@ -293,7 +293,7 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
-        // a background that is shown hides what the picture is put over, as surfaces do
+        // a background that is shown covers what the picture is put over, as surfaces do
         let hides = if frame.shows_background { F32x8::splat(1.0) } else { F32x8::ZERO };
         is_surface.select(F32x8::splat(1.0), hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
@@ -313,8 +313,8 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
     }
 }
 
-/// Where in the tile the samples are seen. A sample is within [`REACH`] of the centre of the cell that it serves;
-/// rounding may say otherwise right before the eye.
+/// Computes the places of samples in the tile. A sample is within [`REACH`] of the centre of the cell that it
+/// serves; places that rounding puts elsewhere, right before the eye, are clamped.
 fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filtering) {
     let grid = &frame.view.grid;
     let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
@@ -328,7 +328,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
         let cells = [&grid.place_x, &grid.place_y].map(|place| F32x8::load(place, first));
         let mut at = [near(seen.x - left, cells[0]), near(seen.y - top, cells[1])];
         if frame.view.camera.is_orthographic() {
-            // the background has no place of its own: its samples are those of their cells
+            // the background has no place of its own: its samples lie in the centres of their cells
             let is_background = Mask::equal(&tile.model[first..first + LANES], BACKGROUND);
             at = [0, 1].map(|axis| is_background.select(cells[axis] + F32x8::splat(0.5), at[axis]));
         }
@@ -337,7 +337,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
     }
 }
 
-/// The planes that are filtered, as far as they hold anything, with their numbers in [`sums`].
+/// Columns that are filtered, as far as they hold anything, with their numbers in [`sums`].
 fn filtered<'a>(
     frame: &FrameView,
     shown: &'a Radiance,

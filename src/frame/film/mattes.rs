@@ -1,8 +1,8 @@
-//! Cryptomattes: which share of each pixel shows which matte, exact under the filter of the picture.
+//! Cryptomattes: each matte's share of each pixel, exact under the filter of the picture.
 //!
-//! A filter wider than a pixel mixes samples of several tiles. Each tile adds up the weights of its samples, matte by
-//! matte, over the pixels that they reach ([`MatteSums`]), and [`develop`](super::develop) adds up what tiles have for a
-//! pixel.
+//! A filter wider than a pixel mixes samples of several tiles. Each tile sums the weights of its samples,
+//! matte by matte, over the pixels that they reach ([`MatteSums`]), and [`develop`](super::develop) adds the
+//! sums of several tiles for each pixel.
 
 use std::ops::Range;
 
@@ -14,10 +14,10 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
 
-/// What a pixel shows of one kind of mattes: the largest shares, largest first.
+/// Mattes of one kind in a pixel, with their shares: the largest ones, largest first.
 pub type Ranked = [(Id, f32); RANKS];
 
-/// The mattes of a tile's cells; [`Id::NONE`] for those of none.
+/// Looks up the matte of each of a tile's cells; [`Id::NONE`] for cells without any.
 pub fn ids_of_cells(frame: &FrameView, mattes: &Mattes, tile: &Tile, kind: Kind, ids: &mut Column<Id>) {
     for (cell, id) in ids.iter_mut().enumerate() {
         let model = tile.model[cell];
@@ -36,10 +36,11 @@ pub fn ids_of_cells(frame: &FrameView, mattes: &Mattes, tile: &Tile, kind: Kind,
     }
 }
 
-/// What a pixel shows, of the `shares` of its mattes, which add up to its coverage. A filter's negative lobes may make some
-/// negative: those are left out, and the others scaled, so that they add up to a coverage between 0 and 1.
+/// Ranks the mattes of a pixel by their `shares`, which add up to the pixel's coverage. A filter's negative
+/// lobes may make some shares negative: those are left out, and the others scaled, so that they add up to a
+/// coverage between 0 and 1.
 pub fn rank(shares: &mut Vec<(Id, f32)>) -> Ranked {
-    // sums must not depend on the order in which mattes were found: a crop finds them in another one
+    // sums must not depend on the order in which mattes were found: with a crop it is another
     shares.sort_unstable_by_key(|(id, _)| *id);
     let coverage = shares.iter().map(|(_, share)| share).sum::<f32>().clamp(0.0, 1.0);
     shares.retain(|(_, share)| *share > 0.0);
@@ -48,14 +49,14 @@ pub fn rank(shares: &mut Vec<(Id, f32)>) -> Ranked {
         shares.iter_mut().for_each(|(_, share)| *share *= coverage / sum);
         shares.retain(|(_, share)| *share > 0.0);
     }
-    // of equal shares the order must not depend on that of the samples
+    // mattes of equal shares must not be ordered by their samples
     shares.sort_unstable_by(|(id, share), (other_id, other)| other.total_cmp(share).then(id.cmp(other_id)));
     let mut ranked = [(Id::NONE, 0.0); RANKS];
     ranked.iter_mut().zip(shares.iter()).for_each(|(to, from)| *to = *from);
     ranked
 }
 
-/// Adds to the share of `id`.
+/// Adds `more` to the share of `id`.
 fn add(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
     match shares.iter_mut().find(|(known, _)| *known == id) {
         Some((_, share)) => *share += more,
@@ -63,7 +64,7 @@ fn add(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
     }
 }
 
-/// Calls `each` with the number of a pixel and what it shows, for all pixels of a tile that show any matte. Each is the mean
+/// Calls `each` with the number and the mattes of every pixel of a tile that shows any. A pixel is the mean
 /// of its own cells.
 pub fn rank_boxes(grid: &Grid, ids: &Column<Id>, mut each: impl FnMut(usize, &Ranked)) {
     let cells_of_pixels = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
@@ -81,33 +82,35 @@ pub fn rank_boxes(grid: &Grid, ids: &Column<Id>, mut each: impl FnMut(usize, &Ra
     }
 }
 
-/// What one tile's samples add to the pixels that they reach, matte by matte. Keeps its memory from frame to frame.
+/// Weights that one tile's samples add to the pixels that they reach, by matte. Keeps its memory from frame
+/// to frame.
 #[derive(Debug, Default)]
 pub struct MatteSums {
     patches: Vec<Patch>,
-    /// Of all patches, one after the other, in rows.
+    /// Sums of all patches, one patch after the other, in rows.
     sums: Vec<f32>,
 }
 
-/// The pixels that a matte's samples reach, and few others: a tile may hold as many mattes as cells.
+/// Rectangle of the pixels that a matte's samples reach. Not the whole tile: there may be as many mattes as
+/// cells.
 #[derive(Debug, Clone)]
 struct Patch {
     id: Id,
-    /// Columns and rows of the tile, halo included.
+    /// Columns and rows, counted from the corner of the tile's halo.
     pixels: [Range<usize>; 2],
-    /// Where its sums begin.
+    /// Index of the first of its sums.
     first: usize,
 }
 
 impl MatteSums {
-    /// Holds nothing any more.
+    /// Removes all sums.
     pub fn clear(&mut self) {
         self.patches.clear();
         self.sums.clear();
     }
 
-    /// Spreads the weight of each sample of a tile over the pixels that it reaches by the `kernel`. `x` and `y` say where it is
-    /// seen, in cells from the tile's corner.
+    /// Spreads the weight of each sample of a tile over the pixels that it reaches by the `kernel`. `places`
+    /// are x and y of samples, in cells from the tile's corner.
     pub fn spread(&mut self, kernel: &Kernel, grid: &Grid, places: [&Column<f32>; 2], ids: &Column<Id>) {
         match kernel.halo() {
             1 => self.spread_by::<2>(kernel, grid, places, ids),
@@ -117,7 +120,7 @@ impl MatteSums {
         }
     }
 
-    /// The same with a kernel that reaches `N` pixels in a row.
+    /// [`spread`](Self::spread) with a kernel that reaches `N` pixels in a row.
     fn spread_by<const N: usize>(
         &mut self,
         kernel: &Kernel,
@@ -160,8 +163,8 @@ impl MatteSums {
         }
     }
 
-    /// The number of the patch of `id`; if it is new, it has the pixels of a sample that reaches from this one on, so many in a
-    /// row.
+    /// Finds the patch of `id` and returns its number. A new patch has `reach` x `reach` pixels, the first of
+    /// them at `first`.
     fn patch(&mut self, id: Id, first: [usize; 2], reach: usize) -> usize {
         // most samples are of the matte of the one before
         let known = self.patches.iter().rposition(|patch| patch.id == id);
@@ -171,9 +174,9 @@ impl MatteSums {
         })
     }
 
-    /// Calls `add(id, at, sums)` for all runs of pixels of the rectangle `pixels` of the picture that these are sums of;
-    /// `corner` is where the tile's halo begins, which may be outside the picture. `at` is the column and row of the first of
-    /// `sums`.
+    /// Calls `add(id, at, sums)` for all runs of sums within the rectangle `pixels` of the picture. `corner`
+    /// is the first pixel of the tile's halo, which may lie outside the picture. `at` is column and row of
+    /// the first of `sums`.
     fn for_each_run(
         &self,
         corner: [isize; 2],
@@ -200,7 +203,7 @@ impl MatteSums {
     }
 }
 
-/// The weights in a rectangle of `N` pixels, in rows, of each matte that is seen there.
+/// Weights of each matte in a rectangle of `N` pixels, in rows.
 #[derive(Debug)]
 pub struct MattePlanes<const N: usize> {
     planes: Vec<(Id, [f32; N])>,
@@ -225,8 +228,8 @@ impl<const N: usize> MattePlanes<N> {
         });
     }
 
-    /// Calls `each` with the number of a pixel and what it shows, for all pixels that show any matte; `scales` takes weights
-    /// to shares, pixel by pixel.
+    /// Calls `each` with the number and the mattes of every pixel that shows any. `scales` convert weights to
+    /// shares, pixel by pixel.
     pub fn rank(&self, scales: &[f32; N], mut each: impl FnMut(usize, &Ranked)) {
         let mut shares = Vec::with_capacity(self.planes.len());
         for (pixel, scale) in scales.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The picture of a frame: the mean of those of its exposures, plane by plane, each by its own rule.
+//! The picture of a frame as the mean of its exposures, plane by plane, each by its own rule.
 
 use rayon::prelude::*;
 
@@ -8,41 +8,41 @@ use crate::film::{Film, Plane, Values};
 use crate::frame::planes::channels::{Channel, Source, matte_planes};
 use crate::frame::planes::mixing::MixRule;
 
-/// What the exposures of a frame add up to so far.
+/// Running sums over the exposures of a frame.
 #[derive(Debug)]
 pub struct Mean {
     width: u32,
     height: u32,
-    /// One for each of the picture's planes.
+    /// State of each of the picture's planes.
     planes: Vec<Gathered>,
-    /// By kind; empty where no layer shows them.
+    /// Rows of mattes, by kind; empty for kinds that no layer shows.
     mattes: [Vec<Row>; Kind::ALL.len()],
-    /// Exposures that were added.
+    /// Number of exposures that were added.
     count: u32,
 }
 
-/// What a plane has added up to.
+/// State of a plane.
 #[derive(Debug)]
 enum Gathered {
-    /// Zero throughout, or elsewhere.
+    /// Zero throughout, or kept elsewhere (mattes).
     Nothing,
-    /// A sum, or the least value.
+    /// Sums, or least values.
     Values(Vec<f32>),
-    /// That of one exposure.
+    /// The plane of one exposure.
     Plane(Plane),
 }
 
 /// Shares of mattes in a row of pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Row {
-    /// Where those of each pixel begin, and where the last one's end.
+    /// Index of the first share of each pixel, and the end of the last pixel's.
     starts: Vec<u32>,
-    /// Sums over exposures.
+    /// Shares, summed over exposures.
     shares: Vec<(Id, f32)>,
 }
 
 impl Mean {
-    /// Of no exposure yet of a picture of these planes and this size.
+    /// Creates the empty mean of a picture with these planes and this size.
     pub fn new(channels: &[Channel], [width, height]: [u32; 2]) -> Self {
         Self {
             width,
@@ -53,7 +53,7 @@ impl Mean {
         }
     }
 
-    /// Adds the picture of an exposure, which has those of `channels` at least that no [`MixRule::Middle`] is for.
+    /// Adds the picture of an exposure. It must have all `channels` whose rule is not [`MixRule::Middle`].
     pub fn add(&mut self, film: &Film, channels: &[Channel]) {
         let first = self.count == 0;
         self.count += 1;
@@ -98,7 +98,7 @@ impl Mean {
         });
     }
 
-    /// The picture.
+    /// Makes the picture.
     pub fn finish(self, channels: &[Channel]) -> Film {
         let pixels = self.width as usize * self.height as usize;
         let share = (self.count.max(1) as f32).recip();
@@ -146,7 +146,7 @@ impl Gathered {
         each(values, &plane.values, |least, value| *least = least.min(value));
     }
 
-    /// The values, `count` of them; `begin` each where there are none yet.
+    /// The `count` values; created with `begin` in each if there are none yet.
     fn values(&mut self, count: usize, begin: f32) -> &mut [f32] {
         if !matches!(self, Self::Values(_)) {
             *self = Self::Values(vec![begin; count]);
@@ -158,10 +158,10 @@ impl Gathered {
     }
 }
 
-/// Calls `with` for each value and what it is added to.
+/// Calls `with` for each value and the one of `all` that it is joined to.
 fn each(all: &mut [f32], values: &Values, with: impl Fn(&mut f32, f32) + Sync) {
     use half::slice::HalfFloatSliceExt;
-    /// What fits well into the nearest cache.
+    /// Values that fit well into the nearest cache.
     const PIECE: usize = 1024;
     match values {
         Values::Float(values) => {
@@ -181,7 +181,7 @@ fn each(all: &mut [f32], values: &Values, with: impl Fn(&mut f32, f32) + Sync) {
 }
 
 impl Row {
-    /// Of pixel number `x`; of a row that has none yet, nothing.
+    /// Shares of pixel number `x`; empty if the row has no pixels yet.
     fn of(&self, x: usize) -> &[(Id, f32)] {
         match self.starts[..] {
             [] => &[],
@@ -189,7 +189,7 @@ impl Row {
         }
     }
 
-    /// Appends the next pixel.
+    /// Appends the shares of the next pixel.
     fn push(&mut self, shares: &[(Id, f32)]) {
         if self.starts.is_empty() {
             self.starts.push(0);
@@ -206,7 +206,7 @@ fn add_share(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
     }
 }
 
-/// The planes of a kind of mattes, id and share of each rank in turn, if `film` has them.
+/// Planes of a kind of mattes, id and share of each rank in turn, if `film` has them.
 fn planes_of<'a>(kind: Kind, film: &'a Film, channels: &[Channel]) -> Option<Vec<&'a Plane>> {
     let plane = |number| {
         let channel = channels.iter().find(|channel| channel.source == Source::Matte(number));
@@ -215,7 +215,8 @@ fn planes_of<'a>(kind: Kind, film: &'a Film, channels: &[Channel]) -> Option<Vec
     matte_planes(kind).map(plane).collect()
 }
 
-/// The values of the planes of a kind of mattes, of sums of which `share` counts; empty ones where there are none.
+/// Values of the planes of a kind of mattes, made of sums that are scaled by `share`; empty ones where there
+/// are no mattes.
 fn ranked(rows: &[Row], width: usize, share: f32) -> Vec<Vec<f32>> {
     let mut planes = vec![Vec::new(); 2 * RANKS];
     if rows.is_empty() {
@@ -247,7 +248,7 @@ mod tests {
         channels(Layers::ALL, &LightGroups::default()).collect()
     }
 
-    /// A picture of one pixel in which planes have these values, and others are zero.
+    /// Creates a picture of one pixel in which planes have these values, and others are zero.
     fn film(values: &[(&str, f32)]) -> Film {
         let planes = all_channels().into_iter().map(|channel| {
             let value = values.iter().find(|(name, _)| *name == channel.name).map(|(_, value)| *value);

@@ -1,4 +1,4 @@
-//! Samples to pixels: the paper's "Filtering", and all that a pixel shows beside colour.
+//! Samples to pixels: the paper's "Filtering", and all values of a pixel beside colour.
 
 pub mod develop;
 pub mod filter;

@@ -1,5 +1,5 @@
-//! What pixels show without a filter. Data (distance, position, normal, id, age) is never mixed: a pixel shows
-//! those of its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
+//! Values of pixels that are not filtered. Data (distance, position, normal, id, age) is never mixed: a pixel
+//! shows that of its sample nearest to its centre. Status and rays are counts over the pixel's own samples.
 
 use glam::{Vec2, Vec3};
 
@@ -19,21 +19,21 @@ use crate::shade::surface::{Corners, of_quadrics, uv_at};
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
 
-/// Ages end here: the greatest that a half float holds.
+/// Upper limit of ages: the greatest number that a half float holds.
 pub const OLDEST: u32 = 65_504;
 
-/// Steps in which the distance from a pixel's centre is told, for each pixel, squared.
+/// Steps per squared pixel in which squared distances from a pixel's centre are compared.
 const NEARNESS: f32 = 1024.0;
 
-/// Blocks of 4 x 4 cells beside each other in a tile.
+/// Number of blocks of 4 x 4 cells in a row of a tile.
 const BLOCKS: usize = TILE / 4;
 
 /// `N` planes of a tile's pixels, in rows, each from the start of its column. Keeps its memory.
 #[derive(Debug)]
 pub struct Planes<const N: usize> {
-    /// Plane by plane.
+    /// Values, plane by plane.
     pub columns: Vec<Column<f32>>,
-    /// Which planes hold anything. What is in the others means nothing: they are zero throughout.
+    /// True for each plane that holds anything. The others are zero throughout: their columns mean nothing.
     pub is_some: [bool; N],
 }
 
@@ -44,12 +44,12 @@ impl<const N: usize> Default for Planes<N> {
 }
 
 impl<const N: usize> Planes<N> {
-    /// Nothing in any plane.
+    /// Empties all planes.
     pub fn begin(&mut self) {
         self.is_some = [false; N];
     }
 
-    /// Plane `number`, to be filled in part: all zeros, if it held nothing.
+    /// Opens plane `number`, to be filled in part: all zeros if it held nothing.
     pub fn open_zeroed(&mut self, number: usize) -> &mut Column<f32> {
         if !self.is_some[number] {
             self.columns[number].fill(0.0);
@@ -57,17 +57,17 @@ impl<const N: usize> Planes<N> {
         self.open(number)
     }
 
-    /// Plane `number`, to be filled.
+    /// Opens plane `number`, to be filled.
     pub fn open(&mut self, number: usize) -> &mut Column<f32> {
         self.is_some[number] = true;
         &mut self.columns[number]
     }
 }
 
-/// For each pixel of a tile the values of its samples' cells, `joined`.
+/// Joins the values of the cells of each pixel of a tile by `joined`.
 ///
-/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: there no table is needed,
-/// and whole blocks are joined at once.
+/// For one and for four samples a pixel the blocks of 4 x 4 cells hold whole pixels: no table is needed
+/// there, and whole blocks are joined at once.
 #[inline(always)]
 pub fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f32, pixels: &mut Column<f32>) {
     const HALF: usize = TILE / 2;
@@ -94,7 +94,8 @@ pub fn reduce(grid: &Grid, column: &Column<f32>, joined: impl Fn(f32, f32) -> f3
     }
 }
 
-/// The values of a tile's cells row by row, not block by block: those of its pixels where each has one sample.
+/// Copies the values of a tile's cells from blocks into rows. With one sample a pixel these are the values of
+/// the pixels.
 #[inline(always)]
 fn in_rows<T: Copy>(column: &Column<T>, pixels: &mut Column<T>) {
     for (block, cells) in column.chunks_exact(16).enumerate() {
@@ -105,12 +106,13 @@ fn in_rows<T: Copy>(column: &Column<T>, pixels: &mut Column<T>) {
     }
 }
 
-/// For each pixel of a tile the cell whose sample is nearest to its centre; of several the first. `x` and `y` are in
-/// cells, from the tile's corner.
+/// Chooses for each pixel of a tile the cell whose sample is nearest to its centre; among equally near ones
+/// the first. `x` and `y` are in cells, from the tile's corner.
 pub fn choose_nearest(grid: &Grid, [x, y]: [&Column<f32>; 2], nearest: &mut Vec<u16>) {
     nearest.clear();
     let cells = grid.cells_of_pixels.chunks_exact(grid.samples_of_pixel());
-    // the number of a sample in its pixel comes after how near it is: the least says which one it is
+    // a rank is the distance in steps, times the number of samples, plus the sample's number in its pixel:
+    // the least one names the sample
     let (scale, samples) = ((grid.samples as f32).recip(), grid.samples_of_pixel() as f32);
     let aside = |at: f32, centre: f32| at * scale - centre;
     let centres = grid.center_x.iter().zip(&grid.center_y).zip(&grid.number_in_pixel);
@@ -118,7 +120,7 @@ pub fn choose_nearest(grid: &Grid, [x, y]: [&Column<f32>; 2], nearest: &mut Vec<
     for ((rank, (x, y)), ((center_x, center_y), number)) in ranks.iter_mut().zip(x.iter().zip(y)).zip(centres)
     {
         let [x, y] = [aside(*x, *center_x), aside(*y, *center_y)];
-        // in steps: of samples that are equally near but for rounding the first is shown
+        // in steps: among samples that are equally near but for rounding, the first is shown
         *rank = ((x * x + y * y) * NEARNESS + 0.5).floor() * samples + number;
     }
     let mut least = [0.0; CELLS];
@@ -127,7 +129,7 @@ pub fn choose_nearest(grid: &Grid, [x, y]: [&Column<f32>; 2], nearest: &mut Vec<
     nearest.extend(cells.zip(&least).map(|(cells, number)| cells[*number as usize]));
 }
 
-/// The data of each pixel's nearest sample.
+/// Takes the data of each pixel's nearest sample.
 pub fn take_data(
     frame: &FrameView,
     tile: &Tile,
@@ -166,7 +168,7 @@ pub fn take_data(
         data.is_some[data::Z] = true;
     }
     convert_to_files(&frame.scene.space, data);
-    // the background is nowhere
+    // the background has no position and no normal
     for number in data::POSITION..data::NORMAL + 3 {
         let column = &mut data.columns[number];
         for first in (0..CELLS).step_by(LANES).take_while(|_| data.is_some[number]) {
@@ -174,12 +176,12 @@ pub fn take_data(
         }
     }
     if frame.layers.has(Layers::OBJECT) {
-        // the background's number is the greatest: one more is none
+        // the background's number is the greatest, so that adding 1 wraps to 0
         for (id, model) in data.open(data::ID).iter_mut().zip(&models) {
             *id = model.wrapping_add(1) as f32;
         }
     }
-    // where pixels have one sample each it is the only one to choose
+    // pixels of one sample have no other to choose
     let cells = if grid.samples == 1 { &grid.cells_of_pixels[..] } else { nearest };
     if let Some(vectors) = frame.motion_vectors {
         write_motion(frame.scene, vectors, tile, cells, data);
@@ -209,7 +211,7 @@ pub fn take_data(
     }
 }
 
-/// The motion vectors of the samples in the `cells` that pixels show.
+/// Writes the motion vectors of the samples in `cells`, one for each pixel.
 fn write_motion(
     scene: &Scene,
     vectors: &MotionVectors,
@@ -237,7 +239,8 @@ fn write_motion(
         for axis in 0..2 {
             let column = data.open(first + axis).iter_mut();
             let length = |vector: Option<Vec2>| vector.unwrap_or_default()[axis];
-            // with 0 added, so that no zero is negative: what stands in the film is compared with it bit by bit
+            // with 0 added, so that no zero is negative: values in the film are compared with these bit by
+            // bit
             column.zip(&of_pixels).for_each(|(value, vectors)| *value = sign * length(vectors[which]) + 0.0);
         }
     }
@@ -247,8 +250,8 @@ fn write_motion(
     }
 }
 
-/// The texture coordinates of the samples in the `cells` that pixels show: at the points that are kept, where textures are
-/// looked up.
+/// Writes the texture coordinates of the samples in `cells`, one for each pixel: at the stored points, where
+/// textures are looked up.
 fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ data::COUNT }>) {
     let planes = [data::UV, data::UV + 1, data::UV + 2];
     planes.iter().for_each(|plane| _ = data.open_zeroed(*plane));
@@ -277,7 +280,7 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
             let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
             let is_there = f32::from(u8::from(mesh.has_uvs()));
             for (plane, value) in planes.into_iter().zip([uv.x, uv.y, is_there]) {
-                // no zero is negative: what stands in the film is compared with it bit by bit
+                // no zero is negative: values in the film are compared with these bit by bit
                 data.columns[plane][group * LANES + lane] = value + 0.0;
             }
         }
@@ -295,7 +298,7 @@ fn convert_to_files(space: &RenderSpace, data: &mut Planes<{ data::COUNT }>) {
     }
 }
 
-/// For each pixel what `column` holds for its nearest sample.
+/// Copies to each pixel the value that `column` has for its nearest sample.
 #[inline(always)]
 fn take<T: Copy>(grid: &Grid, nearest: &[u16], column: &Column<T>, pixels: &mut Column<T>) {
     if grid.samples == 1 {
@@ -320,7 +323,7 @@ pub fn count(frame: &FrameView, tile: &Tile, rays: &CellRays, data: &mut Planes<
         reduce(grid, column, |sum, value| sum + value, pixels);
     };
     let mut column = [0.0; CELLS];
-    // no early way out: many are compared at once
+    // no early exit: so many statuses are compared at once
     let has = |status: Status| tile.status.iter().fold(false, |any, other| any | (*other == status));
     let is_there = STATUSES.map(has);
     for ((status, number), is_there) in STATUSES.into_iter().zip(data::STATUS..).zip(is_there) {

@@ -1,4 +1,4 @@
-//! Which pixels a sample reaches by a filter wider than a pixel, and how much it counts in each.
+//! Pixels that samples reach by a filter wider than a pixel, and their weights in each.
 
 use wide::i32x8;
 
@@ -6,24 +6,24 @@ use crate::frame::grid::Grid;
 use crate::frame::planes::kernel::Kernel;
 use crate::lanes::{F32x8, LANES};
 
-/// Pixels along an edge of a tile with its halo.
+/// Number of pixels along an edge of a tile with its halo.
 pub fn edge(grid: &Grid, halo: u32) -> usize {
     (grid.tile_pixels + 2 * halo) as usize
 }
 
-/// The N x N pixels that each of eight samples reaches.
+/// The N x N pixels that each of eight samples reaches, with the samples' weights there.
 pub struct Reach<const N: usize> {
-    /// The first one: its number in rows of `edge` pixels, halo included.
+    /// First pixel of each sample: its number in rows of `edge` pixels, halo included.
     start: [i32; LANES],
-    /// In rows.
+    /// Weights of the eight samples in each pixel, in rows.
     weights: [[F32x8; N]; N],
 }
 
 impl<const N: usize> Reach<N> {
-    /// Of samples `at` places from the tile's corner, in pixels.
+    /// Computes the reach of samples `at` these places, in pixels from the tile's corner.
     #[inline(always)]
     pub fn of(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
-        // half of the pixels come before the sample; the halo's come first
+        // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
         let [x, y] = at.map(|at| at + F32x8::splat(0.5));
         let whole = [x, y].map(F32x8::to_whole);
         let first = whole.map(F32x8::from_whole);
@@ -41,7 +41,7 @@ impl<const N: usize> Reach<N> {
         [start % edge, start / edge]
     }
 
-    /// Adds the weights of sample `lane` to `pixels`: rows of `stride`, from the first one that it reaches.
+    /// Adds the weights of sample `lane` to `pixels`: rows of `stride`, from the first pixel that it reaches.
     #[inline(always)]
     pub fn add_weights(&self, lane: usize, stride: usize, pixels: &mut [f32]) {
         for (row, weights) in pixels.chunks_mut(stride).zip(&self.weights) {
@@ -49,7 +49,7 @@ impl<const N: usize> Reach<N> {
         }
     }
 
-    /// Adds `value`, that of sample `lane`, to its pixels.
+    /// Adds `value`, that of sample `lane`, times its weights to its pixels.
     #[inline(always)]
     pub fn add(&self, lane: usize, value: F32x8, edge: usize, pixels: &mut [F32x8]) {
         let pixels = &mut pixels[self.start[lane] as usize..][..(N - 1) * edge + N];

@@ -1,7 +1,7 @@
 //! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other tiles included.
 //!
-//! What a tile's samples add to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds up what
-//! neighbours have for each pixel.
+//! A tile's contribution to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds those of
+//! neighbours for each pixel.
 
 use std::ops::Range;
 
@@ -14,20 +14,21 @@ use crate::frame::planes::kernel::{Kernel, MOST_TAPS};
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, EMPTY, Tile};
 
-/// Eight planes of sums make a group: a pixel's eight sums lie side by side, and grow together.
+/// Number of groups. Eight planes of sums make a group: a pixel's eight sums lie side by side, and grow
+/// together.
 pub const GROUPS: usize = sums::COUNT.div_ceil(LANES);
 
-/// What one tile's samples add to the pixels that they reach. Keeps its memory from frame to frame.
+/// Sums that one tile's samples add to the pixels that they reach. Keeps its memory from frame to frame.
 #[derive(Debug)]
 pub struct TileFilm {
-    /// For each group the tile's pixels and the halo around them, in rows. What is in a group without any plane
-    /// means nothing.
+    /// Sums of each group: the tile's pixels and the halo around them, in rows. Values of a group in which no
+    /// plane `is_some` mean nothing.
     groups: [Vec<F32x8>; GROUPS],
-    /// Which planes are not zero throughout.
+    /// True for each plane that is not zero throughout.
     is_some: [bool; sums::COUNT],
-    /// Of the filter: pixels around the tile.
+    /// Halo of the filter: pixels around the tile.
     halo: u32,
-    /// By kind; of those that a layer shows.
+    /// Sums of mattes by kind, for the kinds that a layer shows.
     pub mattes: [MatteSums; Kind::ALL.len()],
 }
 
@@ -43,7 +44,7 @@ impl Default for TileFilm {
 }
 
 impl TileFilm {
-    /// Whether any of these sums is not zero throughout.
+    /// Returns true if any of these planes of sums is not zero throughout.
     pub fn has(&self, planes: &[usize]) -> bool {
         planes.iter().any(|plane| self.is_some[*plane])
     }
@@ -52,9 +53,9 @@ impl TileFilm {
         self.is_some.chunks(LANES).nth(group).is_some_and(|planes| planes.contains(&true))
     }
 
-    /// Calls `add(group, at, sums)` for all pixels of the rectangle `pixels` of the film that samples of the tile reach; this
-    /// is the film of tile number `number`. `at` is the column and row of the first of `sums`, a pixel each, from
-    /// left to right.
+    /// Calls `add(group, at, sums)` for every row of the rectangle `pixels` of the film that samples of the
+    /// tile reach. `number` is the tile's. `at` is column and row of the first of `sums`, which are one a
+    /// pixel, from left to right.
     pub fn for_each_run(
         &self,
         grid: &Grid,
@@ -63,7 +64,7 @@ impl TileFilm {
         mut add: impl FnMut(usize, [usize; 2], &[F32x8]),
     ) {
         let edge = edge(grid, self.halo);
-        // of the halo
+        // of the halo, in the film
         let corner = grid.corner_in_film(number).map(|at| at - self.halo as i32);
         let common = [0, 1].map(|axis| {
             let reached = [corner[axis], corner[axis] + edge as i32].map(|at| at.max(0) as usize);
@@ -83,8 +84,9 @@ impl TileFilm {
     }
 }
 
-/// Spreads each sample of a tile over the pixels that it reaches by the `kernel`. `x` and `y` say where it is seen, in cells
-/// from the tile's corner; `columns` what is to be summed, where there is anything but zeros.
+/// Spreads each sample of a tile over the pixels that it reaches by the `kernel`. `places` are x and y of
+/// samples, in cells from the tile's corner; `columns` are the values to be summed, `None` where all are
+/// zero.
 pub fn spread(
     kernel: &Kernel,
     grid: &Grid,
@@ -101,7 +103,7 @@ pub fn spread(
     }
 }
 
-/// The same with a kernel that reaches `N` pixels in a row.
+/// [`spread`] with a kernel that reaches `N` pixels in a row.
 fn spread_by<const N: usize>(
     kernel: &Kernel,
     grid: &Grid,

@@ -1,14 +1,14 @@
-//! How far pixels may be from what more samples would show, as far as their own samples tell: for denoisers, which should
-//! leave alone what is known well.
+//! Variance of pixels, estimated from their own samples. For denoisers, which should leave alone what is
+//! known well.
 
 use crate::frame::grid::Grid;
 use crate::frame::surface::radiance::{Light, Radiance};
 use crate::samples::Column;
 
-/// Of pixels with so few samples that they tell nothing.
+/// Variance of pixels with too few samples for an estimate.
 pub const UNKNOWN: f32 = 1e18;
 
-/// Brighter samples count as so bright, so that no square is infinite. Half floats end at 65504.
+/// Limit to which brighter samples are lowered, so that no square is infinite. Half floats end at 65504.
 const MOST_LIGHT: f32 = 1e8;
 
 /// Writes, for each cell of a pixel, the variance of the pixel's mean, averaged over the three channels, in units of radiance
@@ -48,13 +48,13 @@ pub fn pixel_variances(grid: &Grid, radiance: &Radiance, variance: &mut Column<f
     }
 }
 
-/// What the sample in `cell` shows in a channel, by those layers that there are.
+/// Value of the sample in `cell` in a channel: the sum of those layers that are present.
 fn shown(layers: &[(&Light, bool)], channel: usize, cell: usize) -> f32 {
     let layers = layers.iter().filter(|(_, is_some)| *is_some);
     layers.map(|(light, _)| light[channel][cell]).sum::<f32>().min(MOST_LIGHT)
 }
 
-/// The sum of the squares by which neighbours in a square of values differ, in rows and in columns.
+/// Sum of the squared differences of neighbours in a square of values, in rows and in columns.
 fn differences(values: &[f32], side: usize) -> f32 {
     let square = |(a, b): (&f32, &f32)| (a - b).powi(2);
     let in_rows =
@@ -68,7 +68,7 @@ mod tests {
     use crate::frame::grid::tests::settings;
     use crate::samples::CELLS;
 
-    /// Of a tile whose samples are told by number within their pixel.
+    /// Variance of a tile whose samples are given by their numbers within their pixels.
     fn variance_of(samples: u32, diffuse: impl Fn(usize) -> f32, shine: Option<f32>) -> f32 {
         let grid = Grid::new(&settings(64, 64, samples));
         let mut radiance = Radiance { has_specular: shine.is_some(), ..Radiance::default() };

@@ -1,19 +1,19 @@
-//! The cells of a tile with a rim of one cell around it: those whose samples may serve a cell of the tile.
+//! Cells of a tile with a rim of one cell around it: samples in any of them may serve a cell of the tile.
 
 use super::place;
 use crate::samples::TILE;
 
-/// Cells along an edge of a tile and one around it.
+/// Cells along an edge of a tile with its rim.
 pub const ACROSS: usize = TILE + 2;
 
-/// Cells of a row in and around a tile: filled up to whole eights, so that eight may be loaded from any cell of the
-/// tile.
+/// Length of a row of a tile with its rim: padded to a multiple of eight, so that eight cells may be loaded
+/// from any cell of the tile on.
 pub const ROW: usize = ACROSS.next_multiple_of(8);
 
-/// Cells in and around a tile. They are numbered in rows of [`ROW`].
+/// Cells of a tile with its rim. They are numbered in rows of [`ROW`].
 pub const AROUND: usize = ACROSS * ROW;
 
-/// The number, among the cells in and around a tile, of one of its cells.
+/// Number of a tile's cell among the [cells in and around](AROUND) the tile.
 #[inline(always)]
 pub fn around(cell: usize) -> usize {
     let [column, row] = place(cell).map(|at| at as usize + 1);

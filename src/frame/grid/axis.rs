@@ -1,4 +1,4 @@
-//! How tiles lie along one axis of the picture.
+//! Layout of tiles along one axis of the picture.
 //!
 //! Tiles are counted from the picture's edges, whatever part of it and of its surroundings is rendered, and none lies on
 //! both sides of an edge. So a tile has the same cells, and its rays the same company, with a crop or overscan as without:
@@ -6,20 +6,21 @@
 
 use std::ops::Range;
 
-/// Tiles beside each other, in pixels from the picture's first; pixels of the overscan before it are negative.
+/// Tiles along one axis, in pixels counted from the picture's first; pixels of the overscan before it are
+/// negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// The first pixel of each tile, and the end of the last.
+    /// First pixel of each tile, then the end of the last.
     starts: Vec<i32>,
-    /// The pixels of the film. Tiles at its ends may reach beyond.
+    /// Pixels of the film. Tiles at its ends may reach beyond.
     film: Range<i32>,
-    /// The picture's pixels.
+    /// Pixels of the picture.
     picture: Range<i32>,
 }
 
 impl Axis {
-    /// The tiles, of up to `tile` pixels, whose samples show in the pixels `film`, where each reaches `reach` pixels far.
-    /// The picture has `size` pixels, and `overscan` more before and after it.
+    /// Lays out those tiles, of up to `tile` pixels, whose samples show in the pixels `film` when a sample
+    /// reaches `reach` pixels far. The picture has `size` pixels, and `overscan` more before and after it.
     pub fn new(size: u32, overscan: u32, film: Range<i32>, tile: u32, reach: u32) -> Self {
         let [size, overscan, reach] = [size, overscan, reach].map(|count| count as i32);
         let step = tile as usize;
@@ -38,50 +39,50 @@ impl Axis {
         Self { starts, film, picture: 0..size }
     }
 
-    /// How many tiles there are.
+    /// Number of tiles.
     pub fn count(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The pixels of tile number `tile`.
+    /// Pixels of tile number `tile`.
     #[inline]
     pub fn tile(&self, tile: usize) -> Range<i32> {
         self.starts[tile]..self.starts[tile + 1]
     }
 
-    /// The pixels of all tiles.
+    /// Pixels of all tiles.
     pub fn all(&self) -> Range<i32> {
         self.starts[0]..self.starts[self.count()]
     }
 
-    /// How many pixels the film has.
+    /// Number of pixels of the film.
     pub fn film(&self) -> usize {
         self.film.len()
     }
 
-    /// A pixel, counted from the film's first.
+    /// Converts a pixel to one counted from the film's first.
     #[inline]
     pub fn in_film(&self, pixel: i32) -> i32 {
         pixel - self.film.start
     }
 
-    /// The film's pixels of tile number `tile`, counted from the film's first. None of a tile that is there for its
-    /// neighbours alone.
+    /// Pixels of tile number `tile` that are in the film, counted from the film's first. Empty for a tile
+    /// that exists only for its neighbours' sake.
     #[inline]
     pub fn film_of(&self, tile: usize) -> Range<usize> {
         let in_film = |pixel: i32| self.in_film(pixel.clamp(self.film.start, self.film.end)) as usize;
         in_film(self.starts[tile])..in_film(self.starts[tile + 1])
     }
 
-    /// Where in the film tiles `first..` begin, as far as they are in it: each `step`-th, and the end of the last before
-    /// `end`.
+    /// Borders in the film of groups of `step` tiles: the first film pixel of each `step`-th of `tiles`, then
+    /// the end of the last tile. Counted from the film's first pixel.
     pub fn cuts(&self, tiles: Range<usize>, step: usize) -> Vec<usize> {
         let starts = tiles.clone().step_by(step).map(|tile| self.film_of(tile).start);
         starts.chain(tiles.last().map(|last| self.film_of(last).end)).collect()
     }
 
-    /// Pixels of the film, counted from its first, in pieces of up to `size` of which none lies on both sides of an edge
-    /// of the picture.
+    /// Divides pixels of the film, counted from its first, into pieces of up to `size`, none of which crosses
+    /// an edge of the picture.
     pub fn pieces(&self, pixels: Range<usize>, size: usize) -> Vec<Range<usize>> {
         let edges = [self.picture.start, self.picture.end].map(|edge| self.in_film(edge).max(0) as usize);
         let mut pieces = Vec::new();
@@ -95,20 +96,21 @@ impl Axis {
         pieces
     }
 
-    /// Whether all these pixels of the film, counted from its first, are the picture's.
+    /// Returns true if all these pixels of the film, counted from its first, belong to the picture.
     pub fn is_picture(&self, pixels: &Range<usize>) -> bool {
         let [start, end] = [pixels.start, pixels.end].map(|pixel| self.film.start + pixel as i32);
         self.picture.start <= start && end <= self.picture.end
     }
 
-    /// Numbers of the tiles that have any pixel within `reach` of these pixels of the film, counted from its first; with
-    /// `of_picture` of those tiles alone that are the picture's.
+    /// Numbers of the tiles that have a pixel within `reach` of these pixels of the film, counted from its
+    /// first. With `of_picture` only tiles of the picture, none of the overscan.
     pub fn tiles_within(&self, pixels: &Range<usize>, reach: u32, of_picture: bool) -> Range<usize> {
         let [start, end] = [pixels.start, pixels.end].map(|pixel| self.film.start + pixel as i32);
         self.tiles_between(start - reach as i32..end + reach as i32, of_picture)
     }
 
-    /// Numbers of the tiles that have any of these pixels.
+    /// Numbers of the tiles that have any of these pixels, which count from the picture's first. `of_picture`
+    /// as above.
     pub fn tiles_between(&self, pixels: Range<i32>, of_picture: bool) -> Range<usize> {
         let bounds = if of_picture { &self.picture } else { &(i32::MIN..i32::MAX) };
         let (start, end) = (pixels.start.max(bounds.start), pixels.end.min(bounds.end));

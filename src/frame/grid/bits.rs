@@ -3,20 +3,20 @@
 use crate::lanes::{LANES, Mask};
 use crate::samples::{EMPTY, Status};
 
-/// For eight cells, which of them hold a surface, a bit each.
+/// Bit mask of those of eight cells that hold a surface.
 #[inline(always)]
 pub fn surface_bits(models: &[u32]) -> u8 {
     Mask::less(models, EMPTY).bits()
 }
 
-/// Of eight cells, those whose status is `wanted`, a bit each.
+/// Bit mask of those of eight cells whose status is `wanted`.
 #[inline(always)]
 pub fn status_bits(status: &[Status], wanted: impl Fn(Status) -> bool) -> u8 {
     Mask::of(|lane| wanted(status[lane])).bits()
 }
 
-/// Of eight cells' models, those of which something `holds`, a bit each. Neighbours mostly show the same model:
-/// then it is asked once.
+/// Bit mask of those of eight cells for whose model `holds` returns true. Neighbours mostly show the same
+/// model: then `holds` is called once.
 #[inline(always)]
 pub fn bits_of_models(models: &[u32], holds: impl Fn(u32) -> bool) -> u8 {
     if Mask::equal(models, models[0]).bits() == u8::MAX {
@@ -25,7 +25,7 @@ pub fn bits_of_models(models: &[u32], holds: impl Fn(u32) -> bool) -> u8 {
     models.iter().enumerate().fold(0, |bits, (lane, model)| bits | u8::from(holds(*model)) << lane)
 }
 
-/// The numbers of the bits that are set, from the lowest on. Mostly there is none.
+/// Iterates over the numbers of the bits that are set, lowest first. Mostly there is none.
 #[inline(always)]
 pub fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut bits = bits.into();
@@ -44,7 +44,7 @@ pub fn count_bits(bits: u8, counts: &mut [u16]) {
     }
 }
 
-/// Whether bit number `ray` of `bits` is set.
+/// Returns true if bit number `ray` of `bits` is set.
 #[inline]
 pub fn bit(bits: &[u16], ray: usize) -> bool {
     bits[ray / 16] >> (ray % 16) & 1 != 0

@@ -3,10 +3,10 @@
 use crate::samples::saved::CellMask;
 use crate::samples::{CELLS, Status};
 
-/// Cells of a block, which is a packet.
+/// Cells of a block, which makes one packet.
 pub const BLOCK: usize = crate::trace::LANES;
 
-/// Cells of a tile, a bit each.
+/// Set of a tile's cells, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellSet([u16; CELLS / BLOCK]);
 
@@ -14,45 +14,45 @@ impl CellSet {
     /// All cells.
     pub const ALL: Self = Self([u16::MAX; CELLS / BLOCK]);
 
-    /// Those that `holds`.
+    /// Creates the set of cells for which `holds` returns true.
     pub fn of(holds: impl Fn(usize) -> bool) -> Self {
         Self(std::array::from_fn(|block| {
             (0..BLOCK).fold(0, |bits, lane| bits | u16::from(holds(block * BLOCK + lane)) << lane)
         }))
     }
 
-    /// As bytes.
+    /// Converts the set to bytes.
     pub fn to_mask(self) -> CellMask {
         std::array::from_fn(|eight| self.eight(eight * 8))
     }
 
-    /// What [`to_mask`](Self::to_mask) gave.
+    /// Inverse of [`to_mask`](Self::to_mask).
     pub fn from_mask(mask: &CellMask) -> Self {
         Self::of(|cell| mask[cell / 8] >> (cell % 8) & 1 != 0)
     }
 
-    /// Those that are in both.
+    /// Intersection of two sets.
     pub fn and(&self, other: &Self) -> Self {
         Self(std::array::from_fn(|block| self.0[block] & other.0[block]))
     }
 
-    /// Those that are in either.
+    /// Union of two sets.
     pub fn or(&self, other: &Self) -> Self {
         Self(std::array::from_fn(|block| self.0[block] | other.0[block]))
     }
 
-    /// Those that are not in the other.
+    /// Difference: cells of this set that are not in `other`.
     pub fn without(&self, other: &Self) -> Self {
         Self(std::array::from_fn(|block| self.0[block] & !other.0[block]))
     }
 
-    /// Whether a cell is in it.
+    /// Returns true if `cell` is in the set.
     #[inline(always)]
     pub fn has(&self, cell: usize) -> bool {
         self.0[cell / BLOCK] >> (cell % BLOCK) & 1 != 0
     }
 
-    /// Their numbers, in order.
+    /// Iterates over the numbers of the cells, in order.
     pub fn numbers(&self) -> impl Iterator<Item = usize> {
         let blocks = (0..).step_by(BLOCK).zip(self.0);
         blocks.flat_map(|(first, block)| {
@@ -62,7 +62,7 @@ impl CellSet {
         })
     }
 
-    /// How many there are.
+    /// Number of cells in the set.
     pub fn count(&self) -> usize {
         self.0.iter().map(|block| block.count_ones() as usize).sum()
     }
@@ -73,13 +73,13 @@ impl CellSet {
         self.0[cell / BLOCK] |= 1 << (cell % BLOCK);
     }
 
-    /// Of eight cells from `first` on, those in it, a bit each.
+    /// Bit mask of those of the eight cells from `first` on that are in the set.
     #[inline(always)]
     pub fn eight(&self, first: usize) -> u8 {
         (self.0[first / BLOCK] >> (first % BLOCK)) as u8
     }
 
-    /// Whether no cell is in it.
+    /// Returns true if the set has no cell.
     pub fn is_empty(&self) -> bool {
         self.0 == [0; CELLS / BLOCK]
     }
@@ -91,7 +91,7 @@ impl Default for CellSet {
     }
 }
 
-/// Whether a cell with this status has been traced in this frame, or is to be.
+/// Returns true if a cell with this status has been traced in this frame, or is to be.
 #[inline]
 pub fn is_traced(status: Status) -> bool {
     matches!(status, Status::Missed | Status::Obscured | Status::Base)

@@ -1,4 +1,4 @@
-//! How the cells of a picture lie in tiles.
+//! The cells of a picture and their layout in tiles.
 //!
 //! Spaces: *cell space* has x to the right and y down from the top left corner of the picture, one unit a
 //! cell; a pixel is N x N cells. Cells of the overscan left of the picture and above it have negative places. A tile holds as
@@ -25,22 +25,22 @@ use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
 use crate::shade::sampling::hash_of;
 
-/// The cells of a picture, or of what is rendered of it. The same for all frames of a run.
+/// The cells of a picture, or of the rendered part of it. One grid serves all frames of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Pixels across the picture.
     pub width: u32,
-    /// Pixels down.
+    /// Pixels down the picture.
     pub height: u32,
     /// N: samples along a pixel's edge.
     pub samples: u32,
     /// Pixels across and down the film.
     pub film: [u32; 2],
-    /// Cell space: the first cell of the first tile.
+    /// First cell of the first tile, in cell space.
     pub first: [i32; 2],
     /// Cells in a row and in a column of all tiles.
     pub cells: [u32; 2],
-    /// Where tiles are, across and down.
+    /// Layout of tiles, across and down.
     pub axes: [Axis; 2],
     /// Tiles in a row.
     pub tiles_x: u32,
@@ -48,26 +48,26 @@ pub struct Grid {
     pub tiles_y: u32,
     /// Pixels along a tile's edge.
     pub tile_pixels: u32,
-    /// Columns, within its tile, of the cells of a tile.
+    /// Column, within its tile, of each cell of a tile.
     pub place_x: Column<f32>,
-    /// Rows, within its tile, of the cells of a tile.
+    /// Row, within its tile, of each cell of a tile.
     pub place_y: Column<f32>,
-    /// For each cell, the centre of its pixel, within its tile, in pixels.
+    /// Centre of each cell's pixel: pixels from the tile's left edge.
     pub center_x: Column<f32>,
-    /// The same, downwards.
+    /// Centre of each cell's pixel: pixels from the tile's upper edge.
     pub center_y: Column<f32>,
-    /// For each cell, its number among the N x N of its pixel.
+    /// Number of each cell among the N x N cells of its pixel.
     pub number_in_pixel: Column<f32>,
-    /// The cells of a tile's pixels: N x N for each pixel, pixels in rows.
+    /// Cells of a tile's pixels: N x N numbers for each pixel, pixels in rows.
     pub cells_of_pixels: Vec<u16>,
-    /// What a cell's column adds to its index.
+    /// Summand of a cell's index, by column: see [`index_of`](Self::index_of).
     index_of_column: Vec<u32>,
-    /// What a cell's row adds to its index.
+    /// Summand of a cell's index, by row.
     index_of_row: Vec<u32>,
 }
 
 impl Grid {
-    /// For pictures as `settings` ask for them.
+    /// Creates the grid of pictures with these settings.
     pub fn new(settings: &Settings) -> Self {
         Self::reaching(settings, settings.filter_reach())
     }
@@ -127,23 +127,23 @@ impl Grid {
         }
     }
 
-    /// Tiles of the store.
+    /// Number of tiles of the store.
     pub fn tiles(&self) -> usize {
         self.tiles_x as usize * self.tiles_y as usize
     }
 
-    /// The cells of pixel number `pixel` of a tile.
+    /// Cells of pixel number `pixel` of a tile.
     #[inline]
     pub fn cells_of_pixel(&self, pixel: usize) -> &[u16] {
         &self.cells_of_pixels[pixel * self.samples_of_pixel()..][..self.samples_of_pixel()]
     }
 
-    /// Samples of a pixel.
+    /// Number of samples in a pixel: N x N.
     pub fn samples_of_pixel(&self) -> usize {
         (self.samples * self.samples) as usize
     }
 
-    /// Which of eight points of cell space are in any tile. No for what is not a number.
+    /// Mask of those of eight points of cell space that lie in a tile. False for NaN.
     #[inline(always)]
     pub fn inside(&self, x: F32x8, y: F32x8) -> Mask {
         let within = |at: F32x8, axis: usize| {
@@ -153,8 +153,9 @@ impl Grid {
         within(x, 0) & within(y, 1)
     }
 
-    /// Columns or rows (axis 0 or 1), counted from the first tile's first in steps of which a cell has `steps`, of eight
-    /// points of cell space; at the rim for what is not [inside](Self::inside).
+    /// Columns or rows (axis 0 or 1) of eight points of cell space, in units of which a cell has `steps`,
+    /// counted from the first tile's first cell. Points that are not [inside](Self::inside) are clamped to
+    /// the rim.
     #[inline(always)]
     pub fn steps_from_first(&self, at: F32x8, axis: usize, steps: i32) -> [i32; LANES] {
         let from_first = (at - F32x8::splat(self.first[axis] as f32)) * F32x8::splat(steps as f32);
@@ -163,46 +164,48 @@ impl Grid {
         from_first.to_whole().max(i32x8::ZERO).min(last).to_array()
     }
 
-    /// Indices of the cells that hold eight points of cell space, in the store's order; of a cell at the rim for
-    /// what is not [inside](Self::inside).
+    /// Indices of the cells that hold eight points of cell space, in the store's order. Points that are not
+    /// [inside](Self::inside) get a cell at the rim.
     #[inline(always)]
     pub fn cells_at(&self, x: F32x8, y: F32x8) -> [u32; LANES] {
         let (columns, rows) = (self.steps_from_first(x, 0, 1), self.steps_from_first(y, 1, 1));
         std::array::from_fn(|lane| self.index_of([columns[lane] as u32, rows[lane] as u32]))
     }
 
-    /// Cells along an edge of a tile.
+    /// Number of cells along an edge of a tile.
     #[inline(always)]
     pub fn tile_edge(&self) -> u32 {
         self.tile_pixels * self.samples
     }
 
-    /// Tiles in a row and in a column.
+    /// Number of tiles in a row and in a column.
     #[inline(always)]
     pub fn tile_counts(&self) -> [u32; 2] {
         [self.tiles_x, self.tiles_y]
     }
 
-    /// The number of the tile that holds the cell in this column and row, counted from the first tile's first.
+    /// Number of the tile that holds the cell in this column and row, counted from the first tile's first
+    /// cell.
     pub fn tile_at(&self, at: [u32; 2]) -> usize {
         self.index_of(at) as usize / CELLS
     }
 
-    /// Column and row of tile number `tile` among the tiles.
+    /// Column and row of tile number `tile`, in tiles.
     #[inline]
     pub fn place_of_tile(&self, tile: usize) -> [usize; 2] {
         [tile % self.tiles_x as usize, tile / self.tiles_x as usize]
     }
 
-    /// What of tile number `tile`, and of what is around it, is rendered.
+    /// Rendered part of tile number `tile` and of its surroundings.
     pub fn extent_of(&self, tile: usize) -> Extent {
         let (tile_x, tile_y) = (tile as u32 % self.tiles_x, tile as u32 / self.tiles_x);
         let goes_on = [tile_x > 0, tile_y > 0, tile_x + 1 < self.tiles_x, tile_y + 1 < self.tiles_y];
         Extent { cells: self.extent(tile), goes_on }
     }
 
-    /// A number for the picture's pixel in this column and row: those of the picture count in rows, and those around it have
-    /// others, but for chance. It does not depend on what part of them is rendered.
+    /// Number for the pixel in this column and row of the picture: pixels of the picture count in rows; those
+    /// of the overscan get a hash, which differs from these but for chance. The number does not depend on
+    /// which part is rendered.
     pub fn number_of_pixel(&self, [x, y]: [i32; 2]) -> u32 {
         if (0..self.width as i32).contains(&x) && (0..self.height as i32).contains(&y) {
             return y as u32 * self.width + x as u32;
@@ -210,17 +213,19 @@ impl Grid {
         hash_of(&[x as f32, y as f32])
     }
 
-    /// Index of the cell in this column and row, counted from the first tile's first.
+    /// Index, in the store's order, of the cell in this column and row, counted from the first tile's first
+    /// cell.
     #[inline]
     pub fn index_of(&self, [x, y]: [u32; 2]) -> u32 {
         self.index_of_column[x as usize] + self.index_of_row[y as usize]
     }
 
-    /// The tile and the number in it of a cell in or beside tile number `tile`, whose own first one is in column and row 1; none
-    /// where the picture has no cells.
+    /// Finds the cell at `place` (column, row) in or beside tile number `tile`, whose own first cell is in
+    /// column and row 1. Returns the number of the tile that has it and its number in that tile, or `None`
+    /// where the grid has no cell.
     pub fn cell_around(&self, tile: usize, place: [usize; 2]) -> Option<(usize, usize)> {
         let corner = self.tile_corner(tile);
-        // counted from the first tile's first; none is before it
+        // counted from the first tile's first cell; no cell lies before that one
         let at = |axis: usize| ((corner[axis] - self.first[axis]) as u32 + place[axis] as u32).checked_sub(1);
         let [x, y] = [at(0)?, at(1)?];
         let is_in = x < self.cells[0] && y < self.cells[1];
@@ -228,7 +233,7 @@ impl Grid {
         Some((index / CELLS, index % CELLS))
     }
 
-    /// Cell space: the first cell of tile number `tile`.
+    /// First cell of tile number `tile`, in cell space.
     #[inline]
     pub fn tile_corner(&self, tile: usize) -> [i32; 2] {
         let place = self.place_of_tile(tile);
@@ -242,14 +247,14 @@ impl Grid {
         [0, 1].map(|axis| self.axes[axis].in_film(self.axes[axis].tile(place[axis]).start))
     }
 
-    /// Columns and rows of the film that tile number `tile` shows in.
+    /// Columns and rows of the film that tile number `tile` shows in, counted from the film's corner.
     #[inline]
     pub fn pixels(&self, tile: usize) -> [Range<usize>; 2] {
         let place = self.place_of_tile(tile);
         [0, 1].map(|axis| self.axes[axis].film_of(place[axis]))
     }
 
-    /// Of the pixels of tile number `tile`, in rows: the number of the first that is in the film.
+    /// Number of the tile's first pixel that is in the film; a tile's pixels are numbered in rows.
     #[inline]
     pub fn first_in_film(&self, tile: usize) -> usize {
         let (corner, pixels) = (self.corner_in_film(tile), self.pixels(tile));
@@ -257,35 +262,35 @@ impl Grid {
         y * self.tile_pixels as usize + x
     }
 
-    /// Columns and rows of tile number `tile`, from its corner, that have cells.
+    /// Number of columns and rows of tile number `tile`, from its corner, that have cells.
     #[inline]
     pub fn extent(&self, tile: usize) -> [u32; 2] {
         let place = self.place_of_tile(tile);
         [0, 1].map(|axis| self.axes[axis].tile(place[axis]).len() as u32 * self.samples)
     }
 
-    /// How many they are.
+    /// Number of cells of tile number `tile`.
     pub fn cells(&self, tile: usize) -> u64 {
         let [across, down] = self.extent(tile);
         u64::from(across * down)
     }
 
-    /// The cells of all tiles.
+    /// Number of cells of all tiles.
     pub fn all_cells(&self) -> u64 {
         u64::from(self.cells[0]) * u64::from(self.cells[1])
     }
 }
 
-/// What of a tile, and of what is around it, is rendered.
+/// Rendered part of a tile and of its surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
-    /// Columns and rows, from its corner.
+    /// Number of columns and rows, from the tile's corner.
     pub cells: [u32; 2],
-    /// Whether there are tiles to the left, above, to the right and below.
+    /// True where there is a tile: to the left, above, to the right and below.
     pub goes_on: [bool; 4],
 }
 
-/// Whether a cell of a tile is within its `extent`.
+/// Returns true if a cell of a tile lies within its `extent`.
 #[inline]
 pub fn holds(extent: [u32; 2], cell: usize) -> bool {
     let [x, y] = place(cell);
@@ -300,18 +305,18 @@ pub fn place(cell: usize) -> [u32; 2] {
     [((block % BLOCKS) * 4 + lane % 4) as u32, ((block / BLOCKS) * 4 + lane / 4) as u32]
 }
 
-/// The number as which a tile stores the cell in this column and row.
+/// Number as which a tile stores the cell in this column and row.
 #[inline]
 pub fn cell_number([x, y]: [u32; 2]) -> usize {
     (across(x) + down(y)) as usize
 }
 
-/// What column `x` within a tile adds to the number of a cell: tiles are stored in blocks of 4 x 4.
+/// Summand of a cell's number from its column `x` within the tile: tiles are stored in blocks of 4 x 4.
 fn across(x: u32) -> u32 {
     (x / 4) * 16 + x % 4
 }
 
-/// What row `y` within a tile adds.
+/// Summand of a cell's number from its row `y` within the tile.
 fn down(y: u32) -> u32 {
     (y / 4) * (TILE as u32 / 4) * 16 + (y % 4) * 4
 }

@@ -11,36 +11,38 @@ use crate::pose::CameraPose;
 use crate::samples::TILE;
 use crate::scene::camera::Projection;
 
-/// Of the distance from the eye: where surfaces beside each other differ so much in depth, one is before the other.
+/// Step in depth, as a share of the distance from the eye, from which on one of two adjacent surfaces counts
+/// as before the other.
 pub const DEPTH_STEP: f32 = 0.1;
 
-/// Cells and camera of one frame.
+/// Camera and grid of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// Where the frame is seen from.
+    /// Camera of the frame.
     pub camera: CameraPose,
-    /// What samples it.
+    /// Cells of the picture.
     pub grid: Arc<Grid>,
-    /// From the picture's left to the view axis, and from its top: at distance 1, or of an orthographic camera in world units.
+    /// Offset from the picture's left edge and from its top to the view axis: lengths at distance 1, or world
+    /// units with an orthographic camera.
     axis: [f32; 2],
-    /// Cells for such a unit.
+    /// Cells per unit of `axis`, across and down.
     scale: [f32; 2],
 }
 
-/// Eight points in cell space, with their distances along the view axis.
+/// Eight points in cell space, with their depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projected {
-    /// Cells from the left.
+    /// Column, in cells from the picture's left edge.
     pub x: F32x8,
-    /// Cells from the top.
+    /// Row, in cells from the picture's top.
     pub y: F32x8,
-    /// Along the view axis, world units. Only where this is positive does the point lie before the camera and
-    /// `x` and `y` mean anything.
+    /// Distance along the view axis, world units. `x` and `y` mean something only where this is positive:
+    /// there the point lies before the camera.
     pub depth: F32x8,
 }
 
 impl View {
-    /// The grid behind `camera`.
+    /// Creates the view of `camera` through `grid`.
     pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
         let aspect = grid.width as f32 / grid.height as f32;
         let [half, middle] = camera.frustum(aspect);
@@ -50,8 +52,8 @@ impl View {
         Self { camera, grid: Arc::clone(grid), axis, scale }
     }
 
-    /// Lines of sight through points of cell space: where they begin, and where they lead. The part of their directions along
-    /// the view axis is 1: lengths along them are distances along the axis.
+    /// Lines of sight through points of cell space: origins and directions. Directions have the length 1
+    /// along the view axis, so that a ray's parameter is a distance along that axis.
     #[inline(always)]
     pub fn rays(&self, x: F32x8, y: F32x8) -> [Vec3x8; 2] {
         let across = x / F32x8::splat(self.scale[0]) - F32x8::splat(self.axis[0]);
@@ -65,8 +67,8 @@ impl View {
         }
     }
 
-    /// From where lines of sight begin to points at `offsets` from the eye. In an orthographic view the background is no
-    /// point: all of it is seen along the view axis.
+    /// Vectors from the origins of lines of sight to the points at `offsets` from the eye. In an orthographic
+    /// view the background is not a point: all of it is seen along the view axis.
     #[inline(always)]
     pub fn sights(&self, offsets: Vec3x8) -> Vec3x8 {
         match self.camera.projection {
@@ -78,7 +80,7 @@ impl View {
         }
     }
 
-    /// Where these lines of sight begin.
+    /// Origins of the lines of sight to the points at `offsets` from the eye.
     #[inline(always)]
     pub fn origins(&self, offsets: Vec3x8) -> Vec3x8 {
         let eye = Vec3x8::splat(self.camera.eye);
@@ -88,8 +90,8 @@ impl View {
         }
     }
 
-    /// By how much the depth of surfaces must differ, next to each other in the picture and at `depth`, for one to be before
-    /// the other: a share of the distance, or of the height of what an orthographic camera sees.
+    /// Step in depth at `depth` from which on one of two adjacent surfaces counts as before the other: a
+    /// share of the distance, or of the height of an orthographic picture. World units.
     #[inline(always)]
     pub fn depth_step(&self, depth: f32) -> f32 {
         match self.camera.projection {
@@ -98,7 +100,8 @@ impl View {
         }
     }
 
-    /// Depths as samples are ordered and told apart by them: equal ratios are equal [steps](Self::depth_step).
+    /// Depths as keys that order samples and tell surfaces apart: equal ratios of keys are equal
+    /// [steps](Self::depth_step).
     #[inline(always)]
     pub fn ranked_depth(&self, depth: F32x8) -> F32x8 {
         match self.camera.projection {
@@ -116,8 +119,8 @@ impl View {
         }
     }
 
-    /// All lines of sight through the cells of tile number `number`, and a cell beyond: rounding may say of a sample that it
-    /// is seen there.
+    /// Bounds of all lines of sight through the cells of tile number `number` and one cell around it: by
+    /// rounding, a sample may be found to be seen there.
     pub fn sights_of_tile(&self, number: usize) -> SweptBox {
         let sides =
             self.grid.tile_corner(number).map(|at| [at as f32 - 1.0, (at + TILE as i32) as f32 + 1.0]);
@@ -130,7 +133,7 @@ impl View {
         SweptBox::fans(&origins, &directions)
     }
 
-    /// Where offsets (from the eye, world space) are seen.
+    /// Projects offsets from the eye (world space) into cell space.
     #[inline(always)]
     pub fn project(&self, offset: Vec3x8) -> Projected {
         let depth = offset.dot(Vec3x8::splat(self.camera.forward));
@@ -146,7 +149,7 @@ impl View {
         }
     }
 
-    /// Where one offset is seen: x, y and depth. `None` behind the eye.
+    /// Projects one offset: x, y and depth. `None` behind the eye.
     pub fn project_one(&self, offset: Vec3) -> Option<Vec3> {
         let Projected { x, y, depth } = self.project(Vec3x8::splat(offset));
         // false for NaN as well

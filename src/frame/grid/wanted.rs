@@ -1,9 +1,10 @@
-//! Which pixels a level of refinement is asked for.
+//! Sets of pixels that a level of refinement has to make.
 //!
-//! With adaptive samples a frame is made level by level (the paper's "adaptive supersampling"): the coarsest level has
-//! samples in all pixels, each finer one, twice as fine, in those alone that [`contrast`](crate::frame::tiles::contrast) flags in the
-//! level before. A level is a chain of frames of its own: samples in it are reprojected, verified, lit and enhanced as
-//! any others, but in wanted cells only. Those that serve none stay as spare samples, and come back when they are wanted.
+//! With adaptive samples a frame is made level by level (the paper's "adaptive supersampling"). The coarsest
+//! level has samples in all pixels. Each finer one, twice as fine, has samples only in pixels that
+//! [`contrast`](crate::frame::tiles::contrast) flags in the level before. A level is a chain of frames of its
+//! own: its samples are reprojected, verified, lit and enhanced as any others, but in wanted cells only.
+//! Samples that serve none stay as spare samples, and come back when their cells are wanted.
 
 use std::ops::Range;
 
@@ -14,24 +15,25 @@ use super::cells::CellSet;
 use super::{Grid, holds};
 use crate::samples::saved::CellMask;
 
-/// Pixels of the picture and of what is around it, yes or no.
+/// A flag for each pixel of the picture and of its overscan.
 #[derive(Debug, Clone, Default)]
 pub struct PixelFlags {
-    /// Column and row of the first one; negative in the overscan.
+    /// Column and row of the first pixel; negative in the overscan.
     corner: [i32; 2],
     width: usize,
     flags: Vec<bool>,
 }
 
 impl PixelFlags {
-    /// None of the pixels that the tiles of `grid` have.
+    /// Creates flags, none set, for the pixels of all tiles of `grid`.
     pub fn none(grid: &Grid) -> Self {
         let [columns, rows] = grid.axes.each_ref().map(|axis| axis.all());
         let flags = vec![false; columns.len() * rows.len()];
         Self { corner: [columns.start, rows.start], width: columns.len(), flags }
     }
 
-    /// The flags of these columns in a row, as far as there are any; and how many columns are before the first.
+    /// Flags of these columns in row `y`, as far as they exist, and the number of columns that are missing
+    /// before the first.
     fn of_row(&self, columns: &Range<i32>, y: i32) -> (usize, &[bool]) {
         let row = usize::try_from(y - self.corner[1]).ok();
         let row = row.and_then(|row| self.flags.chunks_exact(self.width.max(1)).nth(row)).unwrap_or(&[]);
@@ -40,7 +42,8 @@ impl PixelFlags {
         (before as usize, &row[place(columns.start)..place(columns.end)])
     }
 
-    /// The rows of each row of tiles of `grid`, from the first on, each with how wide it is.
+    /// Slices of the flags, one for each row of tiles of `grid`, from the first on: all pixel rows of these
+    /// tiles, each [`width`](Self::width) long.
     pub fn rows_of_tiles<'f>(&'f mut self, grid: &Grid) -> Vec<&'f mut [bool]> {
         let mut left = &mut self.flags[..];
         let heights = (0..grid.axes[1].count()).map(|row| grid.axes[1].tile(row).len() * self.width);
@@ -53,20 +56,20 @@ impl PixelFlags {
         rows
     }
 
-    /// Pixels in a row.
+    /// Number of pixels in a row.
     pub fn width(&self) -> usize {
         self.width
     }
 }
 
-/// For each tile of a level its wanted cells. They are all cells of whole pixels.
+/// Wanted cells of each tile of a level. They are always all cells of whole pixels.
 #[derive(Debug, Clone, Default)]
 pub struct Wanted {
     tiles: Vec<CellSet>,
 }
 
 impl Wanted {
-    /// The cells of the pixels that are flagged, in the tiles of `grid`.
+    /// Cells of the flagged pixels, in the tiles of `grid`.
     pub fn of(flags: &PixelFlags, grid: &Grid) -> Self {
         let of_tile = |number: usize| {
             let place = grid.place_of_tile(number);
@@ -87,25 +90,25 @@ impl Wanted {
         Self { tiles: (0..grid.tiles()).into_par_iter().map(of_tile).collect() }
     }
 
-    /// As bits, for each tile those of its cells.
+    /// Converts the cells to bits, a mask for each tile.
     pub fn to_masks(&self) -> Vec<CellMask> {
         self.tiles.iter().copied().map(CellSet::to_mask).collect()
     }
 
-    /// What [`to_masks`](Self::to_masks) gave.
+    /// Inverse of [`to_masks`](Self::to_masks).
     pub fn from_masks(masks: Vec<CellMask>) -> Self {
         Self { tiles: masks.iter().map(CellSet::from_mask).collect() }
     }
 
-    /// Those of tile number `number`.
+    /// Wanted cells of tile number `number`.
     pub fn tile(&self, number: usize) -> &CellSet {
         &self.tiles[number]
     }
 
-    /// Calls `each` with the numbers, [among the cells in and around](super::around::AROUND) tile number `number` of `grid`, of
-    /// those that are in the picture and not wanted.
+    /// Calls `each` for every cell in or beside tile number `number` of `grid` that exists and is not wanted,
+    /// with its number [among the cells in and around](super::around::AROUND) the tile.
     pub fn unwanted_around(&self, grid: &Grid, number: usize, mut each: impl FnMut(usize)) {
-        // beyond them, but in the same place, are those of the next tile
+        // cells beyond the extent are not the tile's own; the next tile's are in the same place
         let extent = grid.extent(number);
         let own = CellSet::ALL.without(&self.tiles[number]);
         own.numbers().filter(|cell| holds(extent, *cell)).for_each(|cell| each(around(cell)));
@@ -121,8 +124,8 @@ impl Wanted {
         (1..=cells[1]).for_each(|row| [0, cells[0] + 1].into_iter().for_each(|column| beside(column, row)));
     }
 
-    /// Adds the cells that were wanted `before`. Calls `each` with the numbers of the tiles that have cells which were not,
-    /// and these cells.
+    /// Adds the cells that were wanted `before`. Calls `each`, for tiles with newly wanted cells, with the
+    /// tile's number and these cells.
     pub fn keep(&mut self, before: &Self, mut each: impl FnMut(usize, &CellSet)) {
         for (number, (now, before)) in self.tiles.iter_mut().zip(&before.tiles).enumerate() {
             let new = now.without(before);

@@ -1,18 +1,19 @@
-//! A limit to what single rays and paths bring by indirect ways, if the shot has one: light that is found by chance, and far brighter than
-//! what is around, is a spark. It is the shot's `clamp`, and takes light away.
+//! Limit to the indirect light of a single ray or path, if the shot has one: light that is found by chance
+//! and is far brighter than its surroundings shows as a spark ("firefly"). The limit is the shot's `clamp`;
+//! it removes light.
 
 use glam::Vec3;
 
 use super::path_ends::Brought;
 
-/// `light`, darker in all three colours alike if any of them is above `most`.
+/// Scales `light` down, all three channels alike, if any of them is above `most`.
 pub fn limited(light: Vec3, most: f32) -> Vec3 {
     let largest = light.max_element();
-    // first to at most 1: what is infinite must not become nothing
+    // first to at most 1: infinite light must not become none
     if largest > most { light.min(Vec3::splat(f32::MAX)) / largest.min(f32::MAX) * most } else { light }
 }
 
-/// Limits what each path has brought beside its `direct` light, which is in it.
+/// Limits the indirect light of each path: all but its `direct` light, which its radiance includes.
 pub fn limit_paths(brought: &mut [Brought], direct: &[Vec3], most: f32) {
     for (brought, direct) in brought.iter_mut().zip(direct) {
         let indirect = (brought.radiance - *direct).max(Vec3::ZERO);

@@ -1,5 +1,5 @@
-//! Light on samples: shadow rays where a tag no longer answers, and the part of the colour that does not
-//! depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
+//! Direct light on samples: shadow rays where a tag is no longer valid, and the part of the colour that does
+//! not depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
 use super::lighting::{Places, add_light, emitted_and_ambient};
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
@@ -16,12 +16,12 @@ use crate::shade::phong;
 use crate::shade::surface::off_surfaces;
 use crate::trace::{Coherence, SceneSubset};
 
-/// A worker's memory for this phase.
+/// Scratch memory of a worker for this phase.
 #[derive(Debug)]
 pub struct Lighting {
-    /// One for each of [`CHECKS`].
+    /// Queues, one for each of [`CHECKS`].
     queues: [ShadowQueue; 3],
-    /// For each eight cells, a bit each, whether the light must be summed anew.
+    /// Bit masks, for each eight cells, of those whose light must be summed anew.
     stale: [u8; CELLS / LANES],
 }
 
@@ -31,8 +31,9 @@ impl Default for Lighting {
     }
 }
 
-/// Brings all shadow tags of `tile` up to date, and with them what its samples keep of their light. Whether
-/// any of that may have changed (`flags`: those that any sample has); and where the samples are, if that had to be found out.
+/// Updates all shadow tags of `tile`, and with them the light that its samples store. `flags` are those that
+/// any sample of the tile has. Returns true if any of that light may have changed; and the bounds of the
+/// samples, if they were computed.
 pub fn light(
     frame: &FrameView,
     tile: &mut Tile,
@@ -48,7 +49,8 @@ pub fn light(
             tile.unflag(first, u8::MAX, Flags::STALE);
         }
     }
-    // found at once where a tag may hold though something moved, and else for the first light that is asked
+    // computed at once where a tag may hold though something moved, and else for the first light whose tags
+    // are tested
     let may_hold = frame.plan.any_moved && frame.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let mut bounds = may_hold.then(|| TileBounds::samples(frame, tile));
     for (light, pose) in frame.pose.lights.iter().enumerate() {
@@ -75,7 +77,7 @@ pub fn light(
     }
     for (stale, first) in lighting.stale.iter().zip((0..).step_by(LANES)) {
         if *stale != 0 {
-            // those beside them would come out as they are
+            // the other lanes of the eight come out unchanged
             let lit = sum_light(frame, tile, first, &placed.get(frame, tile, first));
             tile.keep_light(first, lit);
         }
@@ -84,15 +86,15 @@ pub fn light(
     (is_changed, bounds)
 }
 
-/// Whether no tag of a whole tile needs a ray, if nothing that moved can have come between it and the light: none is
-/// in doubt by itself.
+/// Returns true if no tag of the tile needs a ray, provided that nothing that moved can lie between the tile
+/// and the light: none of the tags is in doubt by itself.
 fn all_tags_hold(frame: &FrameView, light: usize, tile: &Tile) -> bool {
     frame.plan.lights[light] != LightChange::Moved
         && !tile.tags.any_doubtful(frame.slots[light], &tile.model)
         && tile.model.chunks_exact(LANES).all(|models| frame.moved_bits(models) == 0)
 }
 
-/// Of eight cells, those whose light must be summed anew whatever their tags say.
+/// Bit mask of those of eight cells whose light must be summed anew whatever their tags say.
 fn must_be_summed(frame: &FrameView, tile: &Tile, first: usize) -> u8 {
     let models = &tile.model[first..first + LANES];
     let [still, moved] = [false, true].map(|moved| frame.plan.light_changes(moved));
@@ -105,8 +107,8 @@ fn must_be_summed(frame: &FrameView, tile: &Tile, first: usize) -> u8 {
     bits & surface_bits(models)
 }
 
-/// Forgets those tags of a light without power that are to be asked about: no ray tells whom it reaches until it shines again,
-/// and until then its tags decide nothing.
+/// Resets the tags of a light without power that would have to be tested. No ray tells whom the light reaches
+/// until it shines again, and until then its tags decide nothing.
 fn forget_doubtful(frame: &FrameView, checks: &[Checks; 2], tile: &mut Tile, slot: TagSlot) {
     for first in (0..CELLS).step_by(LANES) {
         let moved = frame.moved_bits(&tile.model[first..first + LANES]);
@@ -124,17 +126,17 @@ fn forget_doubtful(frame: &FrameView, checks: &[Checks; 2], tile: &mut Tile, slo
     }
 }
 
-/// What is to be asked of all samples of a tile about one light.
+/// A light for which the samples of a tile are tested, and the manner of the tests.
 struct LightQuery {
-    /// Its number.
+    /// Number of the light.
     light: usize,
-    /// The only models that its rays can meet.
+    /// Models that its rays can meet; they meet no others.
     among: SceneSubset,
-    /// For samples of models that did not move, and of those that did.
+    /// Checks for samples of models that did not move, and of those that did.
     checks: [Checks; 2],
 }
 
-/// Brings the tags of a light up to date to which each sample sends one ray.
+/// Updates the tags of a light to which each sample sends one ray.
 fn ask_light(
     frame: &FrameView,
     query: &LightQuery,
@@ -185,7 +187,7 @@ fn ask_light(
         tally.counts.shadow += queue.count();
         queue.answer_packets(check, among, Coherence::Coherent, frame.tracer, |cells, now| {
             let first = cells[0] as usize;
-            // whole blocks, as in every frame that is traced in full
+            // whole blocks, which is the case in every frame that is traced in full
             let is_block = cells.len() == now.len()
                 && first % LANES == 0
                 && cells[now.len() - 1] as usize == first + now.len() - 1;
@@ -209,10 +211,10 @@ fn ask_light(
     }
 }
 
-/// Brings the tags of a light up to date to which each sample sends several rays, in the same way. Where all points of the light are asked for, each
-/// sample's rays make one packet: they start in one point and cost no more than those of neighbours to one point of
-/// the light. Where it is only asked what moved, a few points of each sample are in doubt, and neighbours' rays to one
-/// point share a packet.
+/// Updates the tags of a light to which each sample sends several rays. Where all points of the light are
+/// tested, each sample's rays make one packet: they start in one point and cost no more than those of
+/// neighbours to one point of the light. Where only models that moved are tested, a few points of each sample
+/// are in doubt, and neighbours' rays to one point share a packet.
 fn ask_area_light(
     frame: &FrameView,
     query: &LightQuery,
@@ -300,13 +302,13 @@ fn ask_area_light(
     lighting.queues = queues;
 }
 
-/// Whether samples that are asked about in this way mostly ask for all points of an area light.
+/// Returns true if samples with this check mostly test all points of an area light.
 fn asks_all_points(check: ShadowCheck) -> bool {
     check == ShadowCheck::StillThenMovable
 }
 
 impl Lighting {
-    /// Brings the tags of one cell for an area light up to date, and notes whether its light changes.
+    /// Updates the tags of one cell for an area light, and notes whether its light changes.
     #[inline]
     fn learn(&mut self, tile: &mut Tile, slot: TagSlot, cell: usize, shadows: Shadows) {
         let tags = &mut tile.tags.area_mut(slot)[cell];
@@ -317,8 +319,8 @@ impl Lighting {
     }
 }
 
-/// For eight samples: emission, ambient light, the diffuse light of all lights that reach them, and what they have
-/// gathered.
+/// Sums the light of eight samples: emission, ambient light, the diffuse light of all lights that reach them,
+/// and the light that they have gathered.
 #[inline]
 pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));

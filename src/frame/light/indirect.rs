@@ -1,9 +1,10 @@
-//! Gathering: the light that reaches samples from all around, by way of the sky and of other surfaces. It does not depend
-//! on the eye, is made path by path ([`light_paths`](super::light_paths)), and is kept with the sample: only paths that do
-//! not hold any more are traced.
+//! Gathering: the light that reaches samples from all around, by way of the sky and of other surfaces. It
+//! does not depend on the eye, is computed path by path ([`light_paths`](super::light_paths)), and is kept
+//! with the sample: only paths that are no longer valid are traced.
 //!
-//! Under a [budget](crate::settings::Budget) a sample gets its first paths at once, and others in later frames, as far as
-//! the budget goes. Each tile has its share of it, so that what is traced depends on nothing but the tile.
+//! Under a [budget](crate::settings::Budget) a sample gets its first paths at once, and others in later
+//! frames, as far as the budget goes. Each tile has its share of the budget, so that the paths that are
+//! traced depend on nothing but the tile.
 
 use glam::Vec3;
 
@@ -19,8 +20,9 @@ use crate::samples::{CELLS, Flags, PathLight, Record, Tile, half_colors};
 use crate::settings::Budget;
 use crate::shade::sampling::{PathSequence, orthonormal};
 
-/// Brings the light that the samples of `tile` have gathered up to date. Samples whose light changes are flagged as
-/// [`STALE`](Flags::STALE): whether there are any. And the first frame in which any path may not hold.
+/// Updates the light that the samples of `tile` have gathered. Samples whose light changes are flagged as
+/// [`STALE`](Flags::STALE). Returns true if there are any, and the first frame in which any path may become
+/// invalid.
 pub fn gather(
     frame: &FrameView,
     tile: &mut Tile,
@@ -39,7 +41,7 @@ pub fn gather(
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
         for lane in set_bits(surfaces) {
             let cell = first + lane;
-            // what begins on a model that moves need not be touched by it
+            // paths that start on a model that moves are invalid even where nothing touches them
             let moved = frame.moved(tile.model[cell]);
             if !moved && !frame.has_expired(tile.gathered.mean(cell).until) {
                 continue;
@@ -80,7 +82,7 @@ pub fn gather(
     (any_changed, least)
 }
 
-/// What a tile has cost.
+/// Cost of a tile so far.
 #[derive(Debug, Clone, Copy)]
 struct Spent {
     paths: u64,
@@ -88,7 +90,8 @@ struct Spent {
 }
 
 impl Spent {
-    /// How many more paths `samples` samples can have, which are a part of the frame's.
+    /// Number of paths that may still be traced for these `samples` samples of the tile, by their share of
+    /// the frame's budget.
     fn paths_left(self, frame: &FrameView, samples: usize) -> u64 {
         match frame.budget {
             Budget::None => 0,
@@ -96,7 +99,7 @@ impl Spent {
             Budget::Rays(rays) => {
                 let share = (u128::from(rays) * samples as u128 / u128::from(frame.samples)) as u64;
                 let left = share.saturating_sub(self.rays);
-                // what a path costs on average; before any was traced, a guess
+                // mean cost of a path; a guess before any was traced
                 let (rays, paths) =
                     if self.paths == 0 { (2 * frame.bounces as u64 + 1, 1) } else { (self.rays, self.paths) };
                 left * paths / rays.max(1)
@@ -105,13 +108,13 @@ impl Spent {
     }
 }
 
-/// Rays of paths, and from them to light.
+/// Number of rays of paths, shadow rays from them included.
 fn rays_of(tally: &RayTally) -> u64 {
     tally.counts.gathering + tally.counts.shadow
 }
 
-/// Traces more paths of those samples of `tile` that have fewest, as far as the budget goes. Whether any light changes, and
-/// whether all samples have all of their paths.
+/// Traces more paths for those samples of `tile` that have fewest, as far as the budget goes. Returns true if
+/// any light changes, and true if all samples have all of their paths.
 fn fill_in(
     frame: &FrameView,
     tile: &mut Tile,
@@ -153,7 +156,7 @@ fn fill_in(
     (any_changed, true)
 }
 
-/// The first of so many `paths` of the sample in `cell`, where `placed` says that its eight cells are.
+/// Start of the first of `paths` paths of the sample in `cell`; `placed` holds its group of eight cells.
 pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, paths: usize) -> PathStart {
     let (lane, model) = (cell % LANES, tile.model[cell]);
     let normal = placed.normal.lane(lane);
@@ -169,8 +172,8 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
     }
 }
 
-/// A direction at right angles to `normal` (world space) that turns with the model, or with its triangle where it deforms: of the one
-/// that the normal has in object space.
+/// Tangent at a sample (world space), at right angles to `normal`. It turns with the model, or with the
+/// triangle where the model deforms: it is the tangent of the normal in object space, transformed.
 fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3 {
     let [tangent, _] = orthonormal(record.normal.unfold());
     let turned = frame.place(model).direction(record.triangle, tangent);
@@ -178,7 +181,8 @@ fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3
     across.try_normalize().unwrap_or_else(|| orthonormal(normal)[0])
 }
 
-/// Traces the paths in `scratch`, keeps what they bring, and forgets them. Whether any light changes.
+/// Traces the paths in `scratch`, stores their results in the tile, and clears `scratch`. Returns true if any
+/// light changes.
 fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &mut RayTally) -> bool {
     trace_paths(frame, scratch, tally);
     for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
@@ -197,7 +201,7 @@ fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     any
 }
 
-/// What is kept of a path that brings `radiance`.
+/// Stored form of the result of a path that brings `radiance`.
 pub fn kept(radiance: Vec3, until: Until) -> PathLight {
     let radiance = if radiance.is_finite() { radiance } else { Vec3::ZERO };
     let [radiance, ..] = half_colors(Vec3x8::splat(radiance));

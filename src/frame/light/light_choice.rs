@@ -1,28 +1,28 @@
-//! What surfaces that paths meet ask for light, one thing each.
+//! Choice of the one light source that a surface on a path asks for light.
 
 use crate::frame::shot::frame_view::FrameView;
 
-/// What a surface asks for light.
+/// Light source that a surface asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Asks {
-    /// This light of the shot.
+    /// A light of the shot, by number.
     Light(u32),
     /// A direction of the sky.
     Sky,
-    /// A surface that emits.
+    /// An emitting surface.
     Emitter,
-    /// There is none.
+    /// No light source exists.
     Nothing,
 }
 
 impl Asks {
-    /// What there is to ask for a surface after so many bounces.
+    /// Number of choices of a surface after `bounce` bounces.
     pub fn count(frame: &FrameView, bounce: u32) -> u32 {
         let others = [asks_sky(frame, bounce), frame.emitters.are_asked()];
         frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
     }
 
-    /// What number `choice` of them is.
+    /// Light source for choice number `choice`.
     pub fn of(frame: &FrameView, bounce: u32, choice: u32) -> Self {
         let lights = frame.pose.lights.len() as u32;
         match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.are_asked()) {
@@ -34,14 +34,14 @@ impl Asks {
     }
 }
 
-/// Whether vertices after so many bounces may choose to ask the sky: wherever that finds more than chance would, and where
-/// no path goes on that could find it.
+/// Returns true if vertices after `bounce` bounces may choose to ask the sky: if asking finds more light than
+/// paths do by chance, or if no path goes on that could find the sky.
 pub fn asks_sky(frame: &FrameView, bounce: u32) -> bool {
     frame.sky.is_uneven() || frame.sky.shines() && !paths_go_on(frame, bounce)
 }
 
-/// Whether paths go on from vertices after so many bounces. Off the last one they only bring what emits: where a surface
-/// that emits is near, asking for it alone would be all noise.
+/// Returns true if paths go on from vertices after `bounce` bounces. From the last vertex they only collect
+/// emission: near an emitting surface, asking alone would give nothing but noise.
 pub fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
     bounce + 1 < frame.bounces || !frame.emitters.is_empty()
 }

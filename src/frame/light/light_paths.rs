@@ -1,13 +1,15 @@
-//! Light paths: rays that leave surfaces in all directions and bring back the light that arrives there.
+//! Light paths: rays that leave surfaces in all directions and collect the light that arrives from there.
 //!
-//! A path starts at a surface in a direction by the cosine law. What escapes brings the sky. What meets a surface brings
-//! what that surface emits and reflects of one light, of the sky or of a surface that emits, chosen by chance
-//! ([next-event estimation](super::next_event)), and goes on from there, as many times as the shot says. A path is a function of its start and of the scene
-//! in this frame, and of no other path: rays are cast one by one ([`Coherence::Incoherent`]). So it can be traced again,
-//! alone, and brings the same to the bit.
+//! A path starts at a surface in a direction by the cosine law. A ray that escapes brings the light of the
+//! sky. A ray that meets a surface brings the light that this surface emits, and its reflection of one light,
+//! of the sky or of an emitting surface, chosen at random ([next-event estimation](super::next_event)). From
+//! there the path goes on, as many times as the shot says. A path is a function of its start and of the scene
+//! in this frame, and of no other path: rays are cast one by one ([`Coherence::Incoherent`]). So a path can
+//! be traced again, alone, with the same result to the bit.
 //!
-//! Each path is told the first frame in which it may bring something else ([`Motion`](crate::changes::Motion)): when what
-//! moves touches one of its segments, or when a light changes that it has asked.
+//! For each path the first frame is found in which its result may differ
+//! ([`Motion`](crate::changes::Motion)): when something that moves touches one of its segments, or when a
+//! light changes that it has asked.
 
 use std::f32::consts::PI;
 
@@ -41,54 +43,55 @@ use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
 struct Vertex {
     ray: PathRay,
     surface: Surface,
-    /// What it shows of the light that it has asked, and emits.
+    /// Light towards the path: its emission, and its reflection of the light source that it has asked.
     light: Vec3,
-    /// The weight of what it emits: next-event estimation finds that, too.
+    /// Weight of its emission, which next-event estimation finds, too.
     emission_weight: f32,
-    /// What it asks for light.
+    /// Light source that it asks.
     asks: Asks,
-    /// Among how many it chose.
+    /// Number of light sources that it chose among.
     choices: u32,
-    /// Where on that light, in the sky, or on the surfaces that emit.
+    /// Random numbers for the point on that light, in the sky, or on emitting surfaces.
     place: [f32; 3],
-    /// The ways on from it.
+    /// Ways in which the path may go on.
     lobes: Lobes,
 }
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
 pub const AT_ONCE: usize = 256;
 
-/// How many eights of hits ahead their triangles are fetched; half of that, their corners.
+/// Prefetch distance of the triangles of hits, in groups of eight hits; their corners are fetched at half of
+/// it.
 const AHEAD: usize = 4;
 
 /// The segment `origin + t * direction`, t in 0 to the last value.
 type Way = (Vec3, Vec3, f32);
 
-/// A worker's memory for paths.
+/// Scratch memory of a worker for paths.
 #[derive(Debug, Default)]
 pub struct PathScratch {
     /// Paths to be traced.
     pub starts: Vec<PathStart>,
-    /// What they bring, in the same order.
+    /// Results of these paths, in the same order.
     pub brought: Vec<Brought>,
-    /// Of that, the light that comes directly, if the rest is limited.
+    /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
     hits: HitBatch,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
     vertices: Vec<Vertex>,
-    /// Numbers of vertices, by the light that they ask.
+    /// Numbers of vertices, sorted by the light that they ask.
     by_light: Vec<u32>,
-    /// Of those that ask one light: what reaches them if nothing is in its way.
+    /// Light that each of the vertices that ask one light reflects if nothing is in the way.
     reflected: Vec<Vec3>,
-    /// Of those that face it: the ways to it.
+    /// Segments to that light, from those vertices that face it.
     ways: Vec<Way>,
     light_rays: LightRays,
     queue: ShadowQueue,
 }
 
-/// Traces the paths in `scratch.starts`; what they bring comes into `scratch.brought`.
+/// Traces the paths in `scratch.starts`, and writes their results to `scratch.brought`.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, direct, now, light_rays, .. } = &mut *scratch;
     brought.clear();
@@ -114,7 +117,8 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         let weight = Vec3::ONE;
         let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat: None };
         for number in 0..frame.sky.samples() {
-            // further ones have numbers of their own, after those of all emitters and vertices
+            // further rays use sets of random numbers of their own, after those of emitters and of all
+            // vertices
             let place = match number {
                 0 => [across, up],
                 _ => {
@@ -125,7 +129,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             light_rays.ask_sky(frame, &asking, place);
         }
         if chances.asks_emitter > 0.0 {
-            // of no vertex: they take those up to twice the bounces
+            // a set that no vertex uses: theirs have numbers up to twice the bounces
             let [triangle, along, above, _] = random.four(2 * frame.bounces + 1);
             light_rays.ask_emitter(frame, &asking, [triangle, along, above], &mut brings);
         }
@@ -162,7 +166,8 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     }
 }
 
-/// Notes what paths have brought so far, and what emits where they have met a surface for the first time: the light that comes directly.
+/// Notes the direct light of paths: the light that they have brought so far, and the emission of the surfaces
+/// that they have met first.
 fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
     let PathScratch { brought, direct, vertices, .. } = scratch;
     direct.extend(brought.iter().map(|brought| brought.radiance));
@@ -172,7 +177,8 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
     }
 }
 
-/// Casts the rays at work. Paths are told until when these bring what they bring now; those that escape bring the sky.
+/// Casts the current rays. Shortens the paths' validity by what the rays may be touched by; rays that escape
+/// bring the light of the sky.
 fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, rays, hits, now, .. } = scratch;
     rays.clear();
@@ -202,7 +208,7 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     }
 }
 
-/// Makes vertices of what the rays at work have met.
+/// Makes vertices of the hits of the current rays.
 fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
     let PathScratch { starts, hits, now, vertices, .. } = scratch;
     vertices.clear();
@@ -249,7 +255,7 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
     }
 }
 
-/// Adds what those surfaces emit that the rays at work have met: the last ones of their paths.
+/// Adds the emission of the surfaces that the current rays have met: the last rays of their paths.
 fn end(frame: &FrameView, scratch: &mut PathScratch) {
     let PathScratch { brought, hits, now, .. } = scratch;
     for (number, some) in now.chunks(LANES).enumerate() {
@@ -276,7 +282,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
     }
 }
 
-/// Lights the vertices: emission and ambient light, and what reaches them of the light that each has chosen.
+/// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
 fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, vertices, by_light, reflected, ways, light_rays, queue, .. } = scratch;
     for some in vertices.chunks_mut(LANES) {
@@ -336,7 +342,7 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
     }
 }
 
-/// Adds to those vertices that are named in `group`, all of which ask `light`, what it sends them.
+/// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.
 fn ask_light(
     frame: &FrameView,
     (bounce, light): (u32, &LightPose),
@@ -346,7 +352,7 @@ fn ask_light(
     (queue, reflected, ways): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<Way>),
     tally: &mut RayTally,
 ) {
-    // one of them stands for all
+    // the first vertex stands for all
     let choices = vertices[group[0] as usize].choices as f32;
     let radiance = light.shape.is_area().then(|| radiance(light));
     queue.clear();
@@ -390,14 +396,14 @@ fn ask_light(
     }
     tally.counts.shadow += queue.count();
     let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
-    // in the order of the answers
+    // segments in the order of the answers
     let mut ways = ways.iter();
     queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| {
         let vertex = &mut vertices[group[member as usize] as usize];
         if tag.is_lit() {
             vertex.light += reflected[member as usize];
         }
-        // what is still stays in the way, whatever else comes there or goes
+        // a still occluder stays in the way, whatever else comes there or goes
         if let Some((from, way, far)) = ways.next().filter(|_| tag != Tag::StaticOccluder) {
             let brought = &mut brought[vertex.ray.path as usize];
             brought.until = frame.first_touch_before(*from, *way, *far, brought.until);
@@ -406,7 +412,7 @@ fn ask_light(
 }
 
 impl Vertex {
-    /// Of the ways from it to light.
+    /// Chances of the ways from this vertex to light.
     fn chances(&self, frame: &FrameView, bounce: u32) -> Chances {
         let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
         Chances {
@@ -417,19 +423,21 @@ impl Vertex {
         }
     }
 
-    /// Whether light comes by one of its ways even if the path ends here: off mirrors and through glass, where paths alone find
-    /// that; else through clear glass, where rays have asked for a part of it.
+    /// Returns true if one of its ways brings light even if the path ends here: off mirrors and through
+    /// glass, where paths alone find that light; or else through clear glass, where rays have asked for a
+    /// part of it.
     fn passes_light_on(&self, frame: &FrameView, way: usize) -> bool {
         let passes = || way == Lobes::THROUGH && frame.shines_through(self.surface.material);
         self.lobes.ways[way].1.is_some() && (frame.finds_caustics || passes())
     }
 
-    /// Whether that is so of any of its ways.
+    /// Returns true if any of its ways [brings light](Self::passes_light_on) even if the path ends here.
     fn passes_on(&self, frame: &FrameView) -> bool {
         (0..self.lobes.ways.len()).any(|way| self.passes_light_on(frame, way))
     }
 
-    /// Its layer, if it has one. It is looked at again whenever it is asked for: few vertices have one, and all are copied.
+    /// Layer of the vertex as the path sees it, if it has one. It is computed whenever it is needed: few
+    /// vertices have one, and all are copied.
     #[inline]
     fn seen_coat(&self, frame: &FrameView) -> Option<SeenCoat> {
         let Surface { material, reflectance, normal, geometric_normal, .. } = self.surface;
@@ -437,13 +445,13 @@ impl Vertex {
         frame.palette.coats.seen(material, reflectance, normals, self.ray.direction, SeenBy::Path)
     }
 
-    /// The probability with which the path goes on by one of the ways.
+    /// Probability with which the path goes on by one of the ways.
     fn goes_on(&self, frame: &FrameView, bounce: u32, way: usize) -> f32 {
         if paths_go_on(frame, bounce) { self.lobes.chance(way) } else { 0.0 }
     }
 
-    /// The highlight on its `coat` of a light that it has asked, which sends an irradiance from a direction. Of a light that has
-    /// a size the path may see this `radiance`, too.
+    /// Highlight on its layer `coat` of a light that it has asked, which sends an irradiance from a
+    /// direction. `radiance` is that of an area light, which the path itself may meet, too.
     fn highlight(
         &self,
         frame: &FrameView,
@@ -464,21 +472,23 @@ impl Vertex {
         highlight * weight
     }
 
-    /// Its layer as it asks for light, if it has one.
+    /// Layer of the vertex for next-event estimation, if it has one.
     fn coat(&self, frame: &FrameView, bounce: u32) -> Option<AskingCoat> {
         let seen = self.seen_coat(frame).filter(|_| frame.depth > 0)?;
         Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, bounce, Lobes::COAT) })
     }
 
-    /// Of the ways from it to light in a direction in which its layer has reflected, for a ray that has that direction for its
-    /// normal: as likely as the layer chose it.
+    /// Chances of the ways from it to light in a direction in which its layer has reflected with this
+    /// `density`. The ray takes that direction for its normal; the chances are scaled so that it is as likely
+    /// as the layer chose it.
     fn chances_of_coat(&self, frame: &FrameView, bounce: u32, density: f32) -> Chances {
         let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
         Chances { goes_on, ..self.chances(frame, bounce) }
     }
 }
 
-/// The ray that goes on from a vertex, by one of its ways, chosen in proportion to what each carries.
+/// Chooses one of the ways from a vertex, in proportion to the light that each carries, and makes the ray
+/// that goes on.
 fn go_on(
     frame: &FrameView,
     bounce: u32,
@@ -486,14 +496,14 @@ fn go_on(
     [along, above, choice, _]: [f32; 4],
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
-    // off the last surface it only finds light, for which other ways have asked
+    // from the last surface a ray only finds light, for which the other ways have asked
     let leads = |way: &usize| paths_go_on(frame, bounce) || vertex.passes_light_on(frame, *way);
     let chosen = lobes.choose(choice).filter(leads)?;
     let (weight, direction) = lobes.ways[chosen];
     let mut asked_from = None;
     let (weight, direction, normal, chances) = match direction {
         Some(direction) if chosen == Lobes::THROUGH && frame.shines_through(surface.material) => {
-            // rays that ask have passed here, too
+            // rays of next-event estimation have passed here, too
             asked_from = Some(ray.asked_from);
             (weight, direction, ray.normal, ray.chances)
         }
@@ -531,7 +541,7 @@ struct Eight {
     reflectance: Vec3x8,
     place: [F32x8; 2],
     materials: [u16; LANES],
-    /// Lanes in use.
+    /// Bit mask of the lanes in use.
     used: u8,
 }
 

@@ -1,5 +1,5 @@
-//! Light on surfaces, whether the eye sees them or a ray that has bounced: direct light is summed here, and ambient light is
-//! dimmed.
+//! Light on surfaces, seen by the eye or by a ray that has bounced: sums direct light, and dims ambient
+//! light.
 
 use glam::Vec3;
 use wide::u32x8;
@@ -11,8 +11,9 @@ use crate::shade::area::{Glow, glow, radiance};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 use crate::shade::phong::Gloss;
 
-/// The area lights that a ray (unit length) passes through before it is `far` away, and where they are as seen from
-/// `asked_from`, whence light was asked for: their density is the one there. They are of light alone: no ray ends at them.
+/// Area lights that a ray (unit length) passes through within `far`, with their directions from `asked_from`,
+/// the point from which next-event estimation asked for light: their densities are those at that point. Area
+/// lights are light alone: no ray ends at them.
 pub fn lights_passed(
     lights: &[LightPose],
     asked_from: Vec3,
@@ -21,30 +22,32 @@ pub fn lights_passed(
 ) -> impl Iterator<Item = (Glow, Vec3)> + '_ {
     let areas = lights.iter().filter(|light| light.shape.is_area());
     areas.filter_map(move |light| {
-        // with nothing in the way, a light infinitely far away is seen, too
+        // if nothing is in the way, a light at infinity is seen, too
         let passed = glow(light, origin, direction).filter(|glow| glow.distance <= far)?;
         if asked_from == origin || passed.distance == f32::INFINITY {
             return Some((passed, direction));
         }
         let straight = (origin + direction * passed.distance - asked_from).normalize_or(direction);
-        // there its dark side may be seen, for which nobody asks
+        // from there the light's dark side may be seen, for which nobody asks
         let density = glow(light, asked_from, straight).map_or(0.0, |asked| asked.density);
         Some((Glow { density, ..passed }, straight))
     })
 }
 
-/// What rays see of a light that has a size.
+/// Radiance of a light that has a size, as rays see it.
 pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
     light.shape.is_area().then(|| radiance(light))
 }
 
-/// Which of eight surfaces show `light` by a highlight. Where rays go on, an area light is seen itself.
+/// Mask of those of eight surfaces that show `light` by a highlight. Where rays go on, they meet an area
+/// light itself.
 #[inline(always)]
 pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> Mask {
     if frame.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
 }
 
-/// What eight surfaces emit, and the ambient light that they reflect: as far as they are open, where that dims it.
+/// Emission of eight surfaces, and the ambient light that they reflect, dimmed by their openness if the shot
+/// says so.
 #[inline]
 pub fn emitted_and_ambient(
     frame: &FrameView,
@@ -59,18 +62,18 @@ pub fn emitted_and_ambient(
     }
 }
 
-/// Where eight surfaces are.
+/// Places of eight surfaces.
 #[derive(Debug, Clone, Copy)]
 pub struct Places {
     /// World space.
     pub point: Vec3x8,
-    /// What decides which places in an area light they ask: see [`StratifiedPattern`].
+    /// Seeds for the choice of points on an area light: see [`StratifiedPattern`].
     pub seeds: u32x8,
 }
 
-/// `sum`, and what `shade` makes of the light from those points of `light` that reach the surfaces. The points are added
-/// in their order, so that the sum is always the same to the bit. `reached`: by number of the point, which surfaces it
-/// reaches.
+/// Adds to `sum` what `shade` makes of the light from those points of `light` that reach the surfaces. The
+/// points are added in their order, so that the sum is always the same to the bit. `reached` gives the mask
+/// of surfaces that a point, by number, reaches.
 #[inline(always)]
 pub fn add_light(
     sum: Vec3x8,

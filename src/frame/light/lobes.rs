@@ -1,4 +1,4 @@
-//! The ways on from a surface that a light path has met.
+//! Ways on from a surface that a light path has met.
 
 use glam::Vec3;
 
@@ -7,21 +7,22 @@ use crate::shade::Surface;
 use crate::shade::coat::SeenBy;
 use crate::shade::optics::branch;
 
-/// The ways on from a surface: diffusely, off a mirror, through glass, and off the layer of a metal-rough surface.
+/// Ways on from a surface: diffusely, off a mirror, through glass, and off the layer of a metal-rough
+/// surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Lobes {
-    /// What each carries, and its direction where it has but one.
+    /// Weight of the light that each carries, and its direction where it has but one.
     pub ways: [(Vec3, Option<Vec3>); 4],
 }
 
 impl Lobes {
-    /// The way that leads through glass.
+    /// Number of the way through glass.
     pub const THROUGH: usize = 2;
 
-    /// The way that leads off the layer.
+    /// Number of the way off the layer.
     pub const COAT: usize = 3;
 
-    /// Of a surface that was met along `incoming`.
+    /// Computes the ways on from a surface that was met along `incoming`.
     pub fn of(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
         let albedo = frame.palette.albedo_of(surface.material, surface.reflectance);
         let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
@@ -46,7 +47,7 @@ impl Lobes {
         Self { ways }
     }
 
-    /// How much a way carries, beside the others.
+    /// Share of a way, not normalized: the largest channel of its weight.
     fn share(&self, way: usize) -> f32 {
         self.ways[way].0.max_element().max(0.0)
     }
@@ -55,13 +56,13 @@ impl Lobes {
         (0..self.ways.len()).map(|way| self.share(way)).sum()
     }
 
-    /// The probability with which a path takes a way.
+    /// Probability with which a path takes a way.
     pub fn chance(&self, way: usize) -> f32 {
         let sum = self.sum();
         if sum > 0.0 && sum.is_finite() { self.share(way) / sum } else { 0.0 }
     }
 
-    /// The way that a number from 0 to below 1 chooses.
+    /// Way that a random number from 0 to below 1 chooses.
     pub fn choose(&self, choice: f32) -> Option<usize> {
         let mut at = choice * self.sum();
         let chosen = (0..self.ways.len()).find(|way| {

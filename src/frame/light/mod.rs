@@ -1,4 +1,4 @@
-//! Light that does not depend on the eye: asked for once, and kept with the sample until something changes it.
+//! Light that does not depend on the eye: computed once, and kept with the sample until something changes it.
 
 pub mod clamp;
 pub mod direct;

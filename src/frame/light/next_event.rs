@@ -1,14 +1,16 @@
-//! Next-event estimation: rays from surfaces to where much light comes from, the sky and surfaces that emit.
+//! Next-event estimation: rays from surfaces towards strong light, the sky and emitting surfaces.
 //!
-//! Paths meet both by themselves, too. What either way finds is weighed by the balance heuristic (Veach and Guibas,
-//! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995): by its density in the sum of both.
+//! Paths meet both by themselves, too. Light that is found in either way is weighted by the balance heuristic
+//! (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995): by the
+//! density of that way over the sum of both.
 //!
-//! Behind mirrors and glass nothing is asked: a path that goes on from there brings all that it meets. But unless clear glass casts
-//! shadows ([`Caustics`](crate::settings::Caustics)), rays that ask from before it pass it, and bring what is behind it undimmed. So
-//! what a path meets behind clear glass is weighed as if that were not there: by the densities with which the surface before it
-//! would have chosen, and asked for, a straight way there. Both weights of a place that shines add up to one, wherever glass bends
-//! the path: its light is a mean of what comes straight and what comes bent, and never counts twice. (The density of a rough
-//! layer is that of the direction in which the path left.)
+//! Behind mirrors and glass nothing is asked: a path that goes on from there brings all that it meets. But
+//! unless clear glass casts shadows ([`Caustics`](crate::settings::Caustics)), the rays that ask from before
+//! it pass through it, and bring the light behind it undimmed. So light that a path meets behind clear glass
+//! is weighted as if the glass were not there: by the densities with which the surface before it would have
+//! chosen, and asked for, a straight way there. Both weights of a point that shines add up to one, wherever
+//! glass bends the path: its light is a mean of the straight and the bent light, and never counts twice. (The
+//! density of a rough layer is that of the direction in which the path left.)
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -27,24 +29,24 @@ use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
-/// How likely the ways are that lead from a surface to light.
+/// Probabilities of the ways that lead from a surface to light.
 #[derive(Debug, Clone, Copy)]
 pub struct Chances {
-    /// The probability with which the sky is asked from there; how often, where it is asked more than once.
+    /// Probability of asking the sky from there; the number of rays, where it is asked more than once.
     pub asks_sky: f32,
-    /// The probability with which a surface that emits is asked from there.
+    /// Probability of asking an emitting surface from there.
     pub asks_emitter: f32,
-    /// The probability with which any one of the shot's lights is asked from there; infinite where all of them are summed.
+    /// Probability of asking any one of the shot's lights from there; infinite where all of them are summed.
     pub asks_light: f32,
-    /// The probability with which a path goes on from there by the cosine law.
+    /// Probability with which a path goes on from there by the cosine law.
     pub goes_on: f32,
 }
 
 impl Chances {
-    /// Of a surface off which nothing else than its path finds light.
+    /// Chances at a surface where its path alone finds light.
     pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, asks_light: 0.0, goes_on: 1.0 };
 
-    /// Of a sample's surface.
+    /// Chances at a sample's surface, where paths start.
     pub fn of_start(frame: &FrameView) -> Self {
         let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
         Self {
@@ -55,7 +57,7 @@ impl Chances {
         }
     }
 
-    /// What a path brings of the sky that leaves a surface with this `normal` in this `direction`.
+    /// Weighted radiance of the sky for a path that leaves a surface with this `normal` in this `direction`.
     pub fn of_sky(self, frame: &FrameView, normal: Vec3, direction: Vec3) -> Vec3 {
         if self.asks_sky == 0.0 {
             return frame.sky.radiance(direction);
@@ -65,13 +67,14 @@ impl Chances {
         light.radiance * weight_of_path(by_path, self.asks_sky * light.pdf)
     }
 
-    /// Whether all light of the shot's lights is summed where the path left.
+    /// Returns true if all of the shot's lights are summed where the path left.
     pub fn lights_are_summed(self) -> bool {
         self.asks_light == f32::INFINITY
     }
 
-    /// What a path brings of the area lights that it passes through, before it is `far` from `origin`. They are asked for from
-    /// a surface with this `normal`, whence it has come straight or through clear glass.
+    /// Weighted radiance of the area lights that a path passes through within `far` of `origin`. They are
+    /// asked for from the point `asked_from` on a surface with this `normal`, from which the path has come
+    /// straight or through clear glass.
     pub fn of_lights(
         self,
         frame: &FrameView,
@@ -86,15 +89,15 @@ impl Chances {
         lights_passed(&frame.pose.lights, asked_from, (origin, direction), far).map(weighed).sum()
     }
 
-    /// The weight of what arrives in `direction` of a light that was asked, where that direction is chosen with this
-    /// `density`.
+    /// Weight of light that was asked for and arrives in `direction`, where asking chooses that direction
+    /// with this `density`.
     pub fn of_asked_light(self, normal: Vec3, direction: Vec3, density: f32) -> f32 {
         let by_asking = self.asks_light * density;
         by_asking / (by_asking + self.goes_on * cosine_density(normal, direction))
     }
 
-    /// The weight of what `met`, a surface of a `primitive`, emits where a path finds it, which lies in this `direction` (unit
-    /// length) and at this `distance` of a surface with this `normal` that the path left.
+    /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
+    /// `direction` (unit length) and at this `distance` from a surface with this `normal` that the path left.
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
@@ -115,82 +118,84 @@ impl Chances {
     }
 }
 
-/// The balance heuristic. What nobody asks for the path brings in full.
+/// Balance heuristic: weight of light that a path finds. 1 where that light is never asked for.
 fn weight_of_path(by_path: f32, by_asking: f32) -> f32 {
     if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) }
 }
 
-/// The density of directions by the cosine law about `normal`, in solid angle.
+/// Density of directions by the cosine law about `normal`, in solid angle.
 fn cosine_density(normal: Vec3, direction: Vec3) -> f32 {
     normal.dot(direction).max(0.0) * FRAC_1_PI
 }
 
-/// A surface that asks.
+/// A surface that asks for light.
 #[derive(Debug, Clone, Copy)]
 pub struct Asking {
     /// Number of its path.
     pub path: u32,
-    /// World space.
+    /// Point on the surface, world space.
     pub point: Vec3,
-    /// For shading.
+    /// Shading normal.
     pub normal: Vec3,
-    /// Of the triangle.
+    /// Normal of the triangle.
     pub geometric_normal: Vec3,
-    /// Of what a white surface would reflect, in what the path brings.
+    /// Weight, in the path's result, of the light that a white surface would reflect.
     pub weight: Vec3,
-    /// Of the ways to light.
+    /// Chances of the ways to light.
     pub chances: Chances,
-    /// What reflects beside it.
+    /// Rough layer that reflects beside the surface.
     pub coat: Option<AskingCoat>,
 }
 
-/// The rough layer of a surface that asks.
+/// The rough layer of a surface that asks for light.
 #[derive(Debug, Clone, Copy)]
 pub struct AskingCoat {
-    /// As the path sees it.
+    /// Layer as the path sees it.
     pub seen: SeenCoat,
-    /// Of what it reflects, in what the path brings.
+    /// Weight, in the path's result, of the light that the layer reflects.
     pub weight: Vec3,
-    /// The probability with which the path goes on off it.
+    /// Probability with which the path goes on off the layer.
     pub goes_on: f32,
 }
 
 impl AskingCoat {
-    /// What it reflects of light that comes from `direction` with this density, beside which `measure` turns a density in solid
-    /// angle into one of that kind.
+    /// Factor from light of unit radiance from `direction` to the path's result, by the balance heuristic.
+    /// `by_asking` is the density with which that direction was asked for; `measure` converts a density in
+    /// solid angle into one of that kind.
     fn reflects(&self, direction: Vec3, by_asking: f32, measure: f32) -> Vec3 {
         let (reflected, density) = self.seen.towards(direction);
         self.weight * reflected * (measure / (by_asking + self.goes_on * density * measure))
     }
 }
 
-/// A ray, and what it brings if nothing is in its way.
+/// A ray, and the light that it brings if nothing is in its way.
 #[derive(Debug, Clone, Copy)]
 struct LightRay {
     path: u32,
     origin: Vec3,
-    /// To the light, at `far` along it.
+    /// Direction to the light, which is at `far` along it.
     direction: Vec3,
     far: f32,
     brings: Brings,
 }
 
-/// What a ray brings to its path.
+/// Light that a ray brings to its path.
 #[derive(Debug, Clone, Copy)]
 enum Brings {
     Light(Vec3),
-    /// What the sky has there: a map is looked up for those rays alone that reach it, indoors few.
+    /// Light of the sky in that direction. The map is looked up only for rays that reach it: indoors these
+    /// are few.
     Sky(OfSky),
 }
 
-/// What a ray brings of the sky's light.
+/// Weights of the sky's light that a ray brings.
 #[derive(Debug, Clone, Copy)]
 struct OfSky {
-    /// Of what a white surface would reflect.
+    /// Weight of the light that a white surface would reflect.
     weight: Vec3,
-    /// Density of its direction by the cosine law.
+    /// Density of the ray's direction by the cosine law.
     by_cosine: f32,
-    /// As in [`Chances`].
+    /// Chance of asking the sky, as in [`Chances`].
     asks_sky: f32,
     goes_on: f32,
 }
@@ -205,7 +210,7 @@ impl OfSky {
     }
 }
 
-/// Rays that wait to be cast.
+/// Queue of rays to be cast.
 #[derive(Debug, Default)]
 pub struct LightRays {
     waiting: Vec<LightRay>,
@@ -215,7 +220,7 @@ pub struct LightRays {
 }
 
 impl LightRays {
-    /// Adds a ray to the sky, in a direction that two `random` numbers choose, if it leaves the surface.
+    /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
         let direction = frame.sky.sample(random);
@@ -239,8 +244,8 @@ impl LightRays {
         self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
     }
 
-    /// Adds a ray to a place that three `random` numbers choose among all that emit light, if it leaves the surface. What
-    /// the path has `brought` is told when that place moves or appears.
+    /// Adds a ray to a point that three `random` numbers choose on all emitting surfaces, if it leaves the
+    /// surface. The result in `brought` becomes invalid when that point moves or appears.
     pub fn ask_emitter(
         &mut self,
         frame: &FrameView,
@@ -252,7 +257,8 @@ impl LightRays {
         let Some(chosen) = frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) else {
             return;
         };
-        // wherever the place is, or will be when its model appears: what it brings, be it nothing, follows from it
+        // the light of that point, be it none, depends on its model: on where that is, or will be when it
+        // appears
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
@@ -260,7 +266,7 @@ impl LightRays {
         let squared = way.length_squared();
         let direction = way / squared.sqrt();
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
-        // what is not a number leads nowhere, nor does a triangle that has shrunk to nothing
+        // a NaN leads nowhere, nor does a triangle that has shrunk to nothing
         let leads = (by_cosine > 0.0 || coat.is_some())
             && geometric_normal.dot(direction) > 0.0
             && place.density > 0.0
@@ -282,7 +288,7 @@ impl LightRays {
         self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: Brings::Light(light) });
     }
 
-    /// Casts the rays, and adds to what the paths have `brought`, which began at `starts`.
+    /// Casts the rays, and adds their light to the results in `brought` of the paths that began at `starts`.
     pub fn cast(
         &mut self,
         frame: &FrameView,
@@ -311,7 +317,7 @@ impl LightRays {
         ask(Occluders::Movable, blocked);
         for (number, ray) in waiting.drain(..).enumerate() {
             let brought = &mut brought[ray.path as usize];
-            // what is still stays in the way, whatever else comes there or goes
+            // a still occluder stays in the way, whatever else comes there or goes
             if !bit(by_still, number) {
                 brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
             }

@@ -1,9 +1,10 @@
-//! Ambient occlusion: how much of what is around samples is open up to a radius.
+//! Ambient occlusion: the openness of samples, up to a radius.
 //!
-//! From a sample rays go in directions by the cosine law, each as long as the radius. Those that meet nothing that casts a
-//! shadow get away: their share is the sample's openness. It does not depend on the eye, and is kept with the sample, with
-//! the first frame in which it may be another ([`Motion`](crate::changes::Motion)); all rays of a sample are cast again then.
-//! Rays are cast one by one ([`Coherence::Incoherent`]), so that they find the same to the bit among whatever others.
+//! Rays leave a sample in directions by the cosine law, each as long as the radius. The share of those that
+//! meet nothing that casts a shadow is the sample's openness. It does not depend on the eye, and is kept with
+//! the sample, with the first frame in which it may change ([`Motion`](crate::changes::Motion)); then all
+//! rays of the sample are cast again. Rays are cast one by one ([`Coherence::Incoherent`]), so that each has
+//! the same result to the bit whatever others are cast with it.
 
 use glam::Vec3;
 
@@ -20,30 +21,30 @@ use crate::samples::{CELLS, Flags, Openness, Tile};
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
-/// A surface from which rays go, and how many.
+/// A surface whose openness is computed, and the number of its rays.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// The first of them.
+    /// Start of its first ray.
     pub start: PathStart,
-    /// None: the surface is closed.
+    /// Number of rays; 0 if the surface is closed.
     pub rays: u32,
 }
 
-/// A ray on its way.
+/// A ray to be cast.
 #[derive(Debug, Clone, Copy)]
 struct OcclusionRay {
-    /// Number of the surface that it left.
+    /// Number of the surface that it leaves.
     look: u32,
     origin: Vec3,
     direction: Vec3,
 }
 
-/// A worker's memory for occlusion.
+/// Scratch memory of a worker for occlusion.
 #[derive(Debug, Default)]
 pub struct OcclusionScratch {
-    /// Surfaces that are asked.
+    /// Surfaces whose openness is computed.
     pub looks: Vec<Look>,
-    /// How open they are, in the same order.
+    /// Openness of these surfaces, in the same order.
     pub found: Vec<Openness>,
     waiting: Vec<OcclusionRay>,
     rays: RayBatch,
@@ -52,12 +53,12 @@ pub struct OcclusionScratch {
 }
 
 impl OcclusionScratch {
-    /// Which share of the rays of surface number `number` gets away.
+    /// Openness of surface number `number`: the share of its rays that meet nothing.
     pub fn share(&self, number: usize) -> f32 {
         f32::from(self.found[number].open) / self.looks[number].rays.max(1) as f32
     }
 
-    /// Makes the rays of all surfaces, so long, and counts them.
+    /// Makes the rays of all surfaces, `radius` long, and counts them.
     fn queue(&mut self, radius: f32, tally: &mut RayTally) {
         let Self { looks, waiting, rays, .. } = self;
         waiting.clear();
@@ -69,7 +70,7 @@ impl OcclusionScratch {
                 let [along, above, ..] = PathStart { index, ..*start }.random().four(RANDOM_SET);
                 start.direction([along, above])
             });
-            // below the surface nothing is open
+            // directions below the surface are closed
             for direction in directions.filter(|direction| start.geometric_normal.dot(*direction) > 0.0) {
                 rays.push(origin, direction, 0.0, radius);
                 waiting.push(OcclusionRay { look: number, origin, direction });
@@ -81,14 +82,16 @@ impl OcclusionScratch {
     }
 }
 
-/// Rays that are cast at once, about: they fit into a second-level cache.
+/// Number of rays, about, that are cast at once: they fit into a second-level cache.
 const AT_ONCE: usize = 1024;
 
-/// The random numbers of directions are those that no path takes, so that gathered light and openness have no noise in common.
+/// Set of random numbers for directions. No path uses it, so that gathered light and openness have no noise
+/// in common.
 const RANDOM_SET: u32 = 1 << 16;
 
-/// Brings up to date how open the samples of `tile` are. Those whose ambient light changes by it are flagged as
-/// [`STALE`](Flags::STALE). Whether any is open otherwise than before, and the first frame in which any may be.
+/// Updates the openness of the samples of `tile`. Samples whose ambient light changes by it are flagged as
+/// [`STALE`](Flags::STALE). Returns true if any openness changes, and the first frame in which any may change
+/// again.
 pub fn find_openness(
     frame: &FrameView,
     tile: &mut Tile,
@@ -125,17 +128,18 @@ pub fn find_openness(
     (any_changed, until)
 }
 
-/// Whether anybody wants to know how open surfaces of this material are.
+/// Returns true if the openness of surfaces of this material is needed.
 pub fn is_asked(frame: &FrameView, material: u16) -> bool {
     frame.layers.has(Layers::OCCLUSION) || frame.palette.has_ambient(material)
 }
 
-/// The rays of the sample in `cell`, where `placed` says that its eight cells are.
+/// Rays of the sample in `cell`; `placed` holds its group of eight cells.
 pub fn look_from(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, rays: u32) -> Look {
     Look { start: start_at(frame, tile, cell, placed, rays as usize), rays }
 }
 
-/// Asks the samples in `scratch`, keeps how open they are, and forgets them. Whether any is open otherwise than before.
+/// Computes the openness of the samples in `scratch`, stores it in the tile, and clears `scratch`. Returns
+/// true if any openness changes.
 fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut OcclusionScratch, tally: &mut RayTally) -> bool {
     look_around(frame, scratch, tally);
     let dims_ambient = frame.occlusion.is_some_and(|occlusion| occlusion.dims_ambient);
@@ -150,7 +154,7 @@ fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut OcclusionScratch, tal
     any
 }
 
-/// Finds out how open the surfaces in `scratch.looks` are; that comes into `scratch.found`.
+/// Computes the openness of the surfaces in `scratch.looks`, and writes it to `scratch.found`.
 pub fn look_around(frame: &FrameView, scratch: &mut OcclusionScratch, tally: &mut RayTally) {
     scratch.found.clear();
     scratch.found.resize(scratch.looks.len(), Openness::CLOSED);
@@ -168,7 +172,7 @@ pub fn look_around(frame: &FrameView, scratch: &mut OcclusionScratch, tally: &mu
     for (number, ray) in waiting.iter().enumerate() {
         let found = &mut found[ray.look as usize];
         found.open += u16::from(!bit(blocked, number));
-        // what is still stays in the way, whatever else comes there or goes
+        // a still occluder stays in the way, whatever else comes there or goes
         if !bit(by_still, number) {
             found.until = found.until.min(frame.first_touch(ray.origin, ray.direction, occlusion.radius));
         }

@@ -1,4 +1,4 @@
-//! A ray of a light path, and what it brings of the light that it meets.
+//! A ray of a light path, and the weights of the light that it meets.
 
 use glam::Vec3;
 
@@ -11,33 +11,34 @@ use crate::shade::Surface;
 pub struct PathRay {
     /// Number of its path in the batch.
     pub path: u32,
-    /// Of what it brings, in what its path brings.
+    /// Weight of its light in the path's result.
     pub weight: Vec3,
-    /// World space.
+    /// Origin, world space.
     pub origin: Vec3,
-    /// World space, unit length.
+    /// Direction, world space, unit length.
     pub direction: Vec3,
-    /// From where the light that it meets is asked for: its origin, but for a ray that has gone through clear glass since.
+    /// Point from which the light that it meets is asked for: its origin, unless it has gone through clear
+    /// glass since.
     pub asked_from: Vec3,
-    /// For shading, there; the direction in which it left where a rough layer reflected it.
+    /// Shading normal at that point; the direction in which the ray left, where a rough layer reflected it.
     pub normal: Vec3,
-    /// Of the ways from there to light.
+    /// Chances of the ways from that point to light.
     pub chances: Chances,
 }
 
 impl PathRay {
-    /// What it brings of the sky.
+    /// Light of the sky that it brings to the path's result.
     pub fn light_of_sky(&self, frame: &FrameView) -> Vec3 {
         self.weight * self.chances.of_sky(frame, self.normal, self.direction)
     }
 
-    /// What it brings of the lights that it passes through before it is so `far`.
+    /// Light that it brings of the area lights that it passes through within `far`.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
         let Self { asked_from, normal, origin, direction, .. } = *self;
         self.weight * self.chances.of_lights(frame, (asked_from, normal), (origin, direction), far)
     }
 
-    /// The weight of what `surface` of a `primitive` emits, which the ray has met at this distance.
+    /// Weight of the emission of `surface`, of a `primitive`, which the ray has met at this distance.
     pub fn emission_weight(
         &self,
         frame: &FrameView,

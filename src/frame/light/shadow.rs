@@ -1,5 +1,5 @@
-//! Shadow rays: queued in the order in which they are to be tested, traced together, and answered by who is in
-//! their way.
+//! Shadow rays: queued by the order in which occluders are tested, traced together, and answered with the
+//! occluder in their way.
 
 use glam::Vec3;
 
@@ -17,36 +17,36 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch, SceneSubset, Tracer}
 // a bit of a sample's word for each point of a light
 const _: () = assert!(Light::MOST_SAMPLES as usize == AREA_POINTS);
 
-/// The orders in which shadow rays are tested.
+/// Orders in which occluders of shadow rays are tested.
 pub const CHECKS: [ShadowCheck; 3] =
     [ShadowCheck::Moved, ShadowCheck::StillThenMovable, ShadowCheck::MovableThenStill];
 
-/// Rays of a packet.
+/// Number of rays of a packet.
 const PACKET: usize = crate::trace::LANES;
 
-/// Shadow rays that are to be tested in the same order: either one by one, or sixteen from each surface.
+/// Queue of shadow rays that are tested in the same order: either one by one, or sixteen from each surface.
 #[derive(Debug, Default)]
 pub struct ShadowQueue {
     rays: RayBatch,
-    /// Of each ray, or of each packet of sixteen.
+    /// Owner of each ray, or of each packet of sixteen.
     owners: Vec<u32>,
     blocked: Vec<u16>,
     by_first: Vec<u16>,
 }
 
-/// Who is in the way of sixteen rays from one surface, a bit each.
+/// Occluders in the way of sixteen rays from one surface, as bit masks.
 #[derive(Debug, Clone, Copy)]
 pub struct Shadows {
-    /// The rays that were asked for.
+    /// Rays that were cast.
     pub asked: u16,
-    /// Those that somebody blocks.
+    /// Rays that any model blocks.
     pub blocked: u16,
-    /// Those that a movable model blocks.
+    /// Rays that a movable model blocks.
     pub by_dynamic: u16,
 }
 
 impl Shadows {
-    /// Of the ray to one point of the light, of which this is the tag.
+    /// Result of the one ray to a point of the light, from its tag.
     pub fn of_point(point: usize, tag: Tag) -> Self {
         let bit = |is_set: bool| u16::from(is_set) << point;
         Self { asked: bit(true), blocked: bit(tag != Tag::Lit), by_dynamic: bit(tag == Tag::DynamicOccluder) }
@@ -54,19 +54,19 @@ impl Shadows {
 }
 
 impl ShadowQueue {
-    /// No rays.
+    /// Removes all rays.
     pub fn clear(&mut self) {
         self.rays.clear();
         self.owners.clear();
     }
 
-    /// How many rays.
+    /// Number of rays.
     pub fn count(&self) -> u64 {
         self.rays.count()
     }
 
-    /// Adds the rays from those of eight surfaces whose bit is set to a light that they face. Their owners'
-    /// numbers count up from `owner`.
+    /// Adds rays to a light, which they face, from those of eight surfaces whose bit in `wanted` is set.
+    /// Their owners' numbers count up from `owner`.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -79,7 +79,7 @@ impl ShadowQueue {
         self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
     }
 
-    /// The same from `origins` that are off their surfaces already.
+    /// Like [`push`](Self::push), from `origins` that are off their surfaces already.
     #[inline(always)]
     pub fn push_from(&mut self, origins: Vec3x8, light_sample: &LightSample, wanted: u8, owner: u32) {
         if wanted == 0 {
@@ -93,7 +93,8 @@ impl ShadowQueue {
         }
     }
 
-    /// Adds the rays from `origin`, off its surface, to those points of an area light whose bit is set.
+    /// Adds rays from `origin`, off its surface, to those points of an area light whose bit in `wanted` is
+    /// set.
     #[inline(always)]
     pub fn push_sixteen(&mut self, origin: Vec3, light_samples: &[LightSample; 2], wanted: u16, owner: u32) {
         if wanted != 0 {
@@ -103,8 +104,8 @@ impl ShadowQueue {
         }
     }
 
-    /// Traces the rays, which can meet nothing but what is `among`, and says to the owner of each who shadows it, if
-    /// anyone.
+    /// Traces the rays, which can meet nothing but models `among` these, and calls `say` for each with its
+    /// owner and its tag.
     pub fn answer(
         &mut self,
         check: ShadowCheck,
@@ -118,7 +119,7 @@ impl ShadowQueue {
         });
     }
 
-    /// The same for up to sixteen owners at once.
+    /// Like [`answer`](Self::answer), with up to sixteen owners a call.
     pub fn answer_packets(
         &mut self,
         check: ShadowCheck,
@@ -139,7 +140,7 @@ impl ShadowQueue {
         }
     }
 
-    /// The same for sixteen rays from each owner.
+    /// Like [`answer`](Self::answer), for sixteen rays from each owner.
     pub fn answer_sixteen(
         &mut self,
         check: ShadowCheck,
@@ -159,7 +160,7 @@ impl ShadowQueue {
         }
     }
 
-    /// Traces the rays; gives the tags of what the first and the second test found.
+    /// Traces the rays. Returns the tags that stand for hits in the first and in the second test.
     fn trace(
         &mut self,
         check: ShadowCheck,
@@ -176,7 +177,7 @@ impl ShadowQueue {
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);
         let ask = |by: Option<Occluders>, blocked: &mut [u16]| {
-            // who is not asked blocks nothing
+            // occluders that are not tested block nothing
             let Some(by) = by.filter(|by| among == SceneSubset::All || *by == Occluders::Still) else {
                 return Tag::Lit;
             };
@@ -189,14 +190,15 @@ impl ShadowQueue {
     }
 }
 
-/// For one light, what is to be asked about samples with each tag.
+/// Tests of samples for one light, by the tags that they have.
 pub struct Checks {
     /// Index into [`CHECKS`] by tag; `None` where the tag holds.
     pub queue_of: [Option<u8>; Tag::ALL.len()],
 }
 
 impl Checks {
-    /// `moved`: the sample's model did. `may_be_met`: something that moved may be between sample and light.
+    /// Creates the checks for a light. `moved`: the samples' model moved. `may_be_met`: something that moved
+    /// may lie between samples and light.
     pub fn of(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
             let check = match frame.plan.shadow_check(light, moved, tag) {
@@ -208,13 +210,13 @@ impl Checks {
         Self { queue_of }
     }
 
-    /// Whether this tag is to be asked about.
+    /// Returns true if a sample with this tag must be tested.
     pub fn asks(&self, tag: Tag) -> bool {
         self.queue_of[tag as usize].is_some()
     }
 
-    /// By queue, those of eight samples that are to be asked about, a bit each. `moved` says of which of them the
-    /// model did: `checks` are for the others, and for them.
+    /// Bit masks, by queue, of those of eight samples that must be tested. `moved` is the mask of samples
+    /// whose models moved; `checks` are those for samples of other models and those for these.
     #[inline(always)]
     pub fn queues(checks: &[Self; 2], tags: &[Tag], moved: u8) -> [u8; CHECKS.len()] {
         let mut asked = [0; CHECKS.len()];
@@ -232,16 +234,16 @@ impl Checks {
         asked
     }
 
-    /// Whether none of eight tags is to be asked about.
+    /// Returns true if none of eight tags needs a test.
     #[inline]
     pub fn all_hold(&self, tags: &[Tag]) -> bool {
         let asked = Tag::ALL.into_iter().zip(self.queue_of).filter(|(_, queue)| queue.is_some());
-        // no early way out: eight are compared at once
+        // no early exit: eight are compared at once
         let has = |wanted: Tag| tags.iter().fold(false, |any, tag| any | (*tag == wanted));
         !asked.into_iter().any(|(tag, _)| has(tag))
     }
 
-    /// By queue, the points with which the tags of a sample are to be asked.
+    /// Bit masks, by queue, of the points of the light for which a sample must be tested.
     #[inline]
     pub fn asked(&self, tags: AreaTag) -> [u16; CHECKS.len()] {
         let mut asked = [0; CHECKS.len()];
@@ -254,7 +256,7 @@ impl Checks {
     }
 }
 
-/// Which of an area light's points a surface faces, a bit each.
+/// Bit mask of the points of an area light that a surface faces.
 #[inline(always)]
 pub fn facing(normal: Vec3, geometric_normal: Vec3, light_samples: &[LightSample; 2]) -> u16 {
     let [normal, geometric_normal] = [normal, geometric_normal].map(Vec3x8::splat);

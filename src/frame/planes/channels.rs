@@ -1,4 +1,4 @@
-//! The planes of a picture, and what is made into each.
+//! The planes of a picture and the source of each.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -11,28 +11,28 @@ use crate::film::{Film, PlaneKind, Values};
 use crate::layers::Layers;
 use crate::scene::LightGroups;
 
-/// The planes of sums: numbers of those that begin a colour. A colour lies within one group of eight
-/// ([`spread`](crate::frame::film::spread)), so that some stay empty; what nearly every sample has is in the first, and what is
-/// seldom asked for has groups of its own.
+/// Numbers of the planes of sums; that of a colour is its first component's. A colour lies within one group
+/// of eight ([`spread`](crate::frame::film::spread)), so that some planes stay empty. Colours that nearly
+/// every sample has are in the first group; those that are seldom asked for have groups of their own.
 pub mod sums {
     use crate::lanes::LANES;
     use crate::scene::LightGroups;
 
-    /// Of the weights.
+    /// Sum of the filter weights.
     pub const WEIGHT: usize = 0;
-    /// Of samples that show a surface.
+    /// Weights of samples that show a surface.
     pub const ALPHA: usize = 1;
-    /// Three colours each, from here on.
+    /// Diffuse light. Three components each, from here on.
     pub const DIFFUSE: usize = 2;
     /// Diffuse reflectance.
     pub const ALBEDO: usize = 5;
     /// Highlights.
     pub const SPECULAR: usize = 8;
-    /// In mirrors and off glass.
+    /// Light in mirrors and off glass.
     pub const REFLECTION: usize = 11;
-    /// Of the mean of the pixel's samples.
+    /// Variance of the mean of the pixel's samples.
     pub const VARIANCE: usize = 14;
-    /// Through glass.
+    /// Light through glass.
     pub const REFRACTION: usize = 16;
     /// Diffuse light of light sources.
     pub const DIRECT: usize = 24;
@@ -42,62 +42,62 @@ pub mod sums {
     pub const EMISSION: usize = 32;
     /// The background as the eye sees it.
     pub const SKY: usize = 35;
-    /// For denoisers.
+    /// Albedo for denoisers.
     pub const GUIDE_ALBEDO: usize = 40;
-    /// For denoisers; the only sums that may be negative.
+    /// Normal for denoisers; the only sums that may be negative.
     pub const GUIDE_NORMAL: usize = 43;
-    /// What share of the directions around is open.
+    /// Share of the directions around that is open.
     pub const OCCLUSION: usize = 46;
     /// Distance along the view axis; 0 for the background.
     pub const DEPTH: usize = 47;
     const LIGHTS: usize = 48;
-    /// All of them.
+    /// Number of planes of sums.
     pub const COUNT: usize = LIGHTS + LightGroups::MOST / 2 * LANES;
 
-    /// What the lights of a group add to the picture.
+    /// First of the planes that hold the share of a light group in the picture.
     pub const fn light(group: usize) -> usize {
         LIGHTS + group / 2 * LANES + group % 2 * 3
     }
 }
 
-/// The planes of data: numbers of those that begin a vector or a table.
+/// Numbers of the planes of data; that of a vector or a table is its first component's.
 pub mod data {
     /// Distance along the view axis.
     pub const Z: usize = 0;
-    /// World space.
+    /// Position, world space.
     pub const POSITION: usize = 1;
-    /// World space.
+    /// Normal, world space.
     pub const NORMAL: usize = 4;
     /// Model's number, from 1 on.
     pub const ID: usize = 7;
-    /// To where the point was in the frame before, pixels; 1 if that is known.
+    /// Motion vector to the point's place in the frame before, in pixels; then 1 if that is known.
     pub const BACKWARD: usize = 8;
-    /// To where it will be in the next frame, pixels; 1 if that is known.
+    /// Motion vector to the point's place in the next frame, in pixels; then 1 if that is known.
     pub const FORWARD: usize = 11;
-    /// From there to where it is.
+    /// Motion vector from the place in the next frame to that in this one, in pixels.
     pub const FROM_NEXT: usize = 14;
     /// Frames since the sample was traced.
     pub const AGE: usize = 16;
-    /// Share of the samples that are base, good, overlapped, missed, obscured.
+    /// Shares of the samples that are base, good, overlapped, missed, obscured.
     pub const STATUS: usize = 17;
-    /// Rays: primary, verification, shadow, secondary.
+    /// Ray counts: primary, verification, shadow, secondary.
     pub const RAYS: usize = 22;
     /// Material's number, from 1 on.
     pub const MATERIAL: usize = 26;
     /// Texture coordinates; 1 where there are any.
     pub const UV: usize = 27;
-    /// All of them.
+    /// Number of planes of data.
     pub const COUNT: usize = 30;
 }
 
-/// Where a plane's value comes from.
+/// Source of a plane's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// These sums together, over the sum of weights.
+    /// Total of these sums, over the sum of weights.
     Filtered(&'static [usize]),
-    /// This datum.
+    /// Plane of data with this number.
     Data(usize),
-    /// This number of what [`mattes`](mod@crate::frame::film::mattes) give: see [`matte_planes`].
+    /// Plane of [`mattes`](mod@crate::frame::film::mattes) with this number: see [`matte_planes`].
     Matte(usize),
 }
 
@@ -107,17 +107,17 @@ pub fn matte_planes(kind: Kind) -> Range<usize> {
     first..first + 2 * RANKS
 }
 
-/// Planes of mattes, of all kinds.
+/// Number of planes of mattes, of all kinds.
 pub const MATTE_PLANES: usize = Kind::ALL.len() * 2 * RANKS;
 
 /// A plane of the picture.
 #[derive(Debug, Clone)]
 pub struct Channel {
-    /// As files have it.
+    /// Name in files.
     pub name: Cow<'static, str>,
-    /// As files have it.
+    /// Type of its values in files.
     pub kind: PlaneKind,
-    /// What it shows.
+    /// Source of its values.
     pub source: Source,
 }
 
@@ -130,13 +130,13 @@ impl Channel {
         Self { name: Cow::Borrowed(name), kind: PlaneKind::Float, source }
     }
 
-    /// Whether it counts samples or rays: it may change where the samples do not.
+    /// Returns true if the plane counts samples or rays: it may change where the samples do not.
     pub fn is_count(&self) -> bool {
         matches!(self.source, Source::Data(data::STATUS..data::MATERIAL))
     }
 
-    /// The least and the greatest value that a filter may make of it: its negative lobes must make neither negative light
-    /// nor coverage of more than all, nor more reflectance than that of the `brightest` material.
+    /// Least and greatest value that a filter may give it. Negative lobes must make neither negative light
+    /// nor coverage above 1, nor more reflectance than that of the `brightest` material.
     pub fn limits(&self, brightest: Vec3) -> [f32; 2] {
         match self.source {
             Source::Filtered([sum @ sums::ALBEDO..sums::SPECULAR]) => [0.0, brightest[sum - sums::ALBEDO]],
@@ -147,27 +147,27 @@ impl Channel {
         }
     }
 
-    /// Whether its pixels are made of samples of several tiles, if the filter is wider than a pixel.
+    /// Returns true if its pixels are made of samples of several tiles when the filter is wider than a pixel.
     pub fn is_filtered(&self) -> bool {
         matches!(self.source, Source::Filtered(_) | Source::Matte(_))
     }
 
-    /// Whether it is made of floats, whatever files have.
+    /// Returns true if the film keeps it as floats, whatever files hold.
     pub fn is_float(&self) -> bool {
         // ages are counted up where they stand: halves would stop at 2048
         self.kind == PlaneKind::Float || self.source == Source::Data(data::AGE)
     }
 
-    /// Room for `count` values of it.
+    /// Creates storage for `count` values of the plane.
     pub fn room(&self, count: usize) -> Values {
         if self.is_float() { Values::floats(count) } else { Values::halves(count) }
     }
 }
 
-/// Of the contract's planes that do not depend on the shot.
+/// Number of the contract's planes that do not depend on the shot.
 const COUNT: usize = 72;
 
-/// The contract's planes.
+/// Planes of the contract that do not depend on the shot, mattes excepted.
 const CHANNELS: [Channel; COUNT] = {
     use Source::{Data, Filtered};
     use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
@@ -271,11 +271,11 @@ macro_rules! mattes {
     };
 }
 
-/// By kind.
+/// Planes of mattes, by kind.
 const MATTES: [[Channel; 2 * RANKS]; Kind::ALL.len()] =
     [mattes!("CryptoObject", 0), mattes!("CryptoMaterial", 2 * RANKS), mattes!("CryptoGroup", 4 * RANKS)];
 
-/// What the lights of each group add to the picture.
+/// Planes with the share of each group of lights in the picture.
 fn lights(groups: &LightGroups) -> impl Iterator<Item = Channel> {
     static NUMBERS: [usize; sums::COUNT] = {
         let mut numbers = [0; sums::COUNT];
@@ -300,33 +300,33 @@ fn lights(groups: &LightGroups) -> impl Iterator<Item = Channel> {
     groups.names.iter().enumerate().flat_map(channel)
 }
 
-/// Those of `layers`, for lights of these groups.
+/// Planes of `layers`, for lights of these groups.
 pub fn channels(layers: Layers, groups: &LightGroups) -> impl Iterator<Item = Channel> {
     let all = CHANNELS.into_iter().chain(MATTES.into_iter().flatten()).chain(lights(groups));
     all.filter(move |channel| layers.has_plane(&channel.name))
 }
 
-/// What is to be written.
+/// Planes to be written in this frame, and their filter.
 #[derive(Debug)]
 pub struct Picture {
-    /// From samples to pixels, if it is wider than a pixel.
+    /// Filter from samples to pixels, if it is wider than a pixel.
     pub kernel: Option<Kernel>,
-    /// Of the film's planes.
+    /// Channels of the film's planes, in their order.
     pub channels: Vec<Channel>,
-    /// For each plane, whether it was zero throughout before this frame.
+    /// True for each plane that was zero throughout before this frame.
     pub was_zero: Vec<bool>,
     /// Largest diffuse reflectance of the scene's materials, by channel.
     pub brightest: Vec3,
 }
 
 impl Picture {
-    /// These channels, to be written over what `film` shows.
+    /// Creates a picture of these channels, to be written over the one that `film` shows.
     pub fn over(film: &Film, kernel: Option<Kernel>, channels: &[Channel], brightest: Vec3) -> Self {
         let was_zero = film.planes.iter().map(|plane| plane.is_zero).collect();
         Self { kernel, channels: channels.to_vec(), was_zero, brightest }
     }
 
-    /// Number of the plane with the ages.
+    /// Number of the plane of ages, if there is one.
     pub fn age(&self) -> Option<usize> {
         self.channels.iter().position(|channel| channel.source == Source::Data(data::AGE))
     }
@@ -335,18 +335,18 @@ impl Picture {
 /// Channels in a word of [`Written`].
 const WORD: usize = u128::BITS as usize;
 
-/// Which channels of some tiles are not zero throughout, a bit each.
+/// Set of channels in which some tiles have values other than zero, a bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Written {
     some: [u128; 2],
-    /// Whether the film showed any of the pixels already, so that it was left as it is.
+    /// True if the film showed any of the pixels already, so that they were left as they are.
     any_shown: bool,
 }
 
 const _: () = assert!(COUNT + MATTE_PLANES + 3 * LightGroups::MOST <= 2 * WORD);
 
 impl Written {
-    /// Of pixels that the film showed already.
+    /// State of pixels that the film showed already.
     pub const SHOWN: Self = Self { some: [0; 2], any_shown: true };
 
     /// Notes that channel `number` holds something.
@@ -354,18 +354,18 @@ impl Written {
         self.some[number / WORD] |= 1 << (number % WORD);
     }
 
-    /// Whether none of the pixels holds anything in plane number `number`.
+    /// Returns true if none of the pixels holds anything in plane number `number`.
     pub fn is_none(self, number: usize) -> bool {
         self.some[number / WORD] >> (number % WORD) & 1 == 0
     }
 
-    /// Of more tiles.
+    /// Joins the sets of different tiles.
     pub fn plus(self, other: Self) -> Self {
         let some = [0, 1].map(|word| self.some[word] | other.some[word]);
         Self { some, any_shown: self.any_shown | other.any_shown }
     }
 
-    /// Whether plane `number` is zero throughout now.
+    /// Returns true if plane `number` is zero throughout now.
     pub fn is_zero(self, number: usize, was_zero: bool) -> bool {
         self.is_none(number) && (was_zero || !self.any_shown)
     }
@@ -377,8 +377,9 @@ mod tests {
 
     use super::*;
 
-    /// What Blender 3.4 and 5 show: longer names of channels are scrambled by one and dropped by the other, a fifth channel
-    /// of a layer takes the place of another, and 3.4 shows nothing that is of use of two channels.
+    /// Checks names against the limits of Blender 3.4 and 5: longer names of channels are scrambled by one
+    /// and dropped by the other, a fifth channel of a layer takes the place of another, and 3.4 shows nothing
+    /// of use of two channels.
     #[test]
     fn names_are_such_as_other_programs_read() {
         let mut layers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();

@@ -1,34 +1,36 @@
-//! Filters wider than a pixel: how much a sample counts in a pixel, by the distance between them across times that down.
+//! Filters wider than a pixel: a sample's weight in a pixel is the product of the weights of their distances
+//! across and down.
 
 use std::f32::consts::PI;
 
 use crate::lanes::F32x8;
 use crate::settings::Filter;
 
-/// Pixels in a row that any filter reaches, at most.
+/// Largest number of pixels in a row that a filter reaches.
 pub const MOST_TAPS: usize = 2 * Filter::LARGEST_RADIUS as usize;
 
-/// A filter of some radius.
+/// A filter with its radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
     shape: Filter,
-    /// Pixels; beyond it a sample counts nothing.
+    /// Radius, in pixels; beyond it a sample has no weight.
     radius: f32,
 }
 
 impl Kernel {
-    /// Of a filter with that radius, in pixels. `None` for that which takes a pixel's own samples alone.
+    /// Creates the kernel of a filter with that radius, in pixels. `None` for the box filter, which takes a
+    /// pixel's own samples alone.
     pub fn of(filter: Filter, radius: f32) -> Option<Self> {
         (filter != Filter::Box).then_some(Self { shape: filter, radius })
     }
 
-    /// How far, in pixels, a sample reaches beyond its own pixel.
+    /// Number of pixels that a sample reaches beyond its own.
     pub fn halo(&self) -> u32 {
         self.radius.ceil() as u32
     }
 
-    /// Weights of the `N` pixels in a row around samples that lie `beyond` (0 to 1) the centre of pixel N/2 - 1 of them; N is
-    /// twice the halo.
+    /// Weights of samples in the `N` pixels of a row around them. The samples lie `beyond` (0 to 1) the
+    /// centre of pixel N/2 - 1 of these. N is twice the halo.
     #[inline(always)]
     pub fn weights<const N: usize>(&self, beyond: F32x8) -> [F32x8; N] {
         let at = |pixel: usize| {
@@ -36,7 +38,7 @@ impl Kernel {
             (beyond - center).abs()
         };
         match self.shape {
-            // written out: its usual radius makes each weight one known piece of the cubic
+            // written out: with its usual radius each weight is one known piece of the cubic
             Filter::Mitchell if self.radius == 2.0 && N == 4 => {
                 let of = mitchell_of_four(beyond);
                 std::array::from_fn(|pixel| of[pixel])
@@ -52,7 +54,7 @@ impl Kernel {
         }
     }
 
-    /// `weight` of distances below the radius, and nothing beyond.
+    /// Evaluates `weight` at distances below the radius; 0 beyond.
     #[inline(always)]
     fn within<const N: usize>(
         &self,
@@ -84,7 +86,7 @@ fn mitchell(x: F32x8) -> F32x8 {
     x.lt(F32x8::ONE).select(cubic(NEAR, x), cubic(FAR, x))
 }
 
-/// The same of samples `beyond` the second of four pixels.
+/// [`mitchell`] for the four pixels around samples `beyond` the centre of the second.
 #[inline(always)]
 fn mitchell_of_four(beyond: F32x8) -> [F32x8; 4] {
     let [one, two] = [1.0, 2.0].map(F32x8::splat);
@@ -104,7 +106,8 @@ fn gaussian(x: F32x8, radius: f32) -> F32x8 {
 /// table 1: 92 dB) of a share of the radius.
 #[inline(always)]
 fn blackman_harris(x: F32x8) -> F32x8 {
-    // of the cosine's multiples of the angle, by Chebyshev's polynomials, instead of those cosines
+    // coefficients of powers of the cosine, by Chebyshev's polynomials, instead of cosines of multiples of
+    // the angle
     const TERMS: [f32; 4] = [4.0 * 0.01168, 2.0 * 0.14128, 0.48829 - 3.0 * 0.01168, 0.35875 - 0.14128];
     let cos = (x * F32x8::splat(PI)).cos();
     TERMS.into_iter().fold(F32x8::ZERO, |sum, term| sum * cos + F32x8::splat(term))

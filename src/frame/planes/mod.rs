@@ -1,4 +1,5 @@
-//! The planes of a film: which there are, how a filter weighs samples in them, and where tiles write.
+//! Planes of a film: their list, the filters that weigh samples in them, and the windows through which tiles
+//! write.
 
 pub mod channels;
 pub mod kernel;

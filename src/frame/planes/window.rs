@@ -1,5 +1,5 @@
-//! Where tiles write their pixels: the film is cut up into windows, so that many may write at once, each while
-//! what it writes is in its cache.
+//! Windows of the film through which tiles write their pixels. The film is cut into windows so that many
+//! tiles may write at once, each while its pixels are in its processor's cache.
 
 use std::ops::Range;
 
@@ -9,23 +9,23 @@ use rayon::prelude::*;
 use crate::film::{Plane, Values, round_to_halves};
 use crate::prefetch::prefetch;
 
-/// The part of a film that some tiles beside each other show, in all planes.
+/// Part of a film, in all planes, that some adjacent tiles show.
 #[derive(Debug)]
 pub struct Window<'f> {
-    /// The first column and row.
+    /// First column and row.
     corner: [usize; 2],
     planes: Vec<Rows<'f>>,
 }
 
-/// The rows of a plane in a window.
+/// Rows of a plane in a window.
 #[derive(Debug)]
 enum Rows<'f> {
     Half(Vec<&'f mut [f16]>),
     Float(Vec<&'f mut [f32]>),
 }
 
-/// Cuts planes into windows, from left to right and down: between each two of the `columns` that follow each other (the
-/// last is the planes' width) and each two of the `rows`. A plane is there only in windows where
+/// Cuts planes into windows, from left to right and down: one between each two successive `columns` (the last
+/// is the planes' width) and each two successive `rows`. A plane is present only in windows where
 /// `is_wanted(plane, window)`.
 pub fn cut<'f>(
     planes: &'f mut [Plane],
@@ -58,7 +58,7 @@ pub fn cut<'f>(
     windows
 }
 
-/// Some rows of a plane, in windows; none in those that are not wanted.
+/// Cuts some rows of a plane into windows; those that are not wanted stay empty.
 fn cut_plane<'f, T>(
     values: &'f mut [T],
     columns: &[usize],
@@ -92,8 +92,8 @@ fn cut_plane<'f, T>(
 }
 
 impl Window<'_> {
-    /// Writes pixels that cover these columns and rows of the film into plane number `number`: `values` in rows
-    /// of `stride`, of which the last may end with what is written.
+    /// Writes pixels that cover these columns and rows of the film into plane number `number`. `values` are
+    /// in rows of `stride`; the last row may end after the last value written.
     pub fn put(&mut self, number: usize, pixels: &[Range<usize>; 2], values: &[f32], stride: usize) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
@@ -113,7 +113,7 @@ impl Window<'_> {
         }
     }
 
-    /// The same of those pixels alone that are `wanted`, in the order of `values`.
+    /// Like [`put`](Self::put), for the `wanted` pixels alone: a flag for each of `values`.
     pub fn put_some(
         &mut self,
         number: usize,
@@ -144,7 +144,7 @@ impl Window<'_> {
         }
     }
 
-    /// Has the memory fetched into which these pixels of plane number `number` are written soon.
+    /// Prefetches the memory of these pixels of plane number `number`, which are written soon.
     #[inline]
     pub fn prefetch(&self, number: usize, pixels: &[Range<usize>; 2]) {
         let [left, top] = self.corner;
@@ -156,7 +156,7 @@ impl Window<'_> {
         }
     }
 
-    /// Writes zeros.
+    /// Writes zeros into these pixels of plane number `number`.
     pub fn clear(&mut self, number: usize, pixels: &[Range<usize>; 2]) {
         let [left, top] = self.corner;
         let columns = pixels[0].start - left..pixels[0].end - left;
@@ -167,7 +167,7 @@ impl Window<'_> {
         }
     }
 
-    /// One more for each pixel, up to `most`. Halves are left alone: they cannot count far.
+    /// Adds 1 to each of these pixels, up to `most`. Halves are left alone: they cannot count far.
     pub fn count_up(&mut self, number: usize, pixels: &[Range<usize>; 2], most: f32) {
         let [left, top] = self.corner;
         if let Rows::Float(rows) = &mut self.planes[number] {
@@ -179,7 +179,8 @@ impl Window<'_> {
     }
 }
 
-/// Copies as many values as `to` has room for, many at a time: rows of tiles are too short to be worth a call.
+/// Copies as many values as `to` has room for, in blocks of a known size: rows of tiles are too short to be
+/// worth a call.
 #[inline(always)]
 fn copy<T: Copy>(to: &mut [T], from: &[T]) {
     const MANY: usize = 16;

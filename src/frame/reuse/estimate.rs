@@ -1,5 +1,6 @@
-//! Whether reprojection will pay, estimated from a few samples before any work is done: `--mode auto` traces what will not. In
-//! every mode a frame is traced in which next to nothing is seen again: a cut that nobody has marked.
+//! Estimate, from a few samples and before any work is done, of whether reprojection pays: `--mode auto`
+//! traces frames in which it does not. In every mode a frame is traced in which next to nothing is seen
+//! again: a cut that nobody has marked.
 //!
 //! The decision is a function of the samples and the poses alone, never of a clock: frames stay the same to
 //! the bit on every machine.
@@ -18,18 +19,19 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, SampleStore, Tile};
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
-/// What the steps of a sample's way cost, in units of tracing one: a primary ray and what is kept of its hit.
-/// In favour of reprojection: the border is for frames of which little is seen again, and where both ways cost
-/// about the same, as in a dolly past matt things under one light, the samples that are kept serve later frames.
+/// Costs of the steps of a sample, in units of tracing one: a primary ray and storing its hit. They favour
+/// reprojection: it is to lose only in frames of which little is seen again, and where both cost about the
+/// same, as in a dolly past matt models under one light, the samples that are kept serve later frames.
 mod cost {
-    /// Projecting an old sample, finding the cell that it serves, and bringing it there; and probing edges.
+    /// Projecting an old sample, finding the cell that it serves, and copying it there; and probing edges.
     pub const REPROJECT: f32 = 0.5;
-    /// The ray that shows that it is still seen.
+    /// The ray that verifies that it is still seen.
     pub const VERIFY: f32 = 0.3;
-    /// Tracing a sample that shows the background: a ray that meets nothing, and nothing to keep or to light.
+    /// Tracing a sample that shows the background: a ray that meets nothing, and no surface to store or to
+    /// light.
     pub const BACKGROUND: f32 = 0.25;
-    /// Tracing a surface that moved, less what reprojection pays more for it than for others: it is placed anew
-    /// again and again, and asks everything about its light.
+    /// Tracing a surface that moved, less what reprojection pays more for it than for others: it is placed
+    /// anew again and again, and all its shadow rays are cast.
     pub const MOVED: f32 = 0.5;
     /// The shadow ray to a light that did not move, which a surface that is traced needs.
     pub const SHADOW: f32 = 0.4;
@@ -39,26 +41,27 @@ mod cost {
     pub const GATHER: f32 = 3.0;
 }
 
-/// Of a frame that has less of the samples of the frame before than this in sight, and does not pay, nothing is inferred, whatever
-/// the mode: it shows something else, as after a cut. As many may be in sight by chance.
+/// Least share of the samples of the frame before that must be in sight. Nothing is inferred, in any mode,
+/// for a frame that has less and does not pay: it shows something else, as after a cut. As many samples may
+/// be in sight by chance.
 const LEAST_SEEN: f32 = 1.0 / 16.0;
 
-/// Tiles that are asked together: their segments fill whole packets.
+/// Number of tiles that are probed together: their segments fill whole packets.
 const TILES_AT_ONCE: usize = 64;
 
-/// What was estimated.
+/// Result of the estimate.
 #[derive(Debug, Default)]
 pub struct Estimate {
-    /// The frame is to be inferred, not traced.
+    /// True if the frame is to be inferred, not traced.
     pub pays: bool,
-    /// Hardly anything of the frame before is still in sight.
+    /// True if hardly anything of the frame before is still in sight.
     pub is_cut: bool,
-    /// Rays that it took to say so: for each tile, which of its eight samples that were asked needed one.
+    /// Rays of the estimate: for each tile, a bit mask of those of its eight probed samples that needed one.
     asked: Vec<u8>,
 }
 
-/// Whether this frame is to be inferred from `old`. Eight samples of some tiles are
-/// projected and, where the eye moved, verified.
+/// Estimates whether to infer this frame from `old`. Eight samples of some tiles are projected and, where the
+/// eye moved, verified.
 pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let mut asked = vec![0; old.tiles.len()];
     let ask = |(number, (tiles, asked)): (usize, (&[Box<Tile>], &mut [u8]))| {
@@ -87,7 +90,7 @@ pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
 }
 
 impl Estimate {
-    /// Counts the rays of tile number `number` for the cells whose samples were asked.
+    /// Counts the rays of tile number `number` for the cells whose samples were probed.
     pub fn count(&self, number: usize, tally: &mut RayTally) {
         let asked = self.asked.get(number).copied().unwrap_or(0);
         tally.counts.verification += u64::from(asked.count_ones());
@@ -95,48 +98,49 @@ impl Estimate {
     }
 }
 
-/// How many fields are across and down: no more than tiles.
+/// Number of fields across and down: no more than tiles.
 fn fields(grid: &Grid) -> [usize; 2] {
     [grid.tiles_x, grid.tiles_y].map(|tiles| FIELDS.min(tiles as usize))
 }
 
-/// Column and row of the field that tile number `number` is in.
+/// Column and row of the field that contains tile number `number`.
 fn field(grid: &Grid, number: usize) -> [usize; 2] {
     let ([across, down], [tiles_x, tiles_y]) = (fields(grid), [grid.tiles_x as usize, grid.tiles_y as usize]);
     [number % tiles_x * across / tiles_x, number / tiles_x * down / tiles_y]
 }
 
-/// Whether tile number `number` of `tiles` is asked: of many tiles some that are spread over the picture.
+/// Returns true if tile number `number` of `tiles` is probed: of many tiles some that are spread over the
+/// picture.
 fn is_asked(number: usize, tiles: usize) -> bool {
-    // some 2000 samples: their share is right to a hundredth
+    // some 2000 samples: the error of their share is a hundredth
     const ENOUGH: usize = 256;
-    // the golden section's share of a word: neighbours in a row or a column are far apart in this order
+    // the golden section of a word: neighbours in a row or a column are far apart in this order
     let place = (number as u32).wrapping_mul(0x9e37_79b9);
     tiles <= ENOUGH || u64::from(place) < ((ENOUGH as u64) << 32) / tiles as u64
 }
 
-/// The first of the eight samples of tile number `number` that are asked: another eight in each.
+/// First of the eight samples of tile number `number` that are probed: another eight in each tile.
 fn first_asked(number: usize) -> usize {
-    // odd: all places of a tile have their turn
+    // odd: in turn, all places of a tile are probed
     const STRIDE: usize = 37;
     (number * STRIDE * LANES) % CELLS
 }
 
-/// What became of the samples that were asked.
+/// Counts of the samples that were probed.
 #[derive(Debug, Clone, Copy, Default)]
 struct Asked {
     asked: u64,
     verified: u64,
-    /// Still seen, by what they show.
+    /// Samples that are still seen: surfaces at rest, surfaces that moved, background.
     seen: [u64; 3],
-    /// How many fell into each of the picture's [`fields`], row by row.
+    /// Samples that fell into each of the picture's [`fields`], row by row.
     fallen: [[u64; FIELDS]; FIELDS],
 }
 
-/// Fields along an edge of the picture, at most, to tell whether samples fall into all of it.
+/// Largest number of fields along an edge of the picture; they show if samples fall into all of it.
 const FIELDS: usize = 8;
 
-/// What samples show: surfaces that did not move, surfaces that did, and the background.
+/// Indices of `seen`: surfaces that did not move, surfaces that did, and the background.
 const AT_REST: usize = 0;
 const MOVED: usize = 1;
 const BACKGROUND: usize = 2;
@@ -151,10 +155,10 @@ impl Asked {
         }
     }
 
-    /// The share of the samples that fall into the picture which can have a cell of their own: where the eye has
-    /// gone far back, all that was seen falls into a few.
+    /// Share of the samples that fall into the picture which can have a cell of their own: where the eye has
+    /// gone far back, all that was seen falls into a few cells.
     fn spread(&self, [across, down]: [usize; 2]) -> f32 {
-        // as many as an even share may be by chance
+        // factor by which a field may exceed an even share by chance
         const CROWD: f32 = 1.3;
         let room = CROWD * self.asked as f32 / (across * down) as f32;
         let counts = || self.fallen.iter().flatten().map(|count| *count as f32);
@@ -162,7 +166,8 @@ impl Asked {
     }
 }
 
-/// Asks eight samples of some tiles, of as many as there are, and notes which of them needed a ray.
+/// Probes eight samples of some tiles, the first of which has the number `number` of `of`, and notes in
+/// `asked` which samples needed a ray.
 fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, asked: &mut [u8]) -> Asked {
     let casts = frame.plan.camera == CameraChange::Moved;
     let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());

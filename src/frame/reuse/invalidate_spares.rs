@@ -1,5 +1,5 @@
-//! What is not known any more of spare samples: they are neither verified nor lit in this frame, and what the plan says must
-//! be asked about them is asked when they serve.
+//! Invalidation of spare samples: they are neither verified nor lit in this frame. What is unknown about them
+//! by the plan is noted, and tested when they serve.
 
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::{LightChange, ShadowCheck};
@@ -8,10 +8,11 @@ use crate::geometry::Bounds;
 use crate::lanes::LANES;
 use crate::samples::{BACKGROUND, MOST_SPARES, Spare, Spares, Tag};
 
-/// Forgets what the plan says must be asked about the spare samples of a tile.
+/// Invalidates what the plan says must be tested about the spare samples of a tile.
 ///
-/// A tag that only what moved can make wrong stays where nothing that moved is between sample and light: that is found for
-/// a tile at once, and then for eight samples. Otherwise a thing that moves anywhere would cost each spare sample its tags.
+/// A tag that only models that moved can make wrong stays where none of these is between sample and light:
+/// that is tested for a tile as a whole, and then for eight samples. Otherwise a model that moves anywhere
+/// would cost each spare sample its tags.
 pub fn doubt(frame: &FrameView, spares: &mut Spares) {
     let plan = frame.plan;
     let flags = [false, true].map(|moved| plan.doubts(moved));
@@ -46,10 +47,10 @@ pub fn doubt(frame: &FrameView, spares: &mut Spares) {
     }
 }
 
-/// Spare samples in groups of [`LANES`].
+/// Number of groups of [`LANES`] spare samples.
 const GROUPS: usize = MOST_SPARES.div_ceil(LANES);
 
-/// Where spare samples are, world space: around each group.
+/// Bounds of each group of spare samples, world space.
 struct Places([Bounds; GROUPS]);
 
 impl Places {
@@ -64,8 +65,8 @@ impl Places {
         Self(groups)
     }
 
-    /// For each group whether anything that moved may be between one of its samples and light number `light`. A `false` is
-    /// certain.
+    /// Returns true for each group in which anything that moved may lie between one of the samples and light
+    /// number `light`. A `false` is certain.
     fn may_be_in_shadow(&self, frame: &FrameView, light: usize) -> [bool; GROUPS] {
         let (moved, pose) = (frame.moved_bounds, &frame.pose.lights[light]);
         if frame.plan.lights[light] == LightChange::Moved {

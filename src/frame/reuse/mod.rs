@@ -1,4 +1,5 @@
-//! Reuse, the subject of the paper: samples of the frame before are projected, serve cells, and are verified; what is left is traced.
+//! Reuse, the subject of the paper: samples of the frame before are projected, serve cells, and are verified;
+//! the other cells are traced.
 
 pub mod bins;
 pub mod candidates;

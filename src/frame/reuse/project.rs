@@ -1,17 +1,17 @@
-//! Where samples of the frame before are seen in this frame.
+//! Projection of samples of the frame before into this frame.
 
 use super::bins::{Projected8, STEPS};
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, EMPTY, Spares, Tile};
 
-/// Where eight samples of `tile`, from cell `first` on, are projected to.
+/// Projects eight samples of `tile`, from cell `first` on.
 #[inline(always)]
 pub fn project_lanes(frame: &FrameView, tile: &Tile, first: usize) -> Projected8 {
     project(frame, &tile.model[first..first + LANES], frame.offsets(tile, first))
 }
 
-/// The same for up to eight spare samples.
+/// Projects up to eight spare samples, from number `first` on.
 pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Projected8 {
     let mut models = [EMPTY; LANES];
     let mut offsets = Vec3x8::ZERO;
@@ -22,18 +22,18 @@ pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Proje
     project(frame, &models, offsets)
 }
 
-/// Where samples at `offsets` from the eye are projected to. The background is infinitely deep; samples of models that have
-/// disappeared are nowhere.
+/// Projects samples at `offsets` from the eye. The background is infinitely deep; samples of models that have
+/// disappeared are in no tile.
 #[inline(always)]
 fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
     let seen = frame.view.project(offsets);
     let grid = &frame.view.grid;
     let [mut is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
     if frame.view.camera.is_orthographic() {
-        // it has no place of its own: all of the background is seen along the view axis
+        // the background has no place of its own: all of it is seen along the view axis
         is_sample = is_sample & !is_background;
     }
-    // no for what is not a number as well
+    // false for NaN as well
     let is_before = seen.depth.gt(F32x8::splat(f32::MIN_POSITIVE));
     Projected8 {
         which: (is_sample & is_before & grid.inside(seen.x, seen.y)).bits() & !frame.hidden_bits(models),

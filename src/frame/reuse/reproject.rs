@@ -1,9 +1,9 @@
 //! Reprojection: the samples of the frame before move with their models, are projected into this frame's picture, and
 //! serve its cells (the paper's "Reprojection Phase").
 //!
-//! Two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it falls into, and of
-//! those beside which it may serve ([`Bins`]); [`resolve`] then finds each cell's server, tile by tile, and copies it
-//! into the new store.
+//! There are two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it
+//! falls into, and into those of adjacent tiles whose cells it may serve ([`Bins`]). [`resolve`] then finds
+//! each cell's server, tile by tile, and copies it into the new store.
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, OldStore, SampleStore, Status, TILE, Tile};
 use crate::settings::Reuse;
 
-/// Tiles that reuse samples in fewer than one of so many wanted cells are traced whole.
+/// Reciprocal of the least share of wanted cells that must reuse samples: tiles with fewer are traced whole.
 const LEAST_REUSED: usize = 8;
 
 /// Puts every sample of `old` into the bins of the tiles whose cells it may serve. Returns for each tile of `old` how many tiles
@@ -79,7 +79,7 @@ pub fn resolve(
     }
 }
 
-/// Cells that nobody asks for.
+/// Empties the cells that are not wanted.
 fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
     if *wanted != CellSet::ALL {
         let unwanted = tile.status.iter_mut().enumerate().filter(|(cell, _)| !wanted.has(*cell));
@@ -87,7 +87,7 @@ fn mark_unwanted(wanted: &CellSet, tile: &mut Tile) {
     }
 }
 
-/// Cells that are not in the picture.
+/// Marks the cells that are not in the picture.
 fn mark_outside(extent: [u32; 2], tile: &mut Tile) {
     if extent != [TILE as u32; 2] {
         let beyond = tile.status.iter_mut().enumerate().filter(|(cell, _)| !holds(extent, *cell));

@@ -1,4 +1,4 @@
-//! What choosing servers and keeping samples must hold to, over heaps of random candidates.
+//! Properties of the choice of servers and of the samples that are kept, tested with many random candidates.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,8 @@ impl Dice {
     }
 }
 
-/// A candidate: which tile and slot it comes from, and its place in [`STEPS`], from one cell left of and above the tile.
+/// A candidate: the tile and slot that it comes from, and its place in [`STEPS`], from one cell left of and
+/// above the tile.
 #[derive(Debug, Clone, Copy)]
 struct Thrown {
     source: u32,
@@ -38,13 +39,13 @@ impl Thrown {
         self.at.map(|at| at / STEPS)
     }
 
-    /// Whether that cell is in the tile and in the picture.
+    /// Returns true if that cell is in the tile and in the picture.
     fn is_own(&self, extent: Extent) -> bool {
         let within = |axis: usize| (1..=extent.cells[axis] as i32).contains(&self.lies_in()[axis]);
         within(0) && within(1)
     }
 
-    /// What tells its sample from all others.
+    /// Number that identifies its sample.
     fn mark(&self) -> u32 {
         mark(self.source, self.slot)
     }
@@ -54,14 +55,14 @@ fn mark(source: u32, slot: usize) -> u32 {
     source * 2 * CELLS as u32 + slot as u32
 }
 
-/// How candidates are strewn.
+/// Distribution of candidates.
 #[derive(Debug, Clone, Copy)]
 struct Throw {
-    /// A slot of a source has a candidate once in so many times.
+    /// Reciprocal of the probability that a slot of a source has a candidate.
     one_in: u64,
-    /// Places are multiples of so many steps: where it is large, many are equally far from a target.
+    /// Grid of places, in steps: where it is coarse, many are equally far from a target.
     coarse: u64,
-    /// Once in so many times a candidate falls into the cell in the middle.
+    /// Reciprocal of the probability that a candidate falls into the cell in the middle.
     heap: u64,
 }
 
@@ -74,7 +75,7 @@ const THROWS: [Throw; 6] = [
     Throw { one_in: u64::MAX, coarse: 1, heap: u64::MAX },
 ];
 
-/// The picture goes on beyond the tile, or ends in it.
+/// Extents of a tile within the picture, and of one in which it ends.
 const EXTENTS: [Extent; 2] = [
     Extent { cells: [TILE as u32; 2], goes_on: [true; 4] },
     Extent { cells: [21, 6], goes_on: [true, false, false, false] },
@@ -82,10 +83,11 @@ const EXTENTS: [Extent; 2] = [
 
 const SOURCES: u32 = 2;
 
-/// Spare samples of each source.
+/// Number of spare samples of each source.
 const SPARES: usize = 100;
 
-/// Candidates in the order of the tiles that they come from and of their slots, all of them where the picture is.
+/// Random candidates in the order of the tiles that they come from and of their slots, all of them within the
+/// picture.
 fn strew(throw: Throw, extent: Extent, dice: &mut Dice) -> Vec<Thrown> {
     let range = [0, 1].map(|axis| {
         let [before, after] = [extent.goes_on[axis], extent.goes_on[axis + 2]].map(u64::from);
@@ -118,8 +120,8 @@ fn for_each_run(thrown: &[Thrown], mut each: impl FnMut(u32, &[u64])) {
     }
 }
 
-/// The numbers of all candidates that are near enough to serve `cell`, the nearest first; of those that are equally far
-/// in the order of their numbers.
+/// Numbers of all candidates that are near enough to serve `cell`, the nearest first; those that are equally
+/// far in the order of their numbers.
 fn by_distance(thrown: &[Thrown], cell: usize) -> Vec<usize> {
     let target = place(cell).map(|at| (at as i32 + 1) * STEPS + STEPS / 2);
     let far = |one: &Thrown| (0..2).map(|axis| (one.at[axis] - target[axis]).pow(2)).sum::<i32>();

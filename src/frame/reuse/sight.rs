@@ -1,4 +1,5 @@
-//! The way from the eye to samples (of an orthographic camera, from the plane of the eye): the segments that verification traces, and from which side surfaces are seen.
+//! Segments from the eye (of an orthographic camera, from the plane of the eye) to samples, which
+//! verification traces, and the side from which surfaces are seen.
 
 use crate::frame::grid::bits::surface_bits;
 use crate::frame::shot::frame_view::FrameView;
@@ -7,15 +8,15 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Flags, Octahedral, Tile};
 use crate::trace::RayBatch;
 
-/// Where a verification segment ends, as a share of the way from the eye to the sample.
+/// End of a verification segment, as a share of the distance from the eye to the sample.
 ///
-/// Short of 1 by what rounding may put between a sample and its neighbours on the same surface. The
-/// sample's own triangle never counts, so that the rest can be this tight: an occluder nearer to the
-/// sample than this is taken for the sample's own surface, and a hit on a neighbouring triangle costs one
-/// ray and no error. The [audit](crate::frame::audit) tolerates no more.
+/// Short of 1 by the distance that rounding may put between a sample and its neighbours on the same surface.
+/// The sample's own triangle never counts, so that the rest can be this tight: an occluder nearer to the
+/// sample than this is taken for the sample's own surface, and a hit on a neighbouring triangle costs one ray
+/// and no error. The [audit](crate::frame::audit) tolerates no more.
 pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 
-/// The lines of sight to eight samples of a tile: where they begin, and what leads from there to the samples.
+/// Lines of sight to eight samples of a tile: origins, and vectors from there to the samples.
 #[inline(always)]
 pub fn sights(frame: &FrameView, tile: &Tile, first: usize) -> [Vec3x8; 2] {
     let offsets = frame.offsets(tile, first);
@@ -25,20 +26,21 @@ pub fn sights(frame: &FrameView, tile: &Tile, first: usize) -> [Vec3x8; 2] {
 /// Adds the segments from the eye to those of eight samples whose bit is set.
 pub fn segments(frame: &FrameView, tile: &Tile, first: usize, wanted: u8, rays: &mut RayBatch) {
     let models = &tile.model[first..first + LANES];
-    // nothing is the background's own: its number is that of no hit
+    // the background has no triangle of its own: its number is that of no hit
     let triangles = tile.triangles(first);
     let own = [models, &triangles[..]];
     let [origins, sights] = sights(frame, tile, first);
     rays.push_lanes_to_samples(origins, sights, segment_ends(models), own, wanted);
 }
 
-/// Where the segments to eight samples end.
+/// Ends of the segments to eight samples, as ray parameters.
 pub fn segment_ends(models: &[u32]) -> F32x8 {
     let background = Mask::equal(models, BACKGROUND);
     background.select(F32x8::splat(f32::INFINITY), F32x8::splat(SEGMENT_END))
 }
 
-/// Of eight cells, those whose sample is seen from the other side now: it was shaded for the side that the eye was on.
+/// Bit mask of those of eight cells whose samples are seen from the other side now: they were shaded for the
+/// side that the eye was on.
 #[inline]
 pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Flags) -> u8 {
     let models = &tile.model[first..first + LANES];
@@ -48,7 +50,7 @@ pub fn back_facing_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Fla
     if may_have_turned == 0 {
         return 0;
     }
-    // which side needs no length
+    // the side needs no unit length
     let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
     frame.each_displaced(models, |place, of_model| {
         place.geometric_normals(of_model, |lane| tile.record[first + lane].triangle, &mut geometric_normals);

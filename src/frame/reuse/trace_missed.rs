@@ -9,15 +9,15 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
-/// Of the distance from the eye: how far beside its ray a hit point may lie. Less than the audit tolerates by
-/// enough that what a later ray through the point meets is what this one met.
+/// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
+/// audit's tolerance by enough that a later ray through the point meets the same surface as this one.
 const OFF_RAY: f32 = 2.5e-6;
 
-/// Rays that are traced at once: with their answers they stay in a first-level cache while they are traced.
+/// Number of rays that are traced at once: with their results they stay in a first-level cache meanwhile.
 const AT_ONCE: usize = 4 * trace::LANES;
 
-/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`. Their rays can meet nothing but what
-/// is `among`.
+/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`, and the cells in
+/// `probes`. Their rays can meet nothing but models `among` these.
 pub fn trace_missed(
     frame: &FrameView,
     number: usize,
@@ -59,7 +59,7 @@ pub fn trace_missed(
         }
     }
     found.keep(frame, tile);
-    // those that were confirmed keep what they know
+    // samples that were confirmed keep their tags
     scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
     tile.tags.forget(&scratch.owners);
     if tile.gathered.is_seeded() {
@@ -69,7 +69,7 @@ pub fn trace_missed(
     }
 }
 
-/// A ray through the centre of each cell in `owners`.
+/// Adds a ray through the centre of each cell in `owners`.
 fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBatch) {
     let grid = &frame.view.grid;
     let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
@@ -81,7 +81,7 @@ fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBat
     }
 }
 
-/// What `column` has for up to eight cells.
+/// Values of `column` for up to eight cells.
 #[inline(always)]
 fn values_of(column: &Column<f32>, cells: &[u32]) -> F32x8 {
     if are_neighbours(cells) {
@@ -92,25 +92,25 @@ fn values_of(column: &Column<f32>, cells: &[u32]) -> F32x8 {
     values
 }
 
-/// Whether these are eight cells one after the other. They come in order.
+/// Returns true if these are eight successive cells. They come in order.
 #[inline(always)]
 fn are_neighbours(cells: &[u32]) -> bool {
     cells.len() == LANES && cells[LANES - 1] == cells[0] + LANES as u32 - 1
 }
 
-/// Up to eight rays, and what they met.
+/// Up to eight rays, and their hits.
 #[derive(Debug, Clone, Copy)]
 struct Answers8<'a> {
-    /// The cells that they are for, from the first lane on.
+    /// Cells that the rays are for, from the first lane on.
     owners: &'a [u32],
     origin: Vec3x8,
     direction: Vec3x8,
     met: Hits8<'a>,
-    /// Where along the rays.
+    /// Distances of the hits, as ray parameters.
     t: &'a [f32],
 }
 
-/// The same, lane by lane from several packets.
+/// Up to eight rays and their hits, collected lane by lane from several packets.
 #[derive(Debug, Clone)]
 struct Found8 {
     count: usize,
@@ -135,8 +135,9 @@ impl Found8 {
         weights: [F32x8::ZERO; 2],
     };
 
-    /// Takes those of `answers` that must be kept: all but those that confirm the samples which serve their cells. Whenever
-    /// there are eight they are kept: finding surfaces takes the same time for one and for eight.
+    /// Takes those of `answers` that must be stored: all but those that confirm the samples which serve their
+    /// cells. Whenever there are eight they are stored: finding surfaces takes the same time for one and for
+    /// eight.
     fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Answers8, tile: &mut Tile) {
         for (lane, cell) in answers.owners.iter().enumerate() {
             if is_traced(tile.status[*cell as usize]) || !answers.confirms(frame, tile, *cell as usize, lane)
@@ -161,7 +162,7 @@ impl Found8 {
         self.count += 1;
     }
 
-    /// Keeps all, and goes on with none.
+    /// Stores all, and becomes empty.
     fn keep(&mut self, frame: &FrameView, tile: &mut Tile) {
         if self.count == 0 {
             return;
@@ -175,7 +176,7 @@ impl Found8 {
 }
 
 impl<'a> Answers8<'a> {
-    /// Those of a packet from lane `from` on, for the cells `owners`.
+    /// Rays and hits of a packet from lane `from` on, for the cells `owners`.
     #[inline(always)]
     fn of(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
         let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
@@ -183,7 +184,8 @@ impl<'a> Answers8<'a> {
         Self { owners, origin, direction, met: Hits8::of(hits, from), t: &hits.t[from..from + LANES] }
     }
 
-    /// Whether what the ray through the centre of a cell met shows the surface that the sample shows which serves the cell.
+    /// Returns true if the ray through the centre of a cell met the surface of the sample that serves the
+    /// cell.
     fn confirms(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
         let model = self.met.models[lane];
         if model == NO_HIT || tile.model[cell] != model {
@@ -199,7 +201,7 @@ impl<'a> Answers8<'a> {
             && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
     }
 
-    /// Keeps what was met in the cells: object space, on the side of the eye.
+    /// Stores the surfaces that were met in the cells: object space, on the side of the eye.
     #[inline(always)]
     fn keep(&self, frame: &FrameView, tile: &mut Tile) {
         let Self { owners, origin, direction, met, .. } = *self;
@@ -253,12 +255,12 @@ impl<'a> Answers8<'a> {
     }
 }
 
-/// Mends the points (object space) that lie beside their rays.
+/// Corrects the points (object space) that lie beside their rays.
 ///
-/// By the triangle's corners a point lies in the triangle's plane as well as floats can say, and is taken.
-/// But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in single
-/// floats and may lead away from the ray, behind something else: there ray and triangle are met again in
-/// double floats. So are quadrics that are much larger than their distance.
+/// Computed from the triangle's corners, a point lies in the triangle's plane as exactly as floats allow, and
+/// is taken. But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in
+/// single floats, and the point may lie away from the ray, behind something else: there ray and triangle are
+/// intersected again in double floats. So are quadrics that are much larger than their distance.
 #[inline(always)]
 fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
     let models = met.models;
@@ -281,7 +283,8 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
     }
 }
 
-/// Where rays along `direction` see the backs of the triangles that they `met`, with these normals (object space).
+/// Mask of the rays along `direction` that see the backs of the triangles that they `met`, with these normals
+/// (object space).
 #[inline(always)]
 fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, met: &Hits8) -> Mask {
     let mut world = geometric_normal;

@@ -1,7 +1,8 @@
-//! Verification: is what serves a cell still seen? (the paper's "Verification Phase", for the eye)
+//! Verification: tests if the server of a cell is still seen (the paper's "Verification Phase", for the eye).
 //!
-//! Segments run from the eye to the sample, so that the rays of a tile start in one point (or side by side) and stay
-//! together; what the segment is tested against is the [plan](crate::frame::shot::plan::Plan)'s to say.
+//! Segments run from the eye to the sample, so that the rays of a tile start in one point (or side by side)
+//! and stay together. The models that a segment is tested against are chosen by the
+//! [plan](crate::frame::shot::plan::Plan).
 
 use super::sight::{back_facing_bits, segment_ends, segments, sights};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
@@ -14,20 +15,21 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, Status, Tile};
 use crate::trace::{Coherence, Occluders, Purpose, SceneSubset};
 
-/// What is to be verified of a tile.
+/// Cells of a tile to be verified.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
-    /// Its number.
+    /// Number of the tile.
     pub number: usize,
-    /// Cells whose samples are asked for.
+    /// Cells whose samples are verified.
     pub cells: &'a CellSet,
-    /// Of at least the samples of models that did not move, if they are known.
+    /// Bounds of at least the samples of models that did not move, if they are known.
     pub bounds: Option<&'a TileBounds>,
-    /// Flags that any sample has.
+    /// Flags that any sample of the tile has.
     pub flags: Flags,
 }
 
-/// Turns cells of a `request` whose sample is hidden now into `Obscured`; nothing can hide them but what is `among`.
+/// Turns cells of a `request` whose samples are hidden now into `Obscured`; only models `among` these can
+/// hide them.
 pub fn verify(
     frame: &FrameView,
     among: SceneSubset,
@@ -62,8 +64,8 @@ pub fn verify(
     verify_against(SightCheck::Everything, occluders, frame, tile, request, scratch);
 }
 
-/// Samples of the background have no place in an orthographic view by which they could be verified: where anything may hide
-/// them, their cells are traced, which takes a ray as well.
+/// Marks samples of the background as hidden, in an orthographic view, where anything may hide them. They
+/// have no place there by which they could be verified: their cells are traced, which takes a ray as well.
 fn give_up_background(frame: &FrameView, tile: &mut Tile, request: &Request) {
     let is_in_doubt = match frame.plan.sight_check(false) {
         SightCheck::Everything => true,
@@ -85,7 +87,7 @@ fn give_up_background(frame: &FrameView, tile: &mut Tile, request: &Request) {
     }
 }
 
-/// Sends the segments of all samples whose check is `check` against `occluders`.
+/// Tests the segments of all samples whose check is `check` against `occluders`.
 fn verify_against(
     check: SightCheck,
     occluders: &[Occluders],
@@ -98,7 +100,7 @@ fn verify_against(
     let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
     let any_unseen = flags.has(Flags::UNSEEN);
     let for_unseen = any_unseen && check == SightCheck::Everything;
-    // what is left of it cannot be hidden
+    // samples of the background that are left in an orthographic view cannot be hidden
     let asks_background = !frame.view.camera.is_orthographic();
     if !for_still && !for_moved && !for_unseen {
         return;
@@ -142,7 +144,7 @@ fn verify_against(
     }
 }
 
-/// Of eight samples those that are `asked` for and may be hidden.
+/// Bit mask of those of eight samples that are `asked` for and may be hidden.
 #[inline]
 fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: usize, asked: u8) -> u8 {
     if check != SightCheck::Moved || asked == 0 {
@@ -153,10 +155,10 @@ fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: 
     asked & frame.moved_bounds.may_meet(origins, sights, far)
 }
 
-/// Sends the segments to the samples that are `asked` for, a bit each: blocks of which most are asked as the
-/// packets that they are, and what is left one after the other.
+/// Adds the segments to the samples that are `asked` for, a bit each. Blocks of which most are asked for
+/// become packets as they are; samples of other blocks are packed one after the other.
 fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], scratch: &mut TraceScratch) {
-    // a packet with a few empty lanes costs Embree no more than a full one, and to pack rays anew is dearer
+    // a packet with a few empty lanes costs Embree no more than a full one, and packing rays anew costs more
     const LEAST_WHOLE: u32 = 12;
     for (first, asked) in (0..CELLS).step_by(BLOCK).zip(asked) {
         for half in [0, LANES] {

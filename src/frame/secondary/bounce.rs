@@ -1,6 +1,7 @@
-//! Rays beyond the first surface: what mirrors, glass and rough surfaces show. They depend on the eye and are traced anew, unless
-//! they are known to bring what they brought ([`ray_trees`](super::ray_trees)); breadth first: all rays of a tile that have
-//! bounced equally often go together.
+//! Rays beyond the first surface: the light that mirrors, glass and rough surfaces show. They depend on the
+//! eye and are traced anew, unless they are known to bring the same light as before
+//! ([`ray_trees`](super::ray_trees)). Tracing is breadth first: all rays of a tile that have bounced equally
+//! often are cast together.
 
 use glam::Vec3;
 use wide::u32x8;
@@ -37,7 +38,7 @@ use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
 
-/// What a ray met.
+/// A surface that a ray has met.
 #[derive(Debug, Clone, Copy)]
 struct Met {
     bounce: Bounce,
@@ -46,7 +47,7 @@ struct Met {
 }
 
 impl Met {
-    /// The first path by which it gathers; `owner` is its number.
+    /// Start of the first path by which it gathers light; `owner` is its number.
     fn start(&self, owner: u32) -> PathStart {
         let Surface { point, normal, geometric_normal, material, .. } = self.surface;
         let sequence = PathSequence::of_seed(seed_of(point, material.into()));
@@ -54,48 +55,51 @@ impl Met {
         PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal }
     }
 
-    /// By how many it gathers where samples gather by so many.
+    /// Number of paths or rays that it has where a sample has `count`.
     fn share_of(&self, count: u32) -> u32 {
         count.div_ceil(SHARE_OF_PATHS).div_ceil(self.bounce.shared)
     }
 }
 
-/// A worker's memory for this phase.
+/// Scratch memory of a worker for this phase.
 #[derive(Debug, Default)]
 pub struct Bounces {
     now: Vec<Bounce>,
     next: Vec<Bounce>,
     met: Vec<Met>,
-    /// The same, side by side.
+    /// Surfaces of `met`, eight side by side.
     eights: Vec<MetLanes>,
     /// Layers of some of these.
     coats: Vec<SeenCoats>,
     rough_sky: RoughSky,
     queue: ShadowQueue,
-    /// Of `met`: which points of the light at hand reach it, a bit each.
+    /// Points of the current light that reach each surface of `met`, a bit each.
     lit: Vec<u16>,
-    /// The segments of shadow rays, if anybody wants to know until when their answers hold.
+    /// Segments of shadow rays, if their answers' validity is asked for.
     to_light: Vec<(Vec3, Vec3, f32)>,
     gathering: PathScratch,
     occlusion: OcclusionScratch,
-    /// Until when the rays of the tile at work bring what they bring, if that is found out.
+    /// Validity of the rays of the current tile, if it is asked for.
     pub times: TreeTimes,
-    /// What they have brought.
+    /// Trees of the current tile.
     pub trees: TreeScratch,
 }
 
 impl Bounces {
-    /// Starts the rays that leave the sample of `cell`. `guides`: denoisers are told of the normals of what they meet.
+    /// Starts the rays that leave the sample of `cell`. `guides`: denoisers see the normals of the surfaces
+    /// that the rays meet.
     pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
         grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
     }
 
-    /// Starts a ray of a map's texel that is kept as that of `cell`, from `origin` (world space) along `direction`, of unit length.
+    /// Starts a ray for a texel of a map, which is accumulated as that of `cell`, from `origin` (world space)
+    /// along `direction`, of unit length.
     pub fn start_from(&mut self, cell: u32, origin: Vec3, direction: Vec3) {
         self.next.push(Bounce { origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
     }
 
-    /// Adds to `radiance` what the map of `model` has where rays would leave the sample of `cell`.
+    /// Adds to `radiance` the light that the map of `model` has in the directions in which rays would leave
+    /// the sample of `cell`.
     pub fn look_up(
         &mut self,
         frame: &FrameView,
@@ -112,13 +116,14 @@ impl Bounces {
                     &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) },
                     ray.weight * light,
                 );
-                // it is another one when anything has moved
+                // the map is another when anything has moved
                 self.times.note(cell, Until::UNKNOWN);
             }
         }
     }
 
-    /// Starts the rays by which the sample of `cell` reflects off the layer that the eye has `seen`; `seed` is of its place.
+    /// Starts the rays that the sample of `cell` reflects off the layer that the eye has `seen`; `seed`
+    /// belongs to the sample's place.
     pub fn start_rough(
         &mut self,
         frame: &FrameView,
@@ -134,8 +139,8 @@ impl Bounces {
     }
 }
 
-/// Rays by which a sample reflects: one off what is smooth; else by how much the surface reflects, so that a
-/// weak reflection costs less than a strong one and is no noisier.
+/// Number of rays that a sample reflects: one off a smooth layer, else in proportion to the layer's albedo,
+/// so that a weak reflection costs less than a strong one and has no more noise.
 pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
     if frame.depth == 0 || seen.albedo.max_element() < LEAST_WEIGHT {
         return 0;
@@ -147,8 +152,8 @@ pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
     (frame.reflections as f32 * share).ceil() as u32
 }
 
-/// Follows the rays that were [started](Bounces::start), up to the frame's depth, and adds what they bring
-/// to the cells' radiance.
+/// Traces the rays that were [started](Bounces::start), up to the frame's depth, and adds their light to the
+/// cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     let shows_guides = frame.layers.has(Layers::GUIDES);
     for bounce in 0..frame.depth {
@@ -179,21 +184,21 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
     bounces.rough_sky.clear();
 }
 
-/// Puts rays side by side that came the same way: what a surface reflects and what it lets through part there, and
-/// in one packet neither would have a neighbour. The order within a cell, in which light is added up, stays: in
-/// `rays` those of one cell are in the order of their paths, all of which are equally long.
+/// Groups rays by their paths. The rays that a surface reflects and those that it lets through part there,
+/// and in one packet neither would have a neighbour. The order of rays within a cell, in which light is added
+/// up, stays: in `rays` those of one cell are in the order of their paths, all of which are equally long.
 fn group(rays: &mut [Bounce]) {
     rays.sort_by_key(|ray| ray.path);
 }
 
-/// Finds what the rays meet; those that meet nothing see the background.
+/// Finds the surfaces that the rays meet; rays that meet nothing see the background.
 fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     scratch.begin_rays();
     for bounce in &bounces.now {
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
-    // trees that do not hold any more are traced among others than those that do
+    // trees that are no longer valid are traced among others that are
     let coherence = if frame.keeps_trees { Coherence::BouncedAlone } else { Coherence::Bounced };
     frame.tracer.closest(&scratch.rays, SceneSubset::All, coherence, &mut scratch.hits);
     bounces.met.clear();
@@ -216,7 +221,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
     }
 }
 
-/// Adds the surfaces that up to eight rays met, those from lane `from` of a packet on.
+/// Adds the surfaces that up to eight rays met; their hits are in lanes `from` onwards of a packet.
 fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
     let hits = Hits8::of(hits, from);
     let direction = |lane: usize| bounces[lane].direction;
@@ -233,14 +238,14 @@ struct MetLanes {
     geometric_normal: Vec3x8,
     reflectance: Vec3x8,
     view: Vec3x8,
-    /// Of the places in area lights that they ask.
+    /// Seeds for the points on area lights that they ask.
     seeds: u32x8,
     materials: [u16; LANES],
-    /// What they show, as far as it is summed.
+    /// Light that they show, summed so far.
     light: Vec3x8,
-    /// Number of their layers, if any has one.
+    /// Index of their layers, if any has one.
     coats: Option<usize>,
-    /// Lanes in use.
+    /// Bit mask of the lanes in use.
     used: u8,
 }
 
@@ -268,7 +273,7 @@ impl MetLanes {
     }
 }
 
-/// Lights what was met, highlights included.
+/// Computes the light of the surfaces that were met, highlights included.
 fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
@@ -303,7 +308,8 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
     }
 }
 
-/// Finds out how open the surfaces are that were met, where that dims their ambient light: by fewer rays than samples have.
+/// Computes the openness of the surfaces that were met, where it dims their ambient light: by fewer rays than
+/// samples have.
 fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
     let Bounces { met, occlusion: scratch, times, .. } = bounces;
@@ -317,8 +323,9 @@ fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     found.for_each(|(look, found)| times.note(look.start.cell, found.until));
 }
 
-/// Adds what the surfaces that were met gather from all around. It is made anew for each frame in which they are seen, by
-/// fewer paths than samples have: what a mirror shows counts for less, and is not kept.
+/// Adds the light that the surfaces that were met gather from all around. It is computed anew for each frame
+/// in which they are seen, by fewer paths than samples have: a surface in a mirror counts for less, and its
+/// light is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, gathering, times, .. } = bounces;
     let count = |met: &Met| met.share_of(frame.first_paths as u32);
@@ -345,14 +352,14 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     }
 }
 
-/// Of a sample's paths, and of its rays of ambient occlusion, one in so many is traced where a mirror or glass shows a surface;
-/// where several rays show one in its stead, they share them.
+/// Divisor of the number of paths and of occlusion rays, from that of a sample to that of a surface in a
+/// mirror or behind glass. Where several rays show surfaces in a sample's stead, they share these.
 const SHARE_OF_PATHS: u32 = 4;
 
-/// Surfaces that gather light at once.
+/// Number of surfaces that gather light at once.
 const GATHER_AT_ONCE: usize = 256;
 
-/// Finds out whether `light`, or which of its points, reach what was met.
+/// Finds the points of `light` that reach each surface that was met.
 fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, eights, queue, lit, to_light, times, .. } = bounces;
     queue.clear();
@@ -361,7 +368,7 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     lit.resize(met.len(), 0);
     let mut count = |number: usize, rays: u32| {
         let counted = &mut tally.cells.shadow[met[number].bounce.cell as usize];
-        // many panes under many panels may be more than a word holds
+        // many panes under many panels may cast more rays than a word holds
         *counted = counted.saturating_add(rays as u16);
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
@@ -393,7 +400,8 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     }
     tally.counts.shadow += queue.count();
     let check = ShadowCheck::StillThenMovable;
-    // in the order of the answers; what is still stays in the way, whatever else comes there or goes
+    // segments in the order of the answers; a still occluder stays in the way, whatever else comes there or
+    // goes
     let mut to_light = to_light.iter();
     let mut note = |owner: u32, by_still: bool| {
         if let Some((origin, way, far)) = to_light.next().filter(|_| !by_still) {
@@ -420,7 +428,7 @@ fn ask_light(frame: &FrameView, light: &LightPose, bounces: &mut Bounces, tally:
     }
 }
 
-/// Adds the light of those points of `light` that reach what was met.
+/// Adds the light of those points of `light` that reach the surfaces that were met.
 fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     let eights = bounces.eights.iter_mut().zip(bounces.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
@@ -449,13 +457,13 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     }
 }
 
-/// Rays by which what a ray met reflects: one at most, because breadth is the sample's business.
+/// Number of rays that a surface met by a ray reflects: one at most; only samples send several.
 fn rays_onwards(frame: &FrameView, bounce: &Bounce, seen: &SeenCoat) -> u32 {
     let is_followed = seen.is_smooth() || frame.reflections > 0;
     u32::from(is_followed && bounce.is_worth(seen.albedo * bounce.weight))
 }
 
-/// Starts the rays that leave what was met.
+/// Starts the rays that leave a surface that was met.
 fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
     let Met { surface, bounce, .. } = met;
     let optics = frame.scene.materials[usize::from(surface.material)].optics;
@@ -478,8 +486,8 @@ fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mu
     }
 }
 
-/// Adds to `next` those of `branches` that are worth following; `bounce` is what they have in common with the ray that met
-/// `surface`.
+/// Adds to `next` those of `branches` that are worth following. `bounce` gives what they have in common with
+/// the ray that met `surface`.
 fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: impl Fn(Kind) -> Bounce) {
     let kinds = [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)];
     for (kind, ray) in kinds {
@@ -497,8 +505,8 @@ fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: i
     }
 }
 
-/// Adds to `next` the rays by which the layer of `surface` reflects, as many as there are `rays`, and to the rays that wait
-/// as many to the sky. `bounce` is what they have in common.
+/// Adds to `next` the `rays` rays by which the layer of `surface` reflects, and as many rays to the bright
+/// sky to `rough_sky`. `bounce` is what they have in common.
 fn reflect(
     frame: &FrameView,
     bounce: &Bounce,
@@ -509,7 +517,7 @@ fn reflect(
 ) {
     let way = if seen.is_smooth() { bounce.way } else { bounce.way_off_rough() };
     for index in 0..rays {
-        // seeds of paths are of the same place
+        // paths have seeds of the same place
         let random = PathRandom { seed: seed.wrapping_add(OTHER_SEED), index };
         let [along, above, across, up] = random.four(0);
         let reflected = seen.reflect([along, above]);
@@ -531,7 +539,7 @@ fn reflect(
     }
 }
 
-/// So far are the seeds of reflections from those of paths.
+/// Offset of the seeds of reflections from those of paths.
 const OTHER_SEED: u32 = 0x632b_e5ab;
 
 fn count(bounce: &Bounce, tally: &mut RayTally) {
@@ -543,7 +551,7 @@ fn count(bounce: &Bounce, tally: &mut RayTally) {
     }
 }
 
-/// Adds `light` to what the cell of a ray shows.
+/// Adds `light` to the radiance of the cell of a ray.
 fn add(radiance: &mut Radiance, bounce: &Bounce, light: Vec3) {
     radiance.add_secondary(bounce.layer, bounce.cell as usize, light);
 }

@@ -1,4 +1,4 @@
-//! A ray beyond the first surface: how it came about, and what it stands for.
+//! A ray beyond the first surface: its origin, and its weight in the picture.
 
 use glam::Vec3;
 
@@ -8,65 +8,65 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::Layer;
 use crate::shade::area::Glow;
 
-/// A ray whose share in the picture is below this in all three colours is not followed: half the step of
-/// an 8-bit picture at full brightness.
+/// Least weight in the picture of a ray that is followed: half the step of an 8-bit picture at full
+/// brightness. Rays that are below it in all three channels end.
 pub const LEAST_WEIGHT: f32 = 1.0 / 512.0;
 
-/// How a ray came about.
+/// Event that a ray comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Bounced off.
+    /// Reflected by a surface.
     Reflection,
-    /// Gone through.
+    /// Passed through a surface.
     Refraction,
 }
 
-/// Which light a ray finds, as far as a [limit](FrameView::clamp) asks.
+/// Kind of light that a ray finds, as far as the [limit](FrameView::clamp) depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// There are mirrors and glass alone between it and the eye: what it meets is seen.
+    /// Directly seen light: there are mirrors and glass alone between the ray and the eye.
     Mirrors,
-    /// It has left a rough surface that is seen in that way: the light that it meets shines on that directly.
+    /// Direct light on a rough surface that is seen in that way, which the ray has left.
     Rough,
-    /// It has gone on from there: all that it finds comes indirectly.
+    /// Indirect light: the ray has gone on from there.
     Beyond,
 }
 
-/// A ray on its way.
+/// A ray to be cast.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounce {
-    /// For which it is cast.
+    /// Cell for which it is cast.
     pub cell: u32,
-    /// Of the ray itself.
+    /// Event that it comes from.
     pub kind: Kind,
-    /// That of the first ray that left the sample.
+    /// Layer of the first ray that left the sample.
     pub layer: Layer,
-    /// The kinds of all rays from the sample to this one, a bit each, the first one highest.
+    /// Kinds of all rays from the sample to this one, a bit each, the first one highest.
     pub path: u64,
-    /// Of what it brings, in what its cell shows.
+    /// Weight of its light in its cell.
     pub weight: Vec3,
-    /// How many rays left the sample in its stead.
+    /// Number of rays that left the sample in its stead.
     pub shared: u32,
-    /// The density with which a rough surface chose its direction, in solid angle: what it sees of a light that has a size, the
-    /// surface shows by a highlight, too. It stays as it is behind clear glass, if such a light shines through
-    /// that.
+    /// Density, in solid angle, with which a rough surface chose the ray's direction. Area lights that the
+    /// ray meets are shown by that surface as highlights, too, and both are weighted. The density is kept
+    /// behind clear glass, if such lights shine through that.
     pub density: Option<f32>,
-    /// The place from where that surface asks; world space.
+    /// Point from which that surface asks for light; world space.
     pub asked_from: Vec3,
-    /// Whether the sky was asked from that surface, too.
+    /// True if the sky was asked from that surface, too.
     pub asked_sky: bool,
-    /// World space.
+    /// Origin, world space.
     pub origin: Vec3,
-    /// World space, unit length.
+    /// Direction, world space, unit length.
     pub direction: Vec3,
-    /// Whether denoisers are told of the normals of what it meets.
+    /// True if denoisers see the normals of the surfaces that it meets.
     pub guides: bool,
-    /// Since the eye.
+    /// Kind of light that it finds.
     pub way: Way,
 }
 
 impl Bounce {
-    /// A ray that leaves the sample of `cell`, where to is not yet said.
+    /// Creates a ray that leaves the sample of `cell`; origin and direction are still to be set.
     pub fn from_sample(cell: u32, kind: Kind) -> Self {
         let layer = match kind {
             Kind::Reflection => Layer::Reflection,
@@ -92,7 +92,8 @@ impl Bounce {
         }
     }
 
-    /// A ray that goes on from where this one meets a `material`, where to is not yet said.
+    /// Creates a ray that goes on from where this one meets a `material`; origin and direction are still to
+    /// be set.
     pub fn onwards(&self, frame: &FrameView, kind: Kind, material: u16) -> Self {
         let passes = kind == Kind::Refraction && frame.shines_through(material);
         let density = self.density.filter(|_| passes);
@@ -100,17 +101,17 @@ impl Bounce {
         Self { kind, path: self.path << 1 | kind as u64, density, asked_sky: false, way, ..*self }
     }
 
-    /// Which light a ray finds that leaves a rough surface in its stead.
+    /// Kind of light that a ray finds that leaves a rough surface in this one's stead.
     pub fn way_off_rough(&self) -> Way {
         if self.way == Way::Mirrors { Way::Rough } else { Way::Beyond }
     }
 
-    /// What the cell shows of `light`, which the ray has met: lights, the sky.
+    /// Share in the cell of `light`, that of lights or of the sky, which the ray has met.
     pub fn shows(&self, frame: &FrameView, light: Vec3) -> Vec3 {
         self.limited(frame, self.weight * light)
     }
 
-    /// The same of `light` that a surface has sent, of which it emits `emission`.
+    /// Share in the cell of `light` that a surface has sent; `emission` is the part that it emits.
     pub fn shows_surface(&self, frame: &FrameView, light: Vec3, emission: Vec3) -> Vec3 {
         match frame.clamp {
             Some(most) if self.way == Way::Rough => {
@@ -122,7 +123,7 @@ impl Bounce {
         }
     }
 
-    /// Of `light` in the cell, what it shows of it where the ray has found that.
+    /// Limits `light`, which is weighted for the cell already, if the ray finds indirect light.
     pub fn limited(&self, frame: &FrameView, light: Vec3) -> Vec3 {
         match frame.clamp {
             Some(most) if self.way == Way::Beyond => limited(light, self.most(most)),
@@ -130,7 +131,7 @@ impl Bounce {
         }
     }
 
-    /// What it brings of the sky where it finds that, weighed by the balance heuristic.
+    /// Radiance of the sky in its direction, weighted by the balance heuristic.
     pub fn light_of_sky(&self, frame: &FrameView) -> Vec3 {
         match self.density.filter(|_| self.asked_sky) {
             Some(density) => {
@@ -141,26 +142,26 @@ impl Bounce {
         }
     }
 
-    /// What it brings of the lights that it passes through before it is so `far`.
+    /// Radiance of the area lights that it passes through within `far`, weighted by the balance heuristic.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
         let asked_from = self.density.map_or(self.origin, |_| self.asked_from);
         let passed = lights_passed(&frame.pose.lights, asked_from, (self.origin, self.direction), far);
         passed.map(|(glow, _)| glow.radiance * self.weight_of_light(&glow)).sum()
     }
 
-    /// The weight of a light that it passes through.
+    /// Weight of a light that it passes through.
     fn weight_of_light(&self, glow: &Glow) -> f32 {
         let Some(density) = self.density else { return 1.0 };
         let by_rays = density * self.shared as f32;
         by_rays / (by_rays + glow.density * glow.points as f32)
     }
 
-    /// Its share of what is allowed where one ray stands for all that left the sample.
+    /// Its share of the limit for one ray that stands for all that left the sample.
     fn most(&self, most: f32) -> f32 {
         most / self.shared as f32
     }
 
-    /// Whether what it brings can be told from nothing.
+    /// Returns true if a ray of this weight is visible in the picture.
     pub fn is_worth(&self, weight: Vec3) -> bool {
         (weight * self.shared as f32).max_element() >= LEAST_WEIGHT
     }

@@ -1,4 +1,4 @@
-//! Enhancement: what depends on the eye is made anew for every sample, reused or not (the paper's
+//! Enhancement: light that depends on the eye is computed anew for every sample, reused or not (the paper's
 //! "Enhancement Phase"): highlights, reflections, refractions. Tiles that the film shows already need none.
 
 use super::bounce::{self, Bounces};
@@ -21,8 +21,9 @@ use crate::shade::phong::Gloss;
 use crate::shade::sampling::seed_of;
 use crate::shade::{Surface, phong};
 
-/// Writes what each cell of `tile` shows into `radiance`. The tags must be up to date. `kept`: of its ray trees, which is brought
-/// up to date; without it all are traced. Whether any tree was traced.
+/// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
+/// tile's stored ray trees, which are updated; without them all trees are traced. Returns true if any tree
+/// was traced.
 pub fn enhance(
     frame: &FrameView,
     tile: &Tile,
@@ -50,7 +51,7 @@ pub fn enhance(
         if shows_parts {
             parts::split(frame, tile, first, placed, radiance);
         }
-        // its layer has it now
+        // the layer of the background has it now
         if surfaces != u8::MAX && shows_background && !frame.shows_background {
             hide_background(tile, first, &mut radiance.diffuse);
         }
@@ -109,7 +110,7 @@ pub fn enhance(
     any_traced
 }
 
-/// Dims what eight samples show to what their layers let through, where there `is_surface`.
+/// Dims the light of eight samples to the share that their layers let through, where there `is_surface`.
 fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mut Radiance) {
     let show = |[r, g, b]: &mut Light, dims: &dyn Fn(Vec3x8) -> Vec3x8| {
         let light = Vec3x8::load([&*r, &*g, &*b].map(|column| column.as_slice()), first);
@@ -117,7 +118,7 @@ fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mu
     };
     let Radiance { diffuse, parts, .. } = radiance;
     show(diffuse, &|light| coats.show(light));
-    // those that no layer shows mean nothing
+    // columns that no layer shows mean nothing
     show(&mut parts.emission, &|light| coats.show(light));
     show(&mut parts.direct, &|light| light * coats.through);
     show(&mut parts.indirect, &|light| light * coats.through);
@@ -175,7 +176,7 @@ fn start_rays(
     }
 }
 
-/// The highlights of all lights that reach the samples and are `among` those asked for.
+/// Highlights on eight samples of the lights that reach them and are `among` these, by number.
 fn highlights(
     frame: &FrameView,
     tile: &Tile,

@@ -1,4 +1,5 @@
-//! Light that depends on the eye: highlights, and what mirrors, glass and rough surfaces show. Made anew for every sample.
+//! Light that depends on the eye: highlights, and light by way of mirrors, glass and rough surfaces. Computed
+//! anew for every sample.
 
 pub mod bounce;
 pub mod bounced_ray;

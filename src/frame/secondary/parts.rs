@@ -1,5 +1,5 @@
-//! What the `diffuse` layer is the sum of, and what denoisers are guided by: made for those layers alone that somebody asked
-//! for. Samples keep nothing more for it.
+//! Parts of the `diffuse` layer, and guides for denoisers: computed only for layers that were asked for.
+//! Samples store nothing more for them.
 
 use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient};
 use crate::frame::shot::frame_view::FrameView;
@@ -10,12 +10,12 @@ use crate::layers::Layers;
 use crate::samples::{EMPTY, Tile};
 use crate::shade::{Surface, phong};
 
-/// Those layers that are made of single samples' light.
+/// Layers that are made of single samples' light.
 const LIGHT: Layers =
     Layers::DIRECT.with(Layers::INDIRECT).with(Layers::EMISSION).with(Layers::BACKGROUND).with(Layers::LIGHT);
 
-/// Writes the parts of what eight cells show, from `first` on, into `radiance`, whose `diffuse` must be there. The tags must
-/// be up to date.
+/// Splits the light of the eight cells from `first` on into parts, and writes these into `radiance`, whose
+/// `diffuse` must be complete. The tags must be up to date.
 pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, radiance: &mut Radiance) {
     let (layers, Radiance { diffuse, parts, .. }) = (frame.layers, radiance);
     let is_surface = Mask::less(&tile.model[first..first + LANES], EMPTY);
@@ -44,7 +44,7 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             }
         }
         if layers.has(Layers::BACKGROUND) {
-            // samples of the background have nothing else
+            // samples of the background show nothing else
             let [r, g, b] = diffuse;
             let shown = Vec3x8::load([r, g, b], first);
             let [r, g, b] = &mut parts.sky;
@@ -56,8 +56,9 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
     }
 }
 
-/// The diffuse light of all lights that reach eight samples and are `among` those asked for. It is summed anew, and not what is left of the light that
-/// samples keep: that is rounded as a whole, and a shadow would show what the sum of the others lost.
+/// Diffuse light on eight samples of the lights that reach them and are `among` these, by number. It is
+/// summed anew, and not taken as a difference from the light that samples store: that is rounded as a whole,
+/// and in a shadow the rounding of the other parts would show.
 fn direct(
     frame: &FrameView,
     tile: &Tile,
@@ -80,8 +81,8 @@ fn direct(
     })
 }
 
-/// The albedo and the normals of eight samples, for denoisers. Mirrors and glass have none of their own: rays that go on
-/// bring those of what is [seen by way of them](see).
+/// Computes albedo and normals of eight samples, for denoisers. Mirrors and glass have none of their own:
+/// rays that go on bring those of surfaces [seen by way of them](see).
 fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, parts: &mut Parts) {
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::less(models, EMPTY);
@@ -104,7 +105,7 @@ fn most_is_one(color: Vec3x8) -> Vec3x8 {
     Vec3x8 { x: cut(color.x), y: cut(color.y), z: cut(color.z) }
 }
 
-/// Whether a surface of this material is what denoisers are told of, and not what is seen by way of it.
+/// Returns true if denoisers see the surfaces of this material themselves, and not those seen by way of them.
 pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
     frame.depth == 0
         || frame.palette.is_diffuse(material)
@@ -112,8 +113,9 @@ pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
         || !frame.palette.goes_on(material)
 }
 
-/// Adds what the sample in `cell` shows of `surface` by way of mirrors and glass, which let `weight` of its light through.
-/// `with_normal`: none of the surfaces before [shows itself](shows_itself).
+/// Adds to the guides of the sample in `cell` the albedo and the normal of `surface`, which is seen by way of
+/// mirrors and glass that let `weight` of its light through. `with_normal`: none of the surfaces before
+/// [shows itself](shows_itself).
 pub fn see(
     frame: &FrameView,
     parts: &mut Parts,

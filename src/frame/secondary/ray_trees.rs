@@ -1,13 +1,14 @@
 //! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera animations could use
 //! the information to reuse rays and colors to any depth").
 //!
-//! Of the tree of rays that leaves a sample of mirrors or glass nothing is kept but what it brings, and the first frame in which
-//! that may be something else ([`tree_times`](super::tree_times)): 28 bytes, however many rays the tree has. As long as the
-//! camera rests, the sample stays in its cell and that frame is not reached, none of its rays is cast. Otherwise all are.
+//! For the tree of rays that leaves a sample of mirrors or glass only its light is stored, and the first
+//! frame in which that may differ ([`tree_times`](super::tree_times)): 28 bytes, however many rays the tree
+//! has. As long as the camera rests, the sample stays in its cell and that frame is not reached, none of the
+//! tree's rays is cast. Otherwise all are.
 //!
-//! Trees are kept as far as the [budget](crate::settings::Settings::tree_memory) goes, tile by tile in their order
-//! ([`allow`]); which these are follows from the frame before and from nothing else. Of the others it is only known until when they
-//! hold together, tile by tile.
+//! Trees are stored as far as the [budget](crate::settings::Settings::tree_memory) goes, tile by tile in
+//! their order ([`allow`]); the choice depends on the frame before and on nothing else. For the others only
+//! one frame number is kept, a tile: the first frame in which any of them may differ.
 
 use glam::Vec3;
 
@@ -19,36 +20,36 @@ use crate::frame::surface::radiance::Radiance;
 use crate::layers::Layers;
 use crate::samples::{CELLS, EMPTY, Tile};
 
-/// What a sample's tree brings.
+/// Stored light of a sample's tree.
 #[derive(Debug, Clone, Copy)]
 struct RayTree {
     cell: u16,
-    /// The first frame in which it may bring something else.
+    /// First frame in which its light may differ.
     until: Until,
-    /// What is reflected and refracted. Linear RGB.
+    /// Reflected and refracted light. Linear RGB.
     light: [[f32; 3]; 2],
 }
 
-/// What denoisers are told of what a sample shows by way of its tree: albedo and normal.
+/// Guides for denoisers that a sample has by way of its tree: albedo and normal.
 type Guides = [[f32; 3]; 2];
 
-/// Bytes of a tree.
+/// Size of a stored tree, in bytes.
 pub fn bytes_of_tree(layers: Layers) -> usize {
     size_of::<RayTree>() + if layers.has(Layers::GUIDES) { size_of::<Guides>() } else { 0 }
 }
 
-/// What is known of the trees of a tile. Nothing, by default.
+/// Stored trees of a tile. Empty by default.
 #[derive(Debug)]
 pub struct TileTrees {
-    /// Those that are kept, by rising cells.
+    /// Trees that are kept, by rising cells.
     kept: Vec<RayTree>,
-    /// Of each, if a layer shows them.
+    /// Guides of each, if a layer shows them.
     guides: Vec<Guides>,
-    /// How many samples had one when the tile was shown last.
+    /// Number of samples with a tree when the tile was last shown.
     wanted: u16,
-    /// How many may be kept.
+    /// Number of trees that may be kept.
     allowed: u16,
-    /// The first frame in which any of all its trees may bring something else.
+    /// First frame in which the light of any of the tile's trees, kept or not, may differ.
     pub until: Until,
 }
 
@@ -59,12 +60,12 @@ impl Default for TileTrees {
 }
 
 impl TileTrees {
-    /// Bytes held.
+    /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.kept.capacity() * size_of::<RayTree>() + self.guides.capacity() * size_of::<Guides>()
     }
 
-    /// What is to be found out about trees that are traced.
+    /// Granularity at which the validity of traced trees is computed.
     pub fn asks(&self, frame: &FrameView) -> Asks {
         match (frame.keeps_trees, self.allowed) {
             (false, _) => Asks::Nothing,
@@ -73,14 +74,14 @@ impl TileTrees {
         }
     }
 
-    /// Notes whose trees are kept, and forgets those of cells that have lost their sample.
+    /// Notes the roots of the kept trees, and drops the trees of cells that have lost their sample.
     pub fn note_roots(&mut self, tile: &Tile, roots: &mut Vec<Root>) {
         self.retain(|tree| tile.model[usize::from(tree.cell)] != EMPTY);
         roots.clear();
         roots.extend(self.kept.iter().map(|tree| Root::of(tile, tree.cell.into())));
     }
 
-    /// Forgets the trees of cells that have another sample now than when [noted](Self::note_roots).
+    /// Drops the trees of cells that have another sample now than when [noted](Self::note_roots).
     pub fn forget_others(&mut self, tile: &Tile, roots: &[Root]) {
         let mut roots = roots.iter();
         self.retain(|tree| roots.next() == Some(&Root::of(tile, tree.cell.into())));
@@ -96,13 +97,14 @@ impl TileTrees {
         }
     }
 
-    /// Says of all trees that they hold a frame longer than they do: how many do not hold forever. For tests of the audit.
+    /// Postpones the expiry of all trees by a frame. Returns the number of those that do expire. For tests of
+    /// the audit.
     pub fn delay(&mut self) -> u64 {
         let until = self.kept.iter_mut().map(|tree| &mut tree.until).chain([&mut self.until]);
         until.map(|until| u64::from(until.delay())).sum()
     }
 
-    /// Allows so many to be kept.
+    /// Limits the number of kept trees to `count`.
     fn allow(&mut self, count: usize) {
         self.allowed = count as u16;
         if self.kept.capacity() > count {
@@ -116,8 +118,8 @@ impl TileTrees {
     }
 }
 
-/// Shares `budget` bytes among `tiles`: each gets as many trees as it wanted last, the first ones first; and what is left then is
-/// for those that may come.
+/// Shares `budget` bytes among `tiles`, in order: each gets as many trees as it wanted last. The rest is
+/// given out, in the same order, for trees that may come.
 pub fn allow(tiles: &mut [&mut TileTrees], budget: u64, bytes_of_tree: usize) {
     let mut left = usize::try_from(budget / bytes_of_tree as u64).unwrap_or(usize::MAX);
     let mut take = |most: usize| {
@@ -131,10 +133,10 @@ pub fn allow(tiles: &mut [&mut TileTrees], budget: u64, bytes_of_tree: usize) {
     }
 }
 
-/// A sample, as far as it decides what its tree is.
+/// Identity of a sample, as far as it determines its tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Root {
-    /// See [`Tile::x`].
+    /// Point of the sample: see [`Tile::x`].
     point: Vec3,
     model: u32,
     triangle: u32,
@@ -146,20 +148,20 @@ impl Root {
     }
 }
 
-/// A worker's memory for the trees of the tile at work.
+/// Scratch memory of a worker for the trees of the current tile.
 #[derive(Debug, Default)]
 pub struct TreeScratch {
-    /// Of all samples that have one, by rising cells.
+    /// Trees of all samples that have one, by rising cells.
     trees: Vec<RayTree>,
     guides: Vec<Guides>,
-    /// Cells of those that are traced.
+    /// Cells whose trees are traced.
     traced: Vec<u16>,
-    /// The first of the kept trees that has not been looked for.
+    /// Index of the first kept tree that has not been looked for.
     next: usize,
 }
 
 impl TreeScratch {
-    /// Forgets the last tile.
+    /// Clears the state for the next tile.
     pub fn begin(&mut self) {
         self.trees.clear();
         self.guides.clear();
@@ -167,8 +169,9 @@ impl TreeScratch {
         self.next = 0;
     }
 
-    /// Shows what is `kept` of the trees of eight samples, from cell `first` on: of those whose bit is set in `goes_on`. Gives the
-    /// bits of those that must be traced.
+    /// Writes the light of the `kept` trees that are valid into `radiance`, for those of the eight samples
+    /// from cell `first` on whose bit is set in `goes_on`. Returns the bits of samples whose trees must be
+    /// traced.
     pub fn show(
         &mut self,
         frame: &FrameView,
@@ -202,7 +205,7 @@ impl TreeScratch {
         traced
     }
 
-    /// Keeps what has been traced, as far as that is allowed, now that `radiance` has it.
+    /// Stores the trees that were traced, as far as that is allowed, once `radiance` has their light.
     pub fn keep(&mut self, frame: &FrameView, kept: &mut TileTrees, times: &TreeTimes, radiance: &Radiance) {
         kept.wanted = self.trees.len() as u16;
         let mut traced = self.traced.iter().peekable();
@@ -223,7 +226,7 @@ impl TreeScratch {
     }
 }
 
-/// Copies `now` into `list`, which takes no more memory than that needs.
+/// Copies `now` into `list`, and fits the memory of the list to it.
 fn replace<T: Copy>(list: &mut Vec<T>, now: &[T]) {
     list.clear();
     list.shrink_to(now.len());

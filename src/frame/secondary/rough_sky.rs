@@ -1,10 +1,12 @@
-//! What rough surfaces reflect of the sky where it is bright: rays there, beside those that follow the surface's roughness.
+//! Bright sky on rough surfaces: rays towards it, beside those that follow the surface's roughness.
 //!
-//! A rough surface reflects a sun by few of its own rays, and each of these would be far too bright. So for each ray that
-//! follows the roughness another one is sent in proportion to the light of the sky, and both are weighed by the balance
-//! heuristic (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+//! Few of a rough surface's own rays meet a sun, and each of these would be far too bright. So for each ray
+//! that follows the roughness another one is sent in proportion to the light of the sky, and both are
+//! weighted by the balance heuristic (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
+//! Carlo Rendering", 1995).
 //!
-//! Clear glass blocks these rays, as it does not block shadow rays: the sky behind it is found by the other rays alone.
+//! Clear glass blocks these rays, though it does not block shadow rays: the sky behind it is found by the
+//! other rays alone.
 
 use glam::Vec3;
 
@@ -19,10 +21,10 @@ use crate::shade::Surface;
 use crate::shade::coat::SeenCoat;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
-/// Light below this is not asked for: a hundredth of the step of an 8-bit picture at full brightness.
+/// Least light for which a ray is cast: a hundredth of the step of an 8-bit picture at full brightness.
 const LEAST_LIGHT: f32 = 1.0 / 51200.0;
 
-/// A ray to the sky, and what it adds to a cell if nothing is in its way.
+/// A ray to the sky, and the light that it adds to a cell if nothing is in its way.
 #[derive(Debug, Clone, Copy)]
 struct SkyRay {
     cell: u32,
@@ -32,7 +34,7 @@ struct SkyRay {
     light: Vec3,
 }
 
-/// Rays that wait to be cast.
+/// Queue of rays to be cast.
 #[derive(Debug, Default)]
 pub struct RoughSky {
     waiting: Vec<SkyRay>,
@@ -42,13 +44,13 @@ pub struct RoughSky {
 }
 
 impl RoughSky {
-    /// No rays.
+    /// Removes all rays.
     pub fn clear(&mut self) {
         self.waiting.clear();
     }
 
-    /// Adds a ray from `surface` in a direction that two `random` numbers choose. What `seen` reflects of it counts as what `bounce`
-    /// finds, a ray that leaves the surface.
+    /// Adds a ray from `surface` in a direction that two `random` numbers choose. The light that `seen`
+    /// reflects counts like that of `bounce`, a ray that leaves the surface.
     pub fn ask(
         &mut self,
         frame: &FrameView,
@@ -75,7 +77,7 @@ impl RoughSky {
         }
     }
 
-    /// Casts the rays, and adds what they bring.
+    /// Casts the rays, and adds their light.
     pub fn cast(
         &mut self,
         frame: &FrameView,
@@ -103,7 +105,7 @@ impl RoughSky {
         by_still.clone_from(blocked);
         ask(Occluders::Movable, blocked);
         for (number, ray) in waiting.drain(..).enumerate() {
-            // what is still stays in the way, whatever else comes there or goes
+            // a still occluder stays in the way, whatever else comes there or goes
             if !bit(by_still, number) {
                 times.note_segment(frame, ray.cell, ray.origin, ray.direction, f32::INFINITY);
             }

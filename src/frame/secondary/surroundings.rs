@@ -1,4 +1,4 @@
-//! Makes [`ReflectionMaps`]: traces what surrounds models.
+//! Builds [`ReflectionMaps`]: traces the surroundings of models.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,21 +16,22 @@ use crate::scene::{Model, Scene};
 use crate::stats::RayCounts;
 use crate::trace::{Coherence, SceneSubset};
 
-/// Surfaces of a model that are passed on the way out of it; what is behind more of them is not seen.
+/// Largest number of surfaces of a model that are passed on the way out of it; nothing is seen behind more of
+/// them.
 const MOST_LAYERS: usize = 64;
 
-/// By how much a ray goes on behind a surface of its own model, as a share of the way.
+/// Factor by which a ray starts behind a surface of its own model, relative to the distance.
 const BEHIND: f32 = 1.0 + 1e-5;
 
-/// The maps of the frame's pose: `kept`, if they are, or new ones. `bounds`: one box a model, object space. And the rays that it
-/// took.
+/// Maps for the frame's pose: `kept`, if they are still valid, or new ones. `bounds`: one box a model, object
+/// space. Returns them with the rays that they took.
 pub fn updated(kept: ReflectionMaps, frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts) {
     if kept.holds(frame.pose) { (kept, RayCounts::default()) } else { made(frame, bounds) }
 }
 
-/// The maps of the frame's pose, and the rays that it took.
+/// Builds the maps for the frame's pose. Returns them with the rays that they took.
 pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts) {
-    // what maps show is traced, and makes no guides of its own
+    // rays of maps are always traced, and make no guides
     let frame = FrameView { maps: &NO_MAPS, keeps_trees: false, layers: Layers::NONE, ..*frame };
     let mut rays = RayCounts::default();
     let maps = frame.scene.models.iter().zip(bounds).zip(0..).map(|((model, bounds), number)| {
@@ -45,13 +46,14 @@ pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts)
     (ReflectionMaps::of(maps, frame.pose), rays)
 }
 
-/// Whether a model has mirrors or glass.
+/// Returns true if a model has mirrors or glass.
 fn goes_on(scene: &Scene, model: &Model) -> bool {
     let is_opaque = |material: &u16| scene.materials[usize::from(*material)].optics == Optics::Opaque;
     !model.mesh.material_of.iter().all(is_opaque)
 }
 
-/// What surrounds `model`, seen from `center` (world space). And the rays that it took.
+/// Traces the surroundings of `model`, seen from `center` (world space). Returns the map with the rays that
+/// it took.
 fn around(frame: &FrameView, model: u32, center: Vec3, size: usize) -> (CubeMap, RayCounts) {
     let directions = directions(size);
     let look = |scratch: &mut Scratch, directions: &[Vec3]| scratch.look(frame, model, center, directions);
@@ -62,7 +64,7 @@ fn around(frame: &FrameView, model: u32, center: Vec3, size: usize) -> (CubeMap,
     (CubeMap::of(size, looked.into_iter().flat_map(|(texels, _)| texels).collect()), rays)
 }
 
-/// A worker's memory for making maps.
+/// Scratch memory of a worker for building maps.
 #[derive(Default)]
 struct Scratch {
     bounces: Bounces,
@@ -71,8 +73,8 @@ struct Scratch {
 }
 
 impl Scratch {
-    /// What is seen from `center` in these directions, as many as a tile has cells at most, when `model` itself is passed through.
-    /// And the rays that it took.
+    /// Light that is seen from `center` in these directions, of which there are at most as many as a tile has
+    /// cells; `model` itself is passed through. Returns it with the rays that it took.
     fn look(
         &mut self,
         frame: &FrameView,
@@ -95,7 +97,7 @@ impl Scratch {
         (texels, std::mem::take(&mut self.trace.tally.counts))
     }
 
-    /// How far from `center` `model` ends in each direction, before anything else that is met.
+    /// Distance from `center`, in each direction, at which `model` ends before anything else is met.
     fn ends(&mut self, frame: &FrameView, model: u32, center: Vec3, directions: &[Vec3]) -> Vec<f32> {
         let mut ends = vec![0.0; directions.len()];
         let mut open: Vec<usize> = (0..directions.len()).collect();

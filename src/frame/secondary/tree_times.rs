@@ -1,8 +1,9 @@
-//! Until when holds what rays beyond the first surface bring: found out for each cell of the tile at work while its rays are cast.
+//! Expiry of rays beyond the first surface: tracked per cell of the current tile while they are traced.
 //!
-//! All rays that a sample sends on, and those that they send on, are a tree. What it brings can change in the first frame in
-//! which something that moves touches one of its segments, shadow rays included, in which a light changes, or in which what it
-//! meets may gather another light ([`Until`]). What is met belongs to that: a model that moves touches the segment that ends on it.
+//! All rays that a sample sends on, and those that they send on, are a tree. Its light can change in the
+//! first frame in which something that moves touches one of its segments, shadow rays included, in which a
+//! light changes, or in which a surface that it meets may gather other light ([`Until`]). Surfaces that move
+//! are covered: a model that moves touches the segment that ends on it.
 
 use glam::Vec3;
 
@@ -10,28 +11,28 @@ use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::CELLS;
 
-/// What is found out.
+/// Granularity at which expiry is tracked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Asks {
-    /// Nothing.
+    /// None.
     #[default]
     Nothing,
-    /// For each cell.
+    /// One for each cell.
     Cells,
-    /// For the tile as a whole: less is asked as soon as one of its rays is known not to hold for long.
+    /// One for the tile as a whole: fewer tests are made as soon as one of its rays is known to expire early.
     Tile,
 }
 
-/// A worker's memory for it.
+/// Expiry of the trees of a tile, as a worker tracks it.
 #[derive(Debug, Default)]
 pub struct TreeTimes {
     asks: Asks,
-    /// By cell, or one for the tile.
+    /// First frame in which light may differ: one a cell, or one for the tile.
     until: Vec<Until>,
 }
 
 impl TreeTimes {
-    /// Nothing has been cast yet from the next tile.
+    /// Resets the state for the next tile, from which nothing has been cast yet.
     pub fn begin(&mut self, frame: &FrameView, asks: Asks) {
         self.asks = asks;
         self.until.clear();
@@ -40,16 +41,16 @@ impl TreeTimes {
             Asks::Cells => CELLS,
             Asks::Tile => 1,
         };
-        // most surfaces ask all lights, those that they do not face as well
+        // most surfaces ask all lights, even those that they do not face
         self.until.resize(count, frame.light_change);
     }
 
-    /// Whether anything is asked.
+    /// Returns true if expiry is tracked.
     pub fn are_asked(&self) -> bool {
         self.asks != Asks::Nothing
     }
 
-    /// Until when holds what the rays of `cell` bring; nothing is known where nothing was asked.
+    /// First frame in which the light of the rays of `cell` may differ; unknown if it is not tracked.
     pub fn of(&self, cell: usize) -> Until {
         match self.asks {
             Asks::Nothing => Until::UNKNOWN,
@@ -58,7 +59,7 @@ impl TreeTimes {
         }
     }
 
-    /// Notes that a part of what the rays of `cell` bring holds `until` then.
+    /// Notes that a part of the light of the rays of `cell` is valid until `until`.
     pub fn note(&mut self, cell: u32, until: Until) {
         if let Some(known) = self.at(cell) {
             *known = until.min(*known);

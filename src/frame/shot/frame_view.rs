@@ -1,4 +1,4 @@
-//! What every phase of a frame reads.
+//! The scene in one frame, as every phase reads it.
 
 use glam::Vec3;
 
@@ -31,120 +31,121 @@ use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
 use crate::trace::{NO_HIT, SceneSubset, Tracer};
 
-/// How samples find out how open they are.
+/// Settings of ambient occlusion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Occlusion {
-    /// Of each sample.
+    /// Number of rays of each sample.
     pub rays: u32,
-    /// How far they reach, world space.
+    /// Length of the rays, world space.
     pub radius: f32,
-    /// Whether ambient light is dimmed by what they find.
+    /// True if the openness that they find dims ambient light.
     pub dims_ambient: bool,
 }
 
 /// The scene in one frame. Built once a frame; no phase writes to it.
 #[derive(Clone, Copy)]
 pub struct FrameView<'a> {
-    /// What there is.
+    /// The scene.
     pub scene: &'a Scene,
-    /// What rays see that leave it.
+    /// Light of the sky, for rays that leave the scene.
     pub sky: &'a SkyLight,
     /// Surfaces that emit light, if samples gather it.
     pub emitters: &'a Emitters,
-    /// Its materials, ready for lighting.
+    /// Materials of the scene, ready for lighting.
     pub palette: &'a Palette,
-    /// Where it is.
+    /// Camera, models and lights in this frame.
     pub pose: &'a Pose,
-    /// The models that deform, as they are.
+    /// Shapes of the models that deform.
     pub deformations: &'a Deformations,
-    /// For each model, whether it stands elsewhere than where its file puts it, or deforms; empty where none does.
+    /// True for each model that deforms or is not where its file puts it; empty if there is none.
     pub displaced: &'a [bool],
-    /// For each model, whether it is not there; empty where all are.
+    /// True for each model that is not there; empty if all are.
     pub hidden: &'a [bool],
-    /// How it is seen.
+    /// Camera and grid.
     pub view: &'a View,
-    /// Which cells are asked for, in a level of refinement; all, if it is the coarsest.
+    /// Cells to be made, in a level of refinement; `None`, in the coarsest, for all.
     pub wanted: Option<&'a Wanted>,
-    /// Whether what cells show is noted, for a finer level.
+    /// True if the cells' colours are noted, for a finer level.
     pub notes_colors: bool,
-    /// A hash of the camera's pose.
+    /// Hash of the camera's pose.
     pub view_hash: u32,
-    /// Where the tags for each light are.
+    /// Place of the tags of each light.
     pub slots: &'a [TagSlot],
-    /// For each model whether it is an endless plane.
+    /// True for each model that is an endless plane; empty if there is none.
     pub endless: &'a [bool],
-    /// What changed.
+    /// Changes since the frame before.
     pub plan: &'a Plan,
     /// Boxes around the models that moved since the frame before.
     pub moved_bounds: &'a MovedBounds,
     /// Boxes around all models that move in some frame of the shot.
     pub dynamic_bounds: &'a MovedBounds,
-    /// Who answers rays about it.
+    /// Ray tracer with the scene of this frame.
     pub tracer: &'a dyn Tracer,
-    /// What is looked up instead of rays of some models' mirrors and glass.
+    /// Reflection maps, which replace rays of some models' mirrors and glass.
     pub maps: &'a ReflectionMaps,
-    /// Bounces that a ray from the eye may take.
+    /// Largest number of bounces of a ray from the eye.
     pub depth: u32,
-    /// Rays by which a sample of a rough surface reflects, at most.
+    /// Largest number of rays by which a sample of a rough surface reflects.
     pub reflections: u32,
-    /// Paths by which each sample gathers light; 0: it gathers none.
+    /// Number of paths by which each sample gathers light; 0: it gathers none.
     pub paths: usize,
-    /// Those of them that a sample gets at once.
+    /// Number of these paths that a sample gets at once.
     pub first_paths: usize,
-    /// What is spent on the others.
+    /// Budget for the others.
     pub budget: Budget,
-    /// Of the frame; a tile's part of the budget is that of its samples in them.
+    /// Number of samples of the frame; a tile's share of the budget is its samples' share of these.
     pub samples: u64,
-    /// Surfaces that a path may meet.
+    /// Largest number of surfaces that a path meets.
     pub bounces: u32,
-    /// Whether clear glass casts shadows, and paths alone find the light that comes through it.
+    /// True if clear glass casts shadows, and paths alone find the light that comes through it.
     pub finds_caustics: bool,
-    /// What a ray or a path may bring by indirect ways, at most; none: whatever it finds. Radiance.
+    /// Upper limit of the indirect light of a ray or a path, if there is one. Radiance.
     pub clamp: Option<f32>,
-    /// How samples find out how open they are, if they do.
+    /// Settings of ambient occlusion, if samples have it.
     pub occlusion: Option<Occlusion>,
-    /// All motion of the shot, in the direction in which frames are inferred.
+    /// Motion of the whole shot, in the direction in which frames are inferred.
     pub motion: &'a Motion,
-    /// The same in the other direction, in a frame from which both are taken.
+    /// Motion in the other direction, in a frame from which frames on both sides are inferred.
     pub other_motion: Option<&'a Motion>,
-    /// For each light, the first later frame in which it changes.
+    /// First later frame in which each light changes.
     pub light_changes: &'a [Until],
-    /// The first later frame in which any light that has a size changes.
+    /// First later frame in which any area light changes.
     pub area_light_change: Until,
-    /// Whether to trace where reprojection would not pay (`--mode auto`).
+    /// True if frames are traced where reprojection would not pay (`--mode auto`).
     pub chooses: bool,
-    /// Which kept samples serve.
+    /// Rule by which stored samples serve cells.
     pub reuse: Reuse,
-    /// Whether to find out until when rays beyond the first surface bring what they bring, for later frames: the camera rests, and no
-    /// light changes in the next frame.
+    /// True if the expiry of rays beyond the first surface is tracked for later frames: the camera rests, and
+    /// no light changes in the next frame.
     pub keeps_trees: bool,
-    /// The first later frame in which any light changes.
+    /// First later frame in which any light changes.
     pub light_change: Until,
-    /// What is made of the picture beside its colours.
+    /// Layers of the picture beside its colours.
     pub layers: Layers,
-    /// Whether the background is a part of the picture.
+    /// True if the background is a part of the picture.
     pub shows_background: bool,
-    /// Of the frame, if a layer shows motion.
+    /// Motion vectors of the frame, if a layer shows them.
     pub motion_vectors: Option<&'a MotionVectors>,
-    /// By which samples become pixels, if it is wider than a pixel.
+    /// Filter from samples to pixels, if it is wider than a pixel.
     pub kernel: Option<Kernel>,
-    /// The planes of the picture.
+    /// Planes of the picture.
     pub channels: &'a [Channel],
-    /// Whose share of the picture has a layer, if any has.
+    /// Groups of lights that have layers of their own.
     pub light_groups: &'a LightGroups,
-    /// Of the scene, if a layer shows any.
+    /// Mattes of the scene, if a layer shows any.
     pub mattes: Option<&'a Mattes>,
-    /// The frame's number, counted from the renderer's first.
+    /// Number of the frame, counted from the renderer's first.
     pub rendered: u32,
-    /// Who wants to know how far the frame is.
+    /// Receiver of the frame's progress.
     pub watcher: Option<&'a Watcher>,
-    /// Who may want no more of it.
+    /// Request to stop the frame.
     pub stop: Option<&'a Stop>,
 }
 
 impl<'a> FrameView<'a> {
-    /// The first later frame in which anything that moves touches the segment `origin + t * direction`, t in `0..=far`. In a frame from
-    /// which earlier frames are inferred as well: the later frame that is as far away as the nearest one on either side.
+    /// First later frame in which anything that moves touches the segment `origin + t * direction`, t in
+    /// `0..=far`. In a frame from which earlier frames are inferred as well, the nearest such frame on either
+    /// side counts, expressed as the later frame that is equally far away.
     #[inline]
     pub fn first_touch(&self, origin: Vec3, direction: Vec3, far: f32) -> Until {
         let moment = self.pose.moment;
@@ -155,7 +156,7 @@ impl<'a> FrameView<'a> {
         })
     }
 
-    /// The first later frame in which `model` is elsewhere or has another shape, appears or disappears; counted as in
+    /// First later frame in which `model` moves, changes its shape, appears or disappears; counted as in
     /// [`first_touch`](Self::first_touch).
     #[inline]
     pub fn first_change_of(&self, model: u32) -> Until {
@@ -166,14 +167,15 @@ impl<'a> FrameView<'a> {
         })
     }
 
-    /// The same of what a ray has met: never, if that is nothing.
+    /// First later frame in which the model that a ray has met [changes](Self::first_change_of); never if the
+    /// ray met nothing.
     #[inline]
     pub fn change_of_met(&self, model: u32) -> Until {
         if model == NO_HIT { Until::FOREVER } else { self.first_change_of(model) }
     }
 
-    /// The first later frame in which anything touches a segment, but `before` if that is earlier. What does not hold in the next
-    /// frame is not asked about.
+    /// First later frame in which anything touches a segment, or `before` if that is earlier. Nothing is
+    /// tested if `before` is the next frame already.
     #[inline]
     pub fn first_touch_before(&self, origin: Vec3, direction: Vec3, far: f32, before: Until) -> Until {
         if self.motion.expires_next(before, self.pose.moment) {
@@ -185,19 +187,19 @@ impl<'a> FrameView<'a> {
         }
     }
 
-    /// Whether what holds `until` then does not hold any more.
+    /// Returns true if anything valid `until` that frame is invalid now.
     #[inline]
     pub fn has_expired(&self, until: Until) -> bool {
         self.motion.has_expired(until, self.pose.moment)
     }
 
-    /// The cells of tile number `number` that are asked for, those beyond the picture's rim perhaps among them.
+    /// Wanted cells of tile number `number`; cells beyond the picture's rim may be among them.
     #[inline]
     pub fn wanted_of(&self, number: usize) -> &'a CellSet {
         self.wanted.map_or(&CellSet::ALL, |wanted| wanted.tile(number))
     }
 
-    /// The seed of a sample of `model` that is traced anew in a cell of tile number `tile`.
+    /// Seed of a sample of `model` that is traced anew in a cell of tile number `tile`.
     #[inline]
     pub fn new_seed(&self, tile: usize, cell: usize, model: u32) -> SampleSeed {
         let grid = &self.view.grid;
@@ -220,7 +222,7 @@ impl<'a> FrameView<'a> {
         SampleSeed::new(pixel, number as u32, self.view_hash, pose)
     }
 
-    /// A hash that changes when the shape of a model does; 0 for one that does not deform.
+    /// Hash that changes when the shape of a model does; 0 for a model that does not deform.
     fn hash_of_shape(&self, model: u32) -> u32 {
         if self.deformations.of_model(model).is_none() {
             return 0;
@@ -229,24 +231,24 @@ impl<'a> FrameView<'a> {
         hash_of(&[from as f32, to as f32, share as f32])
     }
 
-    /// The map of the model's place.
+    /// Transform of a model's place.
     pub fn transform(&self, model: u32) -> &'a Transform {
         &self.pose.models[model as usize]
     }
 
-    /// The model's place.
+    /// Place and shape of a model.
     #[inline(always)]
     pub fn place(&self, model: u32) -> Place<'a> {
         Place::of(self.scene, &self.pose.models, self.deformations, model)
     }
 
-    /// Whether lights shine through a `material` as if it were not there.
+    /// Returns true if lights shine through a `material` as if it were not there.
     pub fn shines_through(&self, material: u16) -> bool {
         !self.finds_caustics && !self.scene.materials[usize::from(material)].casts_shadow()
     }
 
-    /// From the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a direction for the
-    /// background.
+    /// Vector from the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a
+    /// direction for the background.
     #[inline]
     pub fn offset(&self, point: Vec3, model: u32, triangle: u32) -> Vec3 {
         if model == BACKGROUND {
@@ -255,7 +257,7 @@ impl<'a> FrameView<'a> {
         self.place(model).point(|| triangle, point) - self.view.camera.eye
     }
 
-    /// The same for eight cells of `tile`, from `first` on.
+    /// [`offset`](Self::offset) of the samples in eight cells of `tile`, from `first` on.
     #[inline(always)]
     pub fn offsets(&self, tile: &Tile, first: usize) -> Vec3x8 {
         let models = &tile.model[first..first + LANES];
@@ -267,8 +269,8 @@ impl<'a> FrameView<'a> {
         background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
     }
 
-    /// Calls `each` with the places of those of eight samples' models that are not where their files put them, and the samples of
-    /// each: neighbours are of one model, mostly.
+    /// Calls `each` for those of eight samples' models that are displaced, with the model's place and the
+    /// mask of its samples: neighbours mostly share one model.
     #[inline(always)]
     pub fn each_displaced(&self, models: &[u32], mut each: impl FnMut(Place<'a>, Mask)) {
         let mut left = self.displaced_bits(models);
@@ -280,7 +282,8 @@ impl<'a> FrameView<'a> {
         }
     }
 
-    /// Of eight samples' models, those whose object space is not world space, or that deform, a bit each.
+    /// Bit mask of those of eight samples whose models deform, or have an object space that is not world
+    /// space.
     #[inline(always)]
     pub fn displaced_bits(&self, models: &[u32]) -> u8 {
         if self.displaced.is_empty() {
@@ -289,7 +292,7 @@ impl<'a> FrameView<'a> {
         bits_of_models(models, |model| self.displaced.get(model as usize) == Some(&true))
     }
 
-    /// Of eight samples' models, those that are not there any more, a bit each.
+    /// Bit mask of those of eight samples whose models are not there any more.
     #[inline(always)]
     pub fn hidden_bits(&self, models: &[u32]) -> u8 {
         if self.hidden.is_empty() {
@@ -298,7 +301,7 @@ impl<'a> FrameView<'a> {
         bits_of_models(models, |model| self.hidden.get(model as usize) == Some(&true))
     }
 
-    /// What rays from the eye through the cells of tile number `number` may meet.
+    /// Models that rays from the eye through the cells of tile number `number` may meet.
     pub fn in_sight(&self, number: usize) -> SceneSubset {
         if self.dynamic_bounds.may_meet_sweep(&self.view.sights_of_tile(number)) {
             SceneSubset::All
@@ -307,13 +310,13 @@ impl<'a> FrameView<'a> {
         }
     }
 
-    /// Whether the model of a sample moved since the frame before. The background never does.
+    /// Returns true if the model of a sample moved since the frame before. The background never does.
     #[inline]
     pub fn moved(&self, model: u32) -> bool {
         self.plan.any_moved && model < EMPTY && self.plan.moved[model as usize]
     }
 
-    /// The same for eight cells, a bit each.
+    /// Bit mask of those of eight cells whose models moved.
     #[inline(always)]
     pub fn moved_bits(&self, models: &[u32]) -> u8 {
         if !self.plan.any_moved {

@@ -1,7 +1,8 @@
-//! Motion vectors: how far in the picture a pixel's point was in the frame before, and will be in the next.
+//! Motion vectors: offsets in the picture from a pixel's point to its place in the frame before and in the
+//! next.
 //!
-//! Exact from the poses of the shot, as samples are: both cameras project the point of the model. Frames are those of the shot,
-//! whatever frames a run renders. Across a cut nothing moves.
+//! They are exact, from the poses of the shot, as samples are: both cameras project the point of the model.
+//! Frames are those of the shot, whatever frames a run renders. There are no vectors across a cut.
 
 use std::sync::Arc;
 
@@ -18,20 +19,20 @@ use crate::scene::Scene;
 use crate::shade::deformed::Deformations;
 use crate::stereo::EyePlace;
 
-/// Motion about one frame. Built once a frame, where a layer shows it.
+/// Motion vectors of one frame. Built once a frame, if a layer shows them.
 #[derive(Debug)]
 pub struct MotionVectors {
-    /// The frame itself, at its own time: whenever, and from whatever point of the lens, a sample was seen.
+    /// The frame itself, at its own time, whatever time and point of the lens a sample was seen at.
     own: Seen,
-    /// The frame before and the next one.
+    /// Frame before and next frame.
     beside: [Beside; 2],
-    /// Whether vectors may be others than in the frame rendered before, whatever the model.
+    /// True if vectors of any model may differ from those in the frame rendered before.
     all_differ: bool,
-    /// The models whose vectors may be.
+    /// Models whose vectors may differ.
     differing: ModelSet,
 }
 
-/// How a frame sees the models.
+/// Camera and models of a frame.
 #[derive(Debug)]
 struct Seen {
     view: View,
@@ -39,19 +40,20 @@ struct Seen {
     deformations: Deformations,
 }
 
-/// A frame beside this one.
+/// Neighbour of this frame in time.
 #[derive(Debug)]
 enum Beside {
-    /// Camera and models are where they are in this one.
+    /// Camera and models are as in this frame.
     Same,
-    /// It belongs to another take.
+    /// The frame belongs to another take.
     Cut,
-    /// They are elsewhere.
+    /// Camera or models are elsewhere.
     Moved(Seen),
 }
 
 impl MotionVectors {
-    /// About `frame`, which `eye` sees if there are two, through `grid`; frame `last` was rendered before, if any was.
+    /// Computes the motion about `frame` through `grid`. `eye` is the eye that sees it, if there are two;
+    /// frame `last` was rendered before, if any was.
     pub fn about(
         scene: &Scene,
         frame: i32,
@@ -85,27 +87,29 @@ impl MotionVectors {
         Self { beside, own: seen(own), all_differ, differing }
     }
 
-    /// Whether vectors of samples of any of `models` may be others than in the frame rendered before. A `false` is certain.
+    /// Returns true if vectors of samples of any of `models` may differ from those in the frame rendered
+    /// before. A `false` is certain.
     pub fn may_differ(&self, models: ModelSet) -> bool {
         self.all_differ || self.differing.may_share(models)
     }
 
-    /// Whether nothing moves from the frame before to this one, and from this one to the next.
+    /// Returns true where nothing moves: from the frame before to this one, and from this one to the next.
     pub fn is_at_rest(&self) -> [bool; 2] {
         self.beside.each_ref().map(|beside| matches!(beside, Beside::Same))
     }
 
-    /// From where a point of a triangle of `model` (object space; of the background, a direction) is seen to where it was and will be seen:
-    /// pixels, x to the right and y upwards. `None` where that is not known: across a cut, where either place is behind the eye,
-    /// of a model that is not there in the other frame, and for the background of an orthographic camera that moves, which has
-    /// no place.
+    /// Motion vectors of a point of a triangle of `model` (object space; of the background, a direction):
+    /// from its place in this frame to those in the frame before and in the next, in pixels, x to the right
+    /// and y upwards. `None` where a place is not known: across a cut, behind the eye, of a model that is not
+    /// there in the other frame, and for the background of an orthographic camera that moves.
     pub fn of(&self, scene: &Scene, point: Vec3, (model, triangle): (u32, u32)) -> [Option<Vec2>; 2] {
         let here = self.own.sees(scene, point, (model, triangle));
         let per_pixel = (self.own.view.grid.samples as f32).recip();
         self.beside.each_ref().map(|beside| match beside {
             Beside::Same => Some(Vec2::ZERO),
             Beside::Cut => None,
-            // whatever else moves: of an orthographic view it has no place by which that could be found
+            // the camera rests, so that the background does, whatever else moves; in an orthographic view it
+            // has no place to compute that from
             Beside::Moved(seen) if model == BACKGROUND && seen.view.camera == self.own.view.camera => {
                 Some(Vec2::ZERO)
             }
@@ -118,8 +122,8 @@ impl MotionVectors {
 }
 
 impl Seen {
-    /// Where a point of a triangle of `model` (object space; of the background, a direction) is seen, in cells. `None` behind the eye, for
-    /// the background of an orthographic view, and for a model that is not there.
+    /// Place of a point of a triangle of `model` (object space; of the background, a direction), in cells.
+    /// `None` behind the eye, for the background of an orthographic view, and for a model that is not there.
     fn sees(&self, scene: &Scene, point: Vec3, (model, triangle): (u32, u32)) -> Option<Vec2> {
         let Self { view, models, deformations } = self;
         let offset = match model {
@@ -138,7 +142,7 @@ impl Seen {
 /// A frame of the shot, between the one before and the next one.
 struct Neighbours {
     all: [Pose; 3],
-    /// Whether the shot cuts between the frame and the one before, and the next one.
+    /// True where the shot cuts: between the frame and the one before, and between it and the next one.
     cuts: [bool; 2],
 }
 

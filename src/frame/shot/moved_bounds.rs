@@ -1,7 +1,8 @@
-//! Which rays can meet a model that moved, or one that ever moves: a cheap question before a ray is cast.
+//! Bounds of the models that moved, or that ever move: a cheap test before a ray is cast.
 //!
 //! Many rules of the [plan](super::plan) end in "test against what moved". Most segments pass far from all
-//! that moved; a box around each of them tells so without a ray (the paper tests bounding boxes first, too).
+//! that moved; a box around each of these models shows that without a ray (the paper tests bounding boxes
+//! first, too).
 
 use super::plan::Plan;
 use crate::geometry::{Bounds, Segments, SweptBox};
@@ -10,24 +11,24 @@ use crate::pose::Pose;
 use crate::samples::EMPTY;
 use crate::scene::Scene;
 
-/// Boxes at most; with more models than this, neighbours in the shot's order share one.
+/// Largest number of boxes; with more models than this, neighbours in the shot's order share one.
 const MOST_BOXES: usize = 16;
 
-/// Numbers of models, by their remainders: models that share one are taken for each other.
+/// Set of models, by the remainders of their numbers: models that share a remainder are taken for each other.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ModelSet(u64);
 
 impl ModelSet {
-    /// Of whatever models.
+    /// All models.
     pub const ALL: Self = Self(u64::MAX);
 
-    /// With those of some samples. Neither the background nor an empty cell is a model.
+    /// Creates the set of these models, those of samples. The background and empty cells are not models.
     pub fn of(models: &[u32]) -> Self {
         let bit = |model: &u32| u64::from(*model < EMPTY) << (model % u64::BITS);
         Self(models.iter().fold(0, |bits, model| bits | bit(model)))
     }
 
-    /// Whether a model may be in both. A `false` is certain.
+    /// Returns true if a model may be in both sets. A `false` is certain.
     pub fn may_share(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
@@ -41,12 +42,12 @@ pub struct MovedBounds {
 }
 
 impl MovedBounds {
-    /// Of the models that moved since the frame before. `bounds` has one object-space box a model.
+    /// Bounds of the models that moved since the frame before. `bounds` has one object-space box a model.
     pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
         Self::around_models(scene, bounds, pose, |model| plan.moved[model])
     }
 
-    /// Of all models that move in some frame of the shot, where they are in this one.
+    /// Bounds of all models that move in some frame of the shot, at their places in this one.
     pub fn ever(scene: &Scene, bounds: &[Bounds], pose: &Pose) -> Self {
         Self::around_models(scene, bounds, pose, |model| !scene.models[model].track.is_constant())
     }
@@ -54,7 +55,8 @@ impl MovedBounds {
     fn around_models(scene: &Scene, bounds: &[Bounds], pose: &Pose, moves: impl Fn(usize) -> bool) -> Self {
         let models = || (0..scene.models.len()).filter(|model| moves(*model));
         let places = models().map(|model| bounds[model].placed(&pose.models[model]));
-        // what has disappeared is in nobody's way, but its samples are those of a model that moved
+        // a model that has disappeared is in nobody's way, but it counts among the models: its samples are
+        // still there
         let boxes = places.filter(|bounds| !bounds.is_empty()).collect();
         let numbers: Vec<u32> = models().map(|model| model as u32).collect();
         Self { models: ModelSet::of(&numbers), ..Self::around(boxes) }
@@ -66,20 +68,20 @@ impl MovedBounds {
         Self { boxes: boxes.chunks(together).map(join).collect(), models: ModelSet::default() }
     }
 
-    /// Which models they are.
+    /// Models that the boxes are around.
     pub fn models(&self) -> ModelSet {
         self.models
     }
 
-    /// Of eight segments, those on which any of the models may be: at `origin + t * direction` for a t in
-    /// `0..=far`. A bit that is not set is certain.
+    /// Bit mask of those of eight segments on which any of the models may be: at `origin + t * direction` for
+    /// a t in `0..=far`. A bit that is not set is certain.
     #[inline]
     pub fn may_meet(&self, origin: Vec3x8, direction: Vec3x8, far: F32x8) -> u8 {
         let segments = Segments::new(origin, direction, far);
         self.boxes.iter().fold(Mask::NONE, |any, bounds| any | bounds.meets(&segments)).bits()
     }
 
-    /// Whether any of the models may be on a way of `sweep`. A `false` is certain.
+    /// Returns true if any of the models may be on a segment of `sweep`. A `false` is certain.
     pub fn may_meet_sweep(&self, sweep: &SweptBox) -> bool {
         self.boxes.iter().any(|bounds| sweep.meets(bounds))
     }

@@ -1,4 +1,4 @@
-//! Where models are, and in which shape: the one way from object space, where samples are kept, to world space.
+//! Places and shapes of models: the one way from object space, where samples are kept, to world space.
 
 use glam::Vec3;
 
@@ -9,8 +9,9 @@ use crate::scene::{Mesh, Scene};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
 use crate::shade::surface::{corners_of, meet_exactly};
 
-/// Where the primitives of a model are at one time. Object space is that of the shape at rest, where the model deforms: a point on one
-/// of its triangles goes where the same weights of the corners lead in the shape that it has.
+/// Place and shape of a model at one time. The object space of a model that deforms is that of its shape at
+/// rest: a point on one of its triangles goes to the point with the same weights of the corners in the shape
+/// of that time.
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
     transform: &'a Transform,
@@ -18,15 +19,15 @@ pub struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// Of `model`, where models are at `places`, in these shapes.
+    /// Place of `model`, one of the `places` of all models, with its shape.
     #[inline]
     pub fn of(scene: &'a Scene, places: &'a [Transform], shapes: &'a Deformations, model: u32) -> Self {
         let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
         Self { transform: &places[model as usize], deformed }
     }
 
-    /// A point of a triangle, object to world. Which `triangle` it is, is only asked where the model deforms: elsewhere nobody need
-    /// look it up.
+    /// Transforms a point of a triangle, object to world. `triangle` is only called where the model deforms:
+    /// elsewhere its number need not be looked up.
     #[inline(always)]
     pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
         match self.deformed {
@@ -35,8 +36,8 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// A point of `triangle` and the normals there, for shading and of the triangle, on either side: object to world. Normals have unit
-    /// length, but that of a deformed triangle without an area is zero.
+    /// Transforms a point of `triangle` and the normals there, for shading and of the triangle, on either
+    /// side: object to world. Normals have unit length; that of a deformed triangle without an area is zero.
     #[inline]
     pub fn surface(&self, triangle: u32, [point, normal, geometric_normal]: [Vec3; 3]) -> [Vec3; 3] {
         let transform = self.transform;
@@ -49,7 +50,8 @@ impl<'a> Place<'a> {
         [transform.point(point), normal, geometric_normal]
     }
 
-    /// The normal of `triangle`, on either side: object to world, of any length; zero if it is deformed and has no area.
+    /// Transforms the normal of `triangle`, on either side: object to world, of any length; zero if the
+    /// triangle is deformed and has no area.
     #[inline]
     pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
         match self.deformed {
@@ -61,7 +63,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// [`point`](Self::point) of those of eight that are `of_model`; `triangle`: that of a lane.
+    /// [`point`](Self::point) for those of eight points that are `of_model`; `triangle` gives that of a lane.
     #[inline(always)]
     pub fn points(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, points: &mut Vec3x8) {
         if self.deformed.is_none() {
@@ -73,7 +75,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// The same for [`surface`](Self::surface).
+    /// [`surface`](Self::surface) for those of eight surfaces that are `of_model`.
     #[inline(always)]
     pub fn surfaces(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, surfaces: [&mut Vec3x8; 3]) {
         let [point, normal, geometric_normal] = surfaces;
@@ -93,7 +95,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// The same for [`geometric_normal`](Self::geometric_normal).
+    /// [`geometric_normal`](Self::geometric_normal) for those of eight normals that are `of_model`.
     #[inline(always)]
     pub fn geometric_normals(&self, of_model: Mask, triangle: impl Fn(usize) -> u32, normals: &mut Vec3x8) {
         if self.deformed.is_none() {
@@ -105,14 +107,14 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// A direction in the plane of `triangle`, object to world, of any length.
+    /// Transforms a direction in the plane of `triangle`, object to world, of any length.
     pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
         let deformed =
             self.deformed.and_then(|(deformed, mesh)| deformed.direction(mesh, triangle, direction));
         self.transform.direction(deformed.unwrap_or(direction))
     }
 
-    /// See [`meet_exactly`]: what is met is a point in object space, at rest.
+    /// Intersects a ray with a primitive: see [`meet_exactly`]. Returns a point in object space, at rest.
     pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
         match self.deformed {
             None => meet_exactly(self.transform, primitive, ray, about),
@@ -120,7 +122,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// The corners of `triangle` of `mesh`, the model's: world space.
+    /// Corners of `triangle` of `mesh`, the model's: world space.
     pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
         let corners = match self.deformed {
             None => corners_of(mesh, triangle),
@@ -130,7 +132,7 @@ impl<'a> Place<'a> {
     }
 }
 
-/// 1 for the outside of a triangle at rest, by a normal of either side of it; -1 for its inside.
+/// Side of a triangle at rest that a normal is on: 1 for its outside, -1 for its inside.
 #[inline]
 fn side(mesh: &Mesh, triangle: u32, geometric_normal: Vec3) -> f32 {
     let [a, b, c] = corners_of(mesh, triangle);

@@ -1,39 +1,39 @@
-//! What a frame may skip: the paper's rules, decided once from two poses, before any ray is traced.
+//! Work that a frame may skip: the paper's rules, decided once from two poses, before any ray is traced.
 //!
-//! The rows of [`Plan::sight_check`] and [`Plan::shadow_check`] are the paper's "Verification Phase",
-//! read from top to bottom. Where the paper tests a sample against *the* object that shadowed it, we test
-//! against the half of the scene (still or movable) that it is in: the tag is one byte, and the answer is
+//! The rows of [`Plan::sight_check`] and [`Plan::shadow_check`] are the paper's "Verification Phase", read
+//! from top to bottom. Where the paper tests a sample against *the* object that shadowed it, we test against
+//! the half of the scene (still or movable) that the object is in: so the tag is one byte, and the answer is
 //! the same.
 
 use crate::pose::{CameraPose, LightPose, Pose};
 use crate::samples::{Flags, Tag};
 
-/// How the camera differs from that of the frame before.
+/// Change of the camera since the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraChange {
-    /// Not at all: nothing has to be projected.
+    /// None: nothing has to be projected.
     None,
-    /// It stands where it stood, and turned or zoomed.
+    /// The camera turned or zoomed, at the same place.
     SamePlace,
-    /// It moved.
+    /// The camera moved.
     Moved,
 }
 
-/// How a light differs from that of the frame before.
+/// Change of a light since the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightChange {
-    /// Not at all.
+    /// None.
     None,
-    /// Only in colour or power: visibility is kept, light is computed anew.
+    /// Colour or power alone: visibility is kept, light is computed anew.
     Strength,
-    /// In place, direction or cone.
+    /// Place, direction or cone.
     Moved,
 }
 
-/// What a segment from the eye to a sample is tested against.
+/// Models that a segment from the eye to a sample is tested against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SightCheck {
-    /// The sample is visible, as it was.
+    /// None: the sample is visible, as it was.
     Nothing,
     /// Models that moved, at their new place.
     Moved,
@@ -41,40 +41,42 @@ pub enum SightCheck {
     Everything,
 }
 
-/// What a sample's shadow ray is tested against, in this order; the first that blocks ends it.
+/// Models that a sample's shadow ray is tested against, in this order; the first that blocks it ends the
+/// test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ShadowCheck {
-    /// Nothing: the tag holds.
+    /// None: the tag holds.
     Keep,
     /// Models that moved, at their new place.
     Moved,
-    /// All that never moves, then the rest.
+    /// Models that never move, then the others.
     StillThenMovable,
-    /// All that may move, then the rest: for samples that a movable model shadowed.
+    /// Models that may move, then the others: for samples that a movable model shadowed.
     MovableThenStill,
 }
 
 /// A part of a sample's colour (the paper's "Color Calculation").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Term {
-    /// Of the light that reaches everything. As far as occlusion dims it, see [`Until`](crate::changes::Until).
+    /// Reflection of the light that reaches everything. As far as occlusion dims it, see
+    /// [`Until`](crate::changes::Until).
     Ambient,
-    /// What a light sends, scattered evenly.
+    /// Light of a light source, scattered evenly.
     Diffuse,
-    /// What a light sends, as the eye sees it reflected.
+    /// Light of a light source, as the eye sees it reflected.
     Specular,
 }
 
-/// What changed since the frame before.
+/// Changes since the frame before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// The eye.
+    /// Change of the camera.
     pub camera: CameraChange,
-    /// For each model, whether it is elsewhere now.
+    /// True for each model that moved.
     pub moved: Vec<bool>,
-    /// Whether any model is.
+    /// True if any model moved.
     pub any_moved: bool,
-    /// For each light.
+    /// Change of each light.
     pub lights: Vec<LightChange>,
 }
 
@@ -90,7 +92,7 @@ impl Plan {
         }
     }
 
-    /// For a frame that has none before it: nothing is known to have stayed.
+    /// Creates the plan of a frame that has none before it: everything counts as changed.
     pub fn of_base_frame(pose: &Pose) -> Self {
         Self {
             camera: CameraChange::Moved,
@@ -100,7 +102,7 @@ impl Plan {
         }
     }
 
-    /// What must be asked before a sample counts as visible. `moved`: its model did.
+    /// Test that a sample must pass to count as visible. `moved`: its model moved.
     pub fn sight_check(&self, moved: bool) -> SightCheck {
         match (self.camera, moved) {
             (CameraChange::Moved, _) | (_, true) => SightCheck::Everything,
@@ -109,7 +111,7 @@ impl Plan {
         }
     }
 
-    /// What must be asked before a sample's `tag` for `light` can be trusted. `moved`: its model did.
+    /// Test that a sample's `tag` for `light` needs before it can be trusted. `moved`: its model moved.
     pub fn shadow_check(&self, light: usize, moved: bool, tag: Tag) -> ShadowCheck {
         let light_moved = self.lights[light] == LightChange::Moved;
         match tag {
@@ -121,23 +123,25 @@ impl Plan {
         }
     }
 
-    /// What is not known any more of a sample that nobody looks at in this frame. `moved`: its model did.
+    /// Flags for a sample that is not checked in this frame: they say what is unknown about it from now on.
+    /// `moved`: its model moved.
     pub fn doubts(&self, moved: bool) -> Flags {
         let unseen = Flags::UNSEEN.when(self.sight_check(moved) != SightCheck::Nothing);
         unseen.with(Flags::STALE.when(self.light_changes(moved)))
     }
 
-    /// Whether all tags for `light` hold without a question.
+    /// Returns true if all tags for `light` hold without a test.
     pub fn keeps_all_tags(&self, light: usize) -> bool {
         !self.any_moved && self.lights[light] != LightChange::Moved
     }
 
-    /// Whether a `term` of a sample's colour stays what it was, as far as one light brings it. `moved`: the sample's model did;
-    /// `reached`: whether the light reached the sample in the frame before, and does now.
+    /// Returns true if a `term` of a sample's colour stays the same, as far as it comes from one light.
+    /// `moved`: the sample's model moved; `reached`: true if the light reached the sample in the frame
+    /// before, and if it does now.
     ///
-    /// Samples keep ambient and diffuse light of all lights as one sum, and highlights stay in the film, tile by tile; so what is
-    /// kept is what [`keeps_all`](Self::keeps_all) says. What a sample has gathered and how open it is last as long as
-    /// [`Until`](crate::changes::Until) says.
+    /// Samples keep ambient and diffuse light of all lights as one sum, and highlights stay in the film, tile
+    /// by tile; so the terms that are kept are those of [`keeps_all`](Self::keeps_all). Gathered light and
+    /// openness last as long as [`Until`](crate::changes::Until) says.
     pub fn keeps(&self, term: Term, light: usize, moved: bool, reached: [bool; 2]) -> bool {
         let [before, now] = reached;
         let rests = !moved && self.lights[light] == LightChange::None && before == now;
@@ -149,14 +153,15 @@ impl Plan {
         }
     }
 
-    /// Whether a `term` of a sample's colour stays what it was if each light reaches it as before. `moved`: its model did.
+    /// Returns true if a `term` of a sample's colour stays the same, provided that each light reaches the
+    /// sample as before. `moved`: its model moved.
     pub fn keeps_all(&self, term: Term, moved: bool) -> bool {
-        // without lights, too: what a surface has gathered depends on where it is
+        // this holds without lights, too: the light that a surface has gathered depends on its place
         let rests = term == Term::Ambient || !moved;
         rests && (0..self.lights.len()).all(|light| self.keeps(term, light, moved, [true; 2]))
     }
 
-    /// Whether the light on a sample must be summed anew even if all of its tags hold.
+    /// Returns true if the light on a sample must be summed anew even if all of its tags hold.
     pub fn light_changes(&self, moved: bool) -> bool {
         !self.keeps_all(Term::Diffuse, moved)
     }

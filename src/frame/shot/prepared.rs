@@ -1,4 +1,4 @@
-//! A shot made ready: what all of its frames read.
+//! A shot made ready: data that all of its frames read.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -23,44 +23,44 @@ use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
 use crate::stereo::EyePlace;
 
-/// Made of a scene and settings once, before the first frame.
+/// Data made of a scene and settings once, before the first frame.
 pub struct Prepared<'s> {
     pub scene: &'s Scene,
     pub settings: Settings,
     pub sky: SkyLight,
     pub emitters: Emitters,
     pub palette: Palette,
-    /// Of the store's tags.
+    /// Layout of the store's tags.
     pub layout: TagLayout,
     pub occlusion: Option<Occlusion>,
-    /// If a layer shows any.
+    /// Mattes, if a layer shows any.
     pub mattes: Option<Mattes>,
-    /// What headers say of layers.
+    /// Attributes of layers for headers of files.
     pub about_layers: Arc<[(String, String)]>,
-    /// The planes of the picture.
+    /// Planes of the picture.
     pub channels: Vec<Channel>,
     /// The planes of exposures that are not the middle one.
     mixed_channels: Vec<Channel>,
     /// The grid of each level of samples, the coarsest first.
     pub grids: Vec<Arc<Grid>>,
     pub light_groups: LightGroups,
-    /// Of each model, object space.
+    /// Bounds of each model, object space.
     pub bounds: Vec<Bounds>,
-    /// For each model whether it is an endless plane; nothing where none is.
+    /// True for each model that is an endless plane; empty if there is none.
     pub endless: Vec<bool>,
-    /// Whether rays go on from surfaces of the shot.
+    /// True if rays go on from surfaces of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
     /// All that moves in the shot, once anybody asks when. Nothing before.
     pub motion: Motion,
-    /// Whether that is known. It always is where samples gather light or find out how open they are.
+    /// True once `motion` is built. It is built at once where samples gather light or compute their openness.
     knows_motion: bool,
-    /// The same with time running backwards, once a frame was inferred so.
+    /// Motion with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
-    /// Who wants to know how far frames are.
+    /// Receiver of the frames' progress.
     pub watcher: Option<Watcher>,
-    /// Who may want no more of them.
+    /// Request to stop.
     pub stop: Option<Stop>,
 }
 
@@ -126,7 +126,7 @@ impl<'s> Prepared<'s> {
         }
     }
 
-    /// Has [`motion_back`](Self::motion_back) know the shot.
+    /// Builds [`motion_back`](Self::motion_back), if `motion` is built.
     pub fn look_back(&mut self) {
         if self.knows_motion {
             let motion = || Motion::in_direction(self.scene, &self.exposures.clock, Direction::Backward);
@@ -134,19 +134,19 @@ impl<'s> Prepared<'s> {
         }
     }
 
-    /// All that moves in the shot with time running backwards, if anybody has [asked](Self::look_back).
+    /// Motion of the shot with time running backwards, if it was [built](Self::look_back); else `motion`.
     pub fn motion_back(&self) -> &Motion {
         self.motion_back.as_ref().unwrap_or(&self.motion)
     }
 }
 
-/// For each model whether it is an endless plane; nothing where none is.
+/// True for each model that is an endless plane; an empty list if there is none.
 fn endless(scene: &Scene) -> Vec<bool> {
     let all: Vec<bool> = scene.models.iter().map(|model| is_endless(&model.mesh)).collect();
     if all.contains(&true) { all } else { Vec::new() }
 }
 
-/// Boxes around the meshes of all models. A mesh is looked through once, however many share it.
+/// Boxes around the meshes of all models. Each mesh is read once, however many models share it.
 fn bounds_of_models(scene: &Scene) -> Vec<Bounds> {
     let mut known: HashMap<*const Mesh, Bounds> = HashMap::new();
     let mut bounds = |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh));
@@ -157,9 +157,9 @@ fn is_endless(mesh: &Mesh) -> bool {
     mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
 }
 
-/// How samples of `scene` find out how open they are, if anybody asks for it.
+/// Settings of ambient occlusion for samples of `scene`, if anything needs it.
 fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<Occlusion> {
-    /// Far beyond every shot in the space in which it is rendered, and far below what overflows.
+    /// Longest ray: far beyond every shot in the space in which it is rendered, and far below overflow.
     const FARTHEST: f32 = 1e30;
     let radius = scene.space.length(settings.occlusion_radius).clamp(f32::MIN_POSITIVE, FARTHEST);
     let dims_ambient = scene.occludes_ambient();
@@ -170,13 +170,13 @@ fn occlusion(scene: &Scene, settings: &Settings, layout: &TagLayout) -> Option<O
     })
 }
 
-/// The names of the materials in the order of their numbers, for headers: JSON.
+/// Names of the materials in the order of their numbers, for headers: JSON.
 fn numbers_of_materials(scene: &Scene) -> (String, String) {
     let names = scene.materials.iter().map(|material| material.name.clone().into());
     (String::from("materials"), serde_json::Value::Array(names.collect()).to_string())
 }
 
-/// What the mattes of `scene` are, if a layer shows any.
+/// Mattes of `scene`, if a layer shows any.
 fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
     let shows_background = settings.background == Backdrop::Visible;
     settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))

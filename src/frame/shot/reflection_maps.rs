@@ -1,56 +1,59 @@
-//! Reflection maps: what surrounds a model, in a cube map around its middle, to be looked up instead of rays of its mirrors and glass
-//! (Blinn and Newell, "Texture and Reflection in Computer Generated Images", 1976; Greene, "Environment Mapping and Other
-//! Applications of World Projections", 1986).
+//! Reflection maps: the surroundings of a model in a cube map around its centre, to be looked up instead of
+//! rays of its mirrors and glass (Blinn and Newell, "Texture and Reflection in Computer Generated Images",
+//! 1976; Greene, "Environment Mapping and Other Applications of World Projections", 1986).
 //!
-//! The only place where pixels are not true: a map is seen from the model's middle, wherever on the model a ray leaves it. Models
-//! have none unless the shot says so.
+//! This is the only place where pixels are not exact: a map is seen from the model's centre, wherever on the
+//! model a ray leaves it. Models have none unless the shot says so.
 //!
-//! A map is a function of the places of the models and of the lights, and of nothing else: not of the camera, nor of any frame
-//! before. It is kept as long as all of these are what they were, and made anew otherwise ([`surroundings`](crate::frame::secondary::surroundings)).
+//! A map is a function of the places of the models and of the lights, and of nothing else: not of the camera,
+//! nor of any frame before. It is kept as long as all of these stay the same, and made anew otherwise
+//! ([`surroundings`](crate::frame::secondary::surroundings)).
 
 use glam::Vec3;
 
 use crate::animation::Transform;
 use crate::pose::{LightPose, Pose};
 
-/// The maps of a shot's models.
+/// Maps of a shot's models.
 #[derive(Debug, Default)]
 pub struct ReflectionMaps {
-    /// By model; empty before the first frame.
+    /// Map of each model that has one; empty before the first frame.
     maps: Vec<Option<CubeMap>>,
-    /// Where models and lights were when they were made.
+    /// Places of models, and lights, with which the maps were made.
     seen: Option<(Vec<Transform>, Vec<LightPose>)>,
 }
 
-/// What is seen around a point.
+/// Light around a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubeMap {
-    /// Texels along an edge of a face, those around it not counted.
+    /// Texels along an edge of a face, without the rim.
     size: usize,
-    /// Six faces (towards +x, -x, +y, -y, +z, -z), each with a texel around it on all sides: neighbours are there wherever one looks up.
+    /// Six faces (towards +x, -x, +y, -y, +z, -z), each with a rim of one texel, so that every look-up finds
+    /// its neighbours.
     texels: Vec<Vec3>,
 }
 
-/// Of a frame whose maps are not known yet, and of what maps show.
+/// No maps: for a frame whose maps are not made yet, and for rays of maps themselves.
 pub static NO_MAPS: ReflectionMaps = ReflectionMaps { maps: Vec::new(), seen: None };
 
 impl ReflectionMaps {
-    /// What is seen from `model` in a direction (world space, any length but zero), if it has a map.
+    /// Looks up the light from a direction (world space, any length but zero) around `model`, if it has a
+    /// map.
     pub fn look_up(&self, model: u32, direction: Vec3) -> Option<Vec3> {
         self.maps.get(model as usize)?.as_ref().map(|map| map.look_up(direction))
     }
 
-    /// Whether `model` has one.
+    /// Returns true if `model` has a map.
     pub fn has(&self, model: u32) -> bool {
         self.maps.get(model as usize).is_some_and(Option::is_some)
     }
 
-    /// Spoils what is kept, for a test of the audit.
+    /// Changes all texels, for a test of the audit.
     pub fn spoil(&mut self) {
         self.maps.iter_mut().flatten().flat_map(|map| &mut map.texels).for_each(|texel| *texel += Vec3::ONE);
     }
 
-    /// What of these maps is not as in `anew`, in texels.
+    /// Number of texels that differ from those in `anew`.
     pub fn differing(&self, anew: &Self) -> u64 {
         let maps =
             self.maps.iter().zip(&anew.maps).filter_map(|(kept, anew)| kept.as_ref().zip(anew.as_ref()));
@@ -60,24 +63,24 @@ impl ReflectionMaps {
         maps.map(differs).sum()
     }
 
-    /// Whether nothing that a map could show has changed.
+    /// Returns true if models and lights are as when the maps were made.
     pub fn holds(&self, pose: &Pose) -> bool {
         self.seen.as_ref().is_some_and(|(models, lights)| *models == pose.models && *lights == pose.lights)
     }
 
-    /// Maps that were made of what there is in `pose`.
+    /// Creates maps that were made with the models and lights of `pose`.
     pub fn of(maps: Vec<Option<CubeMap>>, pose: &Pose) -> Self {
         Self { maps, seen: Some((pose.models.clone(), pose.lights.clone())) }
     }
 }
 
 impl CubeMap {
-    /// Of what is seen in all [`directions`] of a map of this size.
+    /// Creates a map from the light in all [`directions`] of a map of this size.
     pub fn of(size: usize, texels: Vec<Vec3>) -> Self {
         Self { size, texels }
     }
 
-    /// Between four texels.
+    /// Interpolates between four texels.
     fn look_up(&self, direction: Vec3) -> Vec3 {
         let [x, y, z] = direction.abs().to_array();
         let axis = if x >= y && x >= z {
@@ -91,7 +94,7 @@ impl CubeMap {
         let scale = 1.0 / direction[axis].abs();
         let (across, row) = (self.size as f32, self.size + 2);
         let at = [1, 2].map(|step| {
-            // in texels, from the middle of the first one, which is around the face
+            // in texels, from the centre of the first one, which is in the rim
             let at = (direction[(axis + step) % 3] * scale + 1.0) * 0.5 * across + 0.5;
             at.clamp(0.0, across + 0.999)
         });
@@ -102,7 +105,7 @@ impl CubeMap {
     }
 }
 
-/// Through the middles of all texels of a map, in order; unit length.
+/// Directions through the centres of all texels of a map, in order; unit length.
 pub fn directions(size: usize) -> Vec<Vec3> {
     let row = size + 2;
     let direction = |number: usize| {

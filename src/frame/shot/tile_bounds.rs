@@ -1,4 +1,4 @@
-//! Boxes around a tile's samples, and what may come between them and the eye or a light.
+//! Boxes around a tile's samples, and tests of what may lie between them and the eye or a light.
 
 use glam::Vec3;
 
@@ -11,29 +11,29 @@ use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::camera::Projection;
 use crate::shade::surface::around_origins;
 
-/// Where the samples of a tile are.
+/// Bounds of the samples of a tile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileBounds {
-    /// Surfaces, world space.
+    /// Box around the surfaces, world space.
     surfaces: Bounds,
-    /// Directions to the background.
+    /// Box around the directions to the background.
     sky: Bounds,
 }
 
 impl TileBounds {
-    /// Those of `tile`.
+    /// Computes the bounds of the samples of `tile`.
     pub fn samples(frame: &FrameView, tile: &Tile) -> Self {
         let [surfaces, sky] = bounds_of_samples(frame, tile);
         Self { surfaces, sky }
     }
 
-    /// Surfaces alone, world space.
+    /// Creates bounds of surfaces alone, world space.
     pub fn surfaces(surfaces: Bounds) -> Self {
         Self { surfaces, sky: Bounds::EMPTY }
     }
 
-    /// Whether anything that moved may be between the eye and any sample. The samples are those of tile number `number`. A
-    /// `false` is certain.
+    /// Returns true if anything that moved may lie between the eye and any sample. The samples are those of
+    /// tile number `number`. A `false` is certain.
     pub fn may_be_hidden(&self, frame: &FrameView, number: usize) -> bool {
         let Self { surfaces, sky } = self;
         let CameraPose { eye, forward, projection, .. } = frame.view.camera;
@@ -45,7 +45,7 @@ impl TileBounds {
                 hides(surfaces, SweptBox::between(&Bounds::at(eye), surfaces))
                     || hides(sky, SweptBox::fan(eye, sky))
             }
-            // and from behind the camera, which does not matter
+            // includes the part behind the camera, which does no harm
             Projection::Orthographic => {
                 hides(surfaces, SweptBox::along(surfaces, -forward))
                     || hides(sky, frame.view.sights_of_tile(number))
@@ -53,9 +53,9 @@ impl TileBounds {
         }
     }
 
-    /// Whether anything in `moved` may be between a light and any surface. A `false` is certain.
+    /// Returns true if anything in `moved` may lie between a light and any surface. A `false` is certain.
     pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
-        // boxes of what is small have less room than a ray begins off its surface
+        // boxes of tiny models are smaller than the distance from a surface at which rays begin
         let surfaces = &around_origins(&self.surfaces);
         let ways = match light.shape {
             LightShape::Directional { to_light } => SweptBox::along(surfaces, to_light),
@@ -81,7 +81,7 @@ impl TileBounds {
     }
 }
 
-/// Around the samples of `tile`: the surfaces, world space, and the directions to the background.
+/// Boxes around the samples of `tile`: surfaces, world space, and directions to the background.
 fn bounds_of_samples(frame: &FrameView, tile: &Tile) -> [Bounds; 2] {
     let nothing = [Vec3x8::splat(Vec3::INFINITY), Vec3x8::splat(Vec3::NEG_INFINITY)];
     let (mut surfaces, mut sky) = (nothing, nothing);

@@ -1,9 +1,9 @@
-//! Reprojection when the camera neither moves nor turns nor zooms: what rests stays in its cell, and only the
-//! samples of models that moved are projected.
+//! Reprojection with a camera that neither moves nor turns nor zooms: samples of models at rest stay in their
+//! cells, and only those of models that moved are projected.
 //!
-//! [`detach`] takes these out of the store, [`scatter`] puts them into the bins of the tiles that they fall into now,
-//! and [`merge`] lets them serve the cells that have no sample any more, tile by tile. Spare samples would be of little
-//! use: they are dropped when the camera comes to rest.
+//! [`detach`] takes these out of the store, [`scatter`] puts them into the bins of the tiles that they fall
+//! into now, and [`merge`] lets them serve the cells that have no sample any more, tile by tile. Spare
+//! samples would be of little use: they are dropped when the camera comes to rest.
 
 pub mod remake;
 pub mod tile_state;
@@ -23,7 +23,7 @@ use crate::settings::Reuse;
 /// Samples that have been taken out of a store. Keeps its memory from frame to frame.
 #[derive(Debug, Default)]
 pub struct Detached {
-    /// For each row of tiles, its samples, packed into as many tiles as they need: no more than it has.
+    /// Samples of each row of tiles, packed into as many tiles as they need: no more than the row has.
     rows: Vec<Row>,
     /// Tiles in a row.
     tiles_x: usize,
@@ -43,7 +43,8 @@ impl Detached {
     }
 }
 
-/// Takes the samples of models that moved out of `store`; their cells are missed. `states` has one for each tile.
+/// Takes the samples of models that moved out of `store`; their cells become missed. `states` has one for
+/// each tile.
 pub fn detach(
     store: &mut SampleStore,
     states: &mut [TileState],
@@ -87,7 +88,7 @@ impl Row {
         tile.clear(cell, Status::Missed);
     }
 
-    /// Empties what is left of the last tile.
+    /// Empties the rest of the last tile.
     fn close(&mut self) {
         if let Some(tile) = self.tiles.get_mut(self.len / CELLS) {
             tile.model[self.len % CELLS..].fill(EMPTY);
@@ -110,7 +111,7 @@ pub fn scatter(detached: &Detached, frame: &FrameView, bins: &Bins) {
     });
 }
 
-/// Makes a tile of which nothing can have changed that of this frame.
+/// Makes a tile in which nothing can have changed that of this frame: all its samples become good.
 pub fn keep_all(tile: &mut Tile) {
     for status in &mut tile.status {
         *status = match *status {
@@ -120,16 +121,17 @@ pub fn keep_all(tile: &mut Tile) {
     }
 }
 
-/// In the bin of a tile the tile itself, as a source of candidates.
+/// Source number that stands for the tile itself, among the sources of its candidates.
 const ITSELF: u32 = u32::MAX;
 
-/// Where the candidates of a tile are: in the tile as it was, and among those that were detached.
+/// Looks up the tile that holds a candidate, by its source: the tile as it was, or one of the detached.
 pub fn tiles<'t>(detached: &'t Detached, before: Option<&'t Tile>) -> impl Fn(u32) -> Option<&'t Tile> {
     move |source| if source == ITSELF { before } else { Some(detached.tile(source)) }
 }
 
-/// Makes tile number `number` that of this frame: its samples stay, and cells without one are served by what was
-/// projected into the tile. `before` becomes the tile as it was. Whether any cell may have got another sample.
+/// Makes tile number `number` that of this frame: its samples stay, and cells without one are served by
+/// samples that were projected into the tile. `before` becomes the tile as it was. Returns true if any cell
+/// may have another sample.
 pub fn merge(
     detached: &Detached,
     frame: &FrameView,
@@ -157,7 +159,7 @@ pub fn merge(
         for first in (0..CELLS).step_by(LANES) {
             let projected = project_lanes(frame, before, first);
             for lane in set_bits(projected.which) {
-                // rounding may say of a sample right before the eye that it is far away
+                // a sample right before the eye may be projected far away, by rounding
                 let at = [projected.x[lane] - origin[0], projected.y[lane] - origin[1]];
                 if at.iter().zip(&end).all(|(at, end)| (0..*end).contains(at)) {
                     own.push(Binned::new(projected.depth.lane(lane), at, first + lane).word());

@@ -1,55 +1,57 @@
-//! What of a tile must be made again: one decision, taken before its samples are brought up to date (what *can* have
-//! changed) and once more after it (what *has*).
+//! Extent to which a tile must be made again: one decision, taken before its samples are updated (what *can*
+//! have changed) and once more after it (what *has*).
 //!
-//! [`TileFacts::remake`] is a pure function of a few facts about the tile. How each fact is found out is the business of
-//! [`tile_state`](super::tile_state); what must be asked about a single sample is the [plan](crate::frame::shot::plan)'s.
+//! [`TileFacts::remake`] is a pure function of a few facts about the tile. The facts are established in
+//! [`tile_state`](super::tile_state); the tests of a single sample are the
+//! [plan](crate::frame::shot::plan)'s.
 
-/// What a tile needs in a frame: more and more.
+/// Work that a tile needs in a frame, in rising order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Remake {
-    /// The film shows the tile as it is, but for its age.
+    /// Ages alone: the film shows the tile as it is.
     Age,
-    /// The film shows the tile's colours; what its samples are counted by is written again.
+    /// Counts: the film shows the tile's colours; the planes that count samples and rays are written again.
     Counts,
-    /// The samples hold; what depends on the eye and all planes are made again.
+    /// Picture: the samples hold; light that depends on the eye and all planes are made again.
     Picture,
-    /// The samples may have changed: they are verified, completed and lit first.
+    /// Samples: they may have changed, and are verified, completed and lit first.
     Samples,
 }
 
-/// How the samples of a tile differ from those of the frame before.
+/// Change of a tile's samples since the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
-    /// Not at all: a frame older.
+    /// None: they are a frame older.
     None,
-    /// Rays were cast, and met nothing that was not there before.
+    /// Rays were cast, with the same results as before.
     Rays,
-    /// In place or light; or it is not known.
+    /// Samples may have changed in place or light.
     Samples,
 }
 
-/// What is known of a tile in a frame.
+/// Facts about a tile in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileFacts {
-    /// Of its samples. Before they are brought up to date: whether they can have changed.
+    /// Change of its samples. Before they are updated: the change that can have happened.
     pub samples: Change,
-    /// Whether the film shows the frame before, and that frame was seen by the same camera.
+    /// True if the film shows the frame before, and that frame was seen by the same camera.
     pub film_is_last: bool,
-    /// Whether the frame before changed nothing here, so that its film says `good` of all cells, and no rays.
+    /// True if the frame before changed nothing here, so that its film shows `good` in all cells, and no
+    /// rays.
     pub was_quiet: bool,
-    /// Whether rays go on from its mirrors and glass.
+    /// True if rays go on from its mirrors and glass.
     pub goes_on: bool,
-    /// Whether those rays may bring something else than in the frame before.
+    /// True if the light of these rays may differ from the frame before.
     pub trees_may_differ: bool,
-    /// Whether a neighbour's pixels are made again, to which a wide filter adds this tile's colours.
+    /// True if a neighbour's pixels are made again, to which a wide filter adds this tile's colours.
     pub is_needed: bool,
 }
 
 impl TileFacts {
-    /// What must be made again.
+    /// Decides the work that the tile needs.
     pub fn remake(&self) -> Remake {
         let shows_samples = self.film_is_last && !(self.goes_on && self.trees_may_differ);
-        // colours for a neighbour cost the rays of mirrors and glass again, and these are counted
+        // making colours for a neighbour casts the rays of mirrors and glass again, and these are counted
         let casts_rays = self.goes_on && self.is_needed;
         match self.samples {
             Change::Samples => Remake::Samples,
@@ -60,21 +62,22 @@ impl TileFacts {
     }
 }
 
-/// Whether a tile's samples can have changed, and with them their light.
+/// Facts by which a tile's samples, or their light, can have changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleFacts {
-    /// Whether the frame before was seen here, by the same camera.
+    /// True if the frame before was seen here, by the same camera.
     pub is_known: bool,
-    /// Whether a light changed, in place or strength.
+    /// True if a light changed, in place or strength.
     pub any_light_changed: bool,
-    /// Whether what moved may hide a sample or change its light, has left the tile, or has come into it.
+    /// True if a model that moved may hide a sample or change its light, has left the tile, or has come into
+    /// it.
     pub may_be_reached: bool,
-    /// Whether light that the samples have gathered, or how open they are, may not hold any more.
+    /// True if gathered light or openness of the samples may be invalid.
     pub has_expired: bool,
 }
 
 impl SampleFacts {
-    /// What can have changed.
+    /// Change that can have happened.
     pub fn change(&self) -> Change {
         if self.is_known && !self.any_light_changed && !self.may_be_reached && !self.has_expired {
             Change::None
@@ -116,10 +119,10 @@ mod tests {
             (None, [YES, NO, NO, NO, NO], Counts),
             (Rays, [YES, YES, NO, NO, NO], Counts),
             (Rays, [YES, NO, NO, NO, NO], Counts),
-            // somebody else had the film
+            // the film shows another frame
             (None, [NO, YES, NO, NO, NO], Picture),
             (Rays, [NO, YES, NO, NO, NO], Picture),
-            // no mirror: nothing is asked about trees
+            // no mirror: trees do not matter
             (None, [YES, YES, NO, YES, NO], Age),
             // mirrors
             (None, [YES, YES, YES, NO, NO], Age),

@@ -1,5 +1,6 @@
-//! What is remembered of tiles while the camera does not move, and from it the facts by which [`remake`](super::remake)
-//! decides: most tiles show what they showed in the frame before, and each is asked as a whole whether it still does.
+//! State of tiles that is kept while the camera does not move, and the facts from it by which
+//! [`remake`](super::remake) decides: most tiles look as in the frame before, and each is tested as a whole
+//! for that.
 
 use rayon::prelude::*;
 
@@ -13,28 +14,29 @@ use crate::frame::shot::plan::Term;
 use crate::frame::shot::tile_bounds::TileBounds;
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
 
-/// What is kept of a tile from frame to frame while the camera does not move. Nothing, by default.
+/// State of a tile that is kept from frame to frame while the camera does not move. Unknown by default.
 #[derive(Debug)]
 pub struct TileState {
-    /// Whether the frame before was seen here: without it, nothing can be said of this one.
+    /// True if the frame before was seen here: without it, nothing is known about this one.
     pub is_known: bool,
-    /// Whether its pixels were written in the frame at work, and not only counted.
+    /// True if its pixels were written in the current frame, and not only counts.
     pub was_written: bool,
-    /// Whether the frame before changed nothing here and cast no rays.
+    /// True if the frame before changed nothing here and cast no rays.
     pub was_quiet: bool,
-    /// Whether rays went on from it when it was shown last.
+    /// True if rays went on from the tile when it was shown last.
     pub goes_on: bool,
-    /// What they brought.
+    /// Ray trees of the tile.
     pub trees: TileTrees,
-    /// Whether they may bring something else.
+    /// True if their light may differ.
     trees_may_differ: bool,
-    /// Whether what moved may concern its samples.
+    /// True if a model that moved may concern its samples.
     may_be_reached: bool,
-    /// The first frame in which what its samples have gathered may not hold any more.
+    /// First frame in which gathered light or openness of its samples may be invalid.
     pub until: Until,
-    /// Where its samples were when they were lit last, if that was found out then. Some may have been taken away.
+    /// Bounds of its samples when they were lit last, if they were computed. Some samples may have been
+    /// removed since.
     pub bounds: Option<TileBounds>,
-    /// Forgotten when it is not true any more.
+    /// Summary of its samples; reset when it is not true any more.
     pub content: Option<Content>,
 }
 
@@ -56,24 +58,24 @@ impl Default for TileState {
 }
 
 impl TileState {
-    /// Nothing is known any more but what the trees of those samples bring that stay.
+    /// Resets all state, except the trees: those of samples that stay are still valid.
     pub fn forget(&mut self) {
         *self = Self { trees: std::mem::take(&mut self.trees), ..Self::default() };
     }
 
-    /// Whether the tile may have samples of a model that moved. A `false` is certain.
+    /// Returns true if the tile may have samples of a model that moved. A `false` is certain.
     pub fn may_have_moved(&self, frame: &FrameView) -> bool {
         self.content.as_ref().is_none_or(|content| content.may_have_moved(frame))
     }
 
-    /// Whether the film may show other motion vectors of the tile than it should.
+    /// Returns true if the film may show other motion vectors of the tile than it should.
     fn vectors_may_differ(&self, frame: &FrameView) -> bool {
         let models = self.content.as_ref().map_or(ModelSet::ALL, |content| content.models);
         frame.motion_vectors.is_some_and(|vectors| vectors.may_differ(models))
     }
 
-    /// What is known of the tile before its samples are brought up to date. `film_is_last`: the film shows the frame
-    /// before. `is_needed`: see [`TileFacts::is_needed`].
+    /// Facts about the tile before its samples are updated. `film_is_last`: the film shows the frame before.
+    /// `is_needed`: see [`TileFacts::is_needed`].
     pub fn facts(&self, frame: &FrameView, film_is_last: bool, is_needed: bool) -> TileFacts {
         let samples = SampleFacts {
             is_known: self.is_known,
@@ -92,8 +94,8 @@ impl TileState {
     }
 }
 
-/// Finds out what concerns each tile, when the samples of models that moved have been taken out of `store` and put on
-/// the lists of the tiles that they fall into. The camera must not have moved.
+/// Determines, for each tile, if models that moved concern it, when their samples have been taken out of
+/// `store` and put into the bins of the tiles that they fall into. The camera must not have moved.
 pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
     let light_changed = !frame.plan.keeps_all(Term::Specular, false);
     states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
@@ -107,18 +109,18 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
     });
 }
 
-/// What is known of a tile as long as its samples stay as they are, in place and in light.
+/// Summary of a tile, valid as long as its samples stay the same, in place and in light.
 #[derive(Debug)]
 pub struct Content {
     pub bounds: TileBounds,
     models: ModelSet,
-    /// Whether some cell has no sample, or some tag is in doubt whenever anything moves: see
+    /// True if some cell has no sample, or some tag is in doubt whenever anything moves: see
     /// [`Tags::any_doubtful`](crate::samples::Tags).
     is_doubtful: bool,
 }
 
 impl Content {
-    /// Of a tile as it stands, all samples of which are within `bounds`, if that is known.
+    /// Summarizes a tile as it is. `bounds` are around all its samples, if they are known.
     fn of(frame: &FrameView, tile: &Tile, bounds: Option<TileBounds>) -> Self {
         let any_doubtful = || frame.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
         Self {
@@ -128,12 +130,13 @@ impl Content {
         }
     }
 
-    /// Whether any sample may be of a model that moved. A `false` is certain.
+    /// Returns true if any sample may be of a model that moved. A `false` is certain.
     fn may_have_moved(&self, frame: &FrameView) -> bool {
         self.models.may_share(frame.moved_bounds.models())
     }
 
-    /// Whether nothing that moved may hide a sample or change its light; it is the content of tile number `number`.
+    /// Returns true if nothing that moved can hide a sample or change its light; the content is that of tile
+    /// number `number`.
     fn is_out_of_reach(&self, frame: &FrameView, number: usize) -> bool {
         let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, light);
         !self.is_doubtful
@@ -143,7 +146,8 @@ impl Content {
     }
 }
 
-/// Whether some cell has no sample: not whether one was missed in the frame before, and traced.
+/// Returns true if some cell has no sample now. Cells that were missed in the frame before, and traced, have
+/// one.
 fn has_gaps(tile: &Tile) -> bool {
     let cells = tile.status.iter().zip(&tile.model);
     let is_gap = |status: Status| (status != Status::Outside) & (status != Status::Empty);

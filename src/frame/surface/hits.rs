@@ -1,4 +1,4 @@
-//! What rays met, as surfaces: eight hits at a time. Here alone hits become surfaces.
+//! Surfaces that rays have met: eight hits at a time. Hits become surfaces only here.
 
 use glam::Vec3;
 
@@ -10,19 +10,19 @@ use crate::shade::Surface;
 use crate::shade::surface::{Corners, of_quadrics, reflectance, uv_at};
 use crate::trace::{HitPacket, NO_HIT};
 
-/// Eight hits. What is said of a lane without one means nothing.
+/// Eight hits. The values of a lane without a hit mean nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Hits8<'a> {
-    /// [`NO_HIT`] where nothing was met.
+    /// Models; [`NO_HIT`] where nothing was met.
     pub models: &'a [u32],
-    /// Of the models' meshes.
+    /// Triangles of the models' meshes.
     pub triangles: &'a [u32],
     /// Barycentric weights of the second and third corner, as the tracer rounds them.
     pub weights: [F32x8; 2],
 }
 
 impl<'a> Hits8<'a> {
-    /// Those from lane `from` of a packet on.
+    /// Hits of lanes `from` onwards of a packet.
     #[inline(always)]
     pub fn of(hits: &'a HitPacket, from: usize) -> Self {
         Self {
@@ -32,26 +32,26 @@ impl<'a> Hits8<'a> {
         }
     }
 
-    /// Whether something was met in a lane.
+    /// Returns true if a lane has a hit.
     #[inline(always)]
     pub fn is_hit(&self, lane: usize) -> bool {
         self.models[lane] != NO_HIT
     }
 
-    /// The mesh that was met in a lane, which must have a hit.
+    /// Mesh that was met in a lane, which must have a hit.
     #[inline(always)]
     pub fn mesh<'s>(&self, frame: &FrameView<'s>, lane: usize) -> &'s Mesh {
         &frame.scene.models[self.models[lane] as usize].mesh
     }
 
-    /// The material that was met in a lane, which must have a hit.
+    /// Material that was met in a lane, which must have a hit.
     #[inline(always)]
     pub fn material(&self, frame: &FrameView, lane: usize) -> u16 {
         self.mesh(frame, lane).material_of[self.triangles[lane] as usize]
     }
 
-    /// Has the numbers of what was met fetched: the triangles' corners and materials. Hits of rays that go all around lie
-    /// all over the scene, and each waits for memory otherwise.
+    /// Prefetches the indices of the triangles that were met: their corners and materials. Hits of rays that
+    /// go all around lie all over the scene, and each would wait for memory otherwise.
     #[inline(always)]
     pub fn prefetch_triangles(&self, frame: &FrameView) {
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
@@ -61,7 +61,7 @@ impl<'a> Hits8<'a> {
         }
     }
 
-    /// Has the corners of what was met fetched, whose numbers should be there.
+    /// Prefetches the corners of the triangles that were met; their indices should be in the cache.
     #[inline(always)]
     pub fn prefetch_corners(&self, frame: &FrameView) {
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
@@ -79,7 +79,7 @@ impl<'a> Hits8<'a> {
         }
     }
 
-    /// The triangles that were met.
+    /// Corners of the triangles that were met.
     #[inline(always)]
     pub fn corners(&self, frame: &FrameView) -> Corners {
         if are_same(self.triangles) && are_same(self.models) && self.is_hit(0) {
@@ -92,7 +92,7 @@ impl<'a> Hits8<'a> {
         corners
     }
 
-    /// Puts the points of quadrics among eight hits, at their weights, into `points`.
+    /// Writes the points of quadrics among eight hits, at their weights, into `points`.
     #[inline(always)]
     pub fn put_quadric_points(&self, frame: &FrameView, quadrics: u8, points: &mut Vec3x8) {
         let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
@@ -102,7 +102,7 @@ impl<'a> Hits8<'a> {
         });
     }
 
-    /// Puts the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.
+    /// Writes the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.
     #[inline(always)]
     pub fn put_quadric_normals(
         &self,
@@ -118,7 +118,7 @@ impl<'a> Hits8<'a> {
         });
     }
 
-    /// Puts the weights of `points` on quadrics among eight hits into `weights`.
+    /// Writes the weights of `points` on quadrics among eight hits into `weights`.
     #[inline(always)]
     pub fn put_quadric_weights(
         &self,
@@ -149,8 +149,8 @@ impl<'a> Hits8<'a> {
     }
 }
 
-/// Calls `each` with the lanes and surfaces of those of `count` hits where something was met, seen along `directions` (world
-/// space): their normals point to the side from which they are seen.
+/// Calls `each` with lane and surface for those of the first `count` lanes that have a hit, seen along
+/// `directions` (world space): their normals point to the side from which they are seen.
 #[inline(always)]
 pub fn surfaces(
     frame: &FrameView,
@@ -183,8 +183,8 @@ pub fn surfaces(
     }
 }
 
-/// Takes eight surfaces of `models` from object to world space; `triangle`: that of a lane. Normals have unit length. What is in a lane
-/// without a surface stays.
+/// Transforms eight surfaces of `models` from object to world space; `triangle` gives that of a lane. Normals
+/// get unit length. Lanes without a surface stay as they are.
 #[inline(always)]
 pub fn place(
     frame: &FrameView,

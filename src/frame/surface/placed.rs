@@ -5,27 +5,27 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
 
-/// Eight samples' surfaces in world space. Normals have unit length and point to the eye's side. What is in
-/// a lane without a surface means nothing.
+/// Surfaces of eight samples in world space. Normals have unit length and point to the eye's side. The values
+/// of a lane without a surface mean nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed {
-    /// Where they are in this frame.
+    /// Places in this frame.
     pub point: Vec3x8,
-    /// For shading.
+    /// Shading normals.
     pub normal: Vec3x8,
-    /// Of the triangles.
+    /// Normals of the triangles.
     pub geometric_normal: Vec3x8,
 }
 
 impl Placed {
-    /// Takes the samples of the eight cells from `first` on to world space. Always the same floats for the
-    /// same sample and pose: what is computed from them may be kept.
+    /// Transforms the samples of the eight cells from `first` on to world space. The result is the same to
+    /// the bit for the same sample and pose, so that values computed from it may be kept.
     #[inline]
     pub fn of(frame: &FrameView, tile: &Tile, first: usize) -> Self {
         let point = tile.points(first);
         let (normals, geometric_normals) = (tile.normals(first), tile.geometric_normals(first));
         let geometric_normal = Octahedral::unfold_lanes(geometric_normals);
-        // flat meshes: one vector is both
+        // flat meshes: both normals are the same
         let normal =
             if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
         let mut placed = Self { point, normal, geometric_normal };
@@ -36,25 +36,25 @@ impl Placed {
     }
 }
 
-/// The samples of one tile that some phase has asked for: each is placed once a frame.
+/// Samples of one tile in world space. Each is placed once a frame, when a phase first asks for it.
 #[derive(Debug)]
 pub struct PlacedTile {
-    /// World space. What is in a cell without a surface means nothing.
+    /// Points, world space. The values of a cell without a surface mean nothing.
     pub point: [Column<f32>; 3],
-    /// For shading, world space.
+    /// Shading normals, world space.
     pub normal: [Column<f32>; 3],
     geometric_normal: [Column<f32>; 3],
-    /// For each eight cells.
+    /// True for each eight cells that are placed.
     is_ready: [bool; CELLS / LANES],
 }
 
 impl PlacedTile {
-    /// Forgets the tile before.
+    /// Clears the state for the next tile.
     pub fn begin_tile(&mut self) {
         self.is_ready.fill(false);
     }
 
-    /// The samples in the eight cells from `first` on, which must stay the same until the next tile.
+    /// Samples in the eight cells from `first` on, which must not change until the next tile.
     #[inline]
     pub fn get(&mut self, frame: &FrameView, tile: &Tile, first: usize) -> Placed {
         if self.is_ready[first / LANES] {
@@ -72,7 +72,7 @@ impl PlacedTile {
         placed
     }
 
-    /// Places all samples of the tile that nobody has asked for yet.
+    /// Places all samples of the tile that are not placed yet.
     pub fn complete(&mut self, frame: &FrameView, tile: &Tile) {
         for first in (0..CELLS).step_by(LANES) {
             if !self.is_ready[first / LANES] {

@@ -1,48 +1,48 @@
-//! What the cells of a tile show.
+//! Light of the cells of a tile, by layer.
 
 use glam::Vec3;
 
 use crate::lanes::{F32x8, Vec3x8};
 use crate::samples::{CELLS, Column};
 
-/// Light beyond this is cut, so that no sum of samples is infinite. Half floats end at 65504.
+/// Upper limit of light, so that no sum of samples is infinite. Half floats end at 65504.
 const MOST_LIGHT: f32 = 1e30;
 
-/// Three columns of a colour. Linear RGB.
+/// Colours of a tile's cells, in three columns. Linear RGB.
 pub type Light = [Column<f32>; 3];
 
-/// None.
+/// No light.
 pub const DARK: Light = [[0.0; CELLS]; 3];
 
-/// A layer of the picture that rays beyond the first surface add to.
+/// Layer of the picture that rays beyond the first surface add to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
-    /// What they bring that bounced off the sample.
+    /// Light of rays that were reflected by the sample.
     Reflection,
-    /// What they bring that went through it.
+    /// Light of rays that went through it.
     Refraction,
 }
 
-/// What the cells of a tile show, by layer of the picture; their sum is the picture.
+/// Light of the cells of a tile, by layer of the picture; the sum of the layers is the picture.
 #[derive(Debug)]
 pub struct Radiance {
     /// Emission, ambient and diffuse light; the background.
     pub diffuse: Light,
     /// Highlights. Means nothing where `has_specular` is not set.
     pub specular: Light,
-    /// In mirrors, and off glass. Means nothing where `has_secondary` is not set.
+    /// Light in mirrors, and off glass. Means nothing where `has_secondary` is not set.
     pub reflection: Light,
-    /// Through glass. Means nothing where `has_secondary` is not set.
+    /// Light through glass. Means nothing where `has_secondary` is not set.
     pub refraction: Light,
-    /// What `diffuse` is the sum of, and what denoisers are guided by. Those that no layer shows mean nothing.
+    /// Parts of `diffuse`, and guides for denoisers. Columns that no layer shows mean nothing.
     pub parts: Parts,
-    /// Whether any cell has a highlight.
+    /// True if any cell has a highlight.
     pub has_specular: bool,
-    /// Whether any ray goes on from the tile.
+    /// True if any ray goes on from the tile.
     pub has_secondary: bool,
 }
 
-/// See [`Radiance::parts`].
+/// Parts of the light: see [`Radiance::parts`].
 #[derive(Debug)]
 pub struct Parts {
     /// Diffuse light of light sources.
@@ -53,9 +53,10 @@ pub struct Parts {
     pub emission: Light,
     /// The background as the eye sees it.
     pub sky: Light,
-    /// For denoisers: the albedo of the first surface that is neither mirror nor glass, seen by way of those.
+    /// Guide for denoisers: the albedo of the first surface that is neither mirror nor glass, seen by way of
+    /// those.
     pub guide_albedo: Light,
-    /// For denoisers: that surface's normal.
+    /// Guide for denoisers: that surface's normal.
     pub guide_normal: Light,
     /// Diffuse light and highlights of each group of lights.
     pub groups: Vec<Light>,
@@ -90,12 +91,12 @@ impl Default for Radiance {
 }
 
 impl Radiance {
-    /// No highlights and no rays beyond the first surface, for a new tile.
+    /// Resets the state for a new tile: no highlights and no rays beyond the first surface.
     pub fn begin_tile(&mut self) {
         (self.has_specular, self.has_secondary) = (false, false);
     }
 
-    /// Makes the layer of highlights ready to be written.
+    /// Prepares the layer of highlights for writing.
     pub fn open_specular(&mut self) {
         if !self.has_specular {
             self.has_specular = true;
@@ -103,7 +104,7 @@ impl Radiance {
         }
     }
 
-    /// Makes the layers that rays beyond the first surface write ready.
+    /// Prepares the layers of rays beyond the first surface for writing.
     pub fn open_secondary(&mut self) {
         if !self.has_secondary {
             self.has_secondary = true;
@@ -111,7 +112,7 @@ impl Radiance {
         }
     }
 
-    /// Adds `light` to a cell.
+    /// Adds `light` to a layer of a cell.
     #[inline]
     pub fn add_secondary(&mut self, layer: Layer, cell: usize, light: Vec3) {
         let layer = match layer {
@@ -123,25 +124,25 @@ impl Radiance {
         }
     }
 
-    /// What rays beyond the first surface have brought to a cell: reflected and refracted.
+    /// Light of rays beyond the first surface in a cell: reflected and refracted.
     pub fn secondary(&self, cell: usize) -> [[f32; 3]; 2] {
         [&self.reflection, &self.refraction].map(|light| light.each_ref().map(|column| column[cell]))
     }
 
-    /// Shows that in a cell.
+    /// Sets the reflected and refracted light of a cell.
     pub fn set_secondary(&mut self, cell: usize, light: [[f32; 3]; 2]) {
         for (columns, light) in [&mut self.reflection, &mut self.refraction].into_iter().zip(light) {
             columns.iter_mut().zip(light).for_each(|(column, light)| column[cell] = light);
         }
     }
 
-    /// What denoisers are told of a cell.
+    /// Guides of a cell for denoisers: albedo and normal.
     pub fn guides(&self, cell: usize) -> [[f32; 3]; 2] {
         let Parts { guide_albedo, guide_normal, .. } = &self.parts;
         [guide_albedo, guide_normal].map(|guide| guide.each_ref().map(|column| column[cell]))
     }
 
-    /// Tells them that of a cell.
+    /// Sets the guides of a cell: albedo and normal.
     pub fn set_guides(&mut self, cell: usize, guides: [[f32; 3]; 2]) {
         let Parts { guide_albedo, guide_normal, .. } = &mut self.parts;
         for (columns, guide) in [guide_albedo, guide_normal].into_iter().zip(guides) {
@@ -149,7 +150,7 @@ impl Radiance {
         }
     }
 
-    /// Light is neither negative nor infinite.
+    /// Clamps the light of rays beyond the first surface: it is neither negative nor infinite.
     pub fn cut_secondary(&mut self) {
         for value in self.reflection.iter_mut().chain(&mut self.refraction).flatten() {
             *value = value.clamp(0.0, MOST_LIGHT);
@@ -157,7 +158,7 @@ impl Radiance {
     }
 }
 
-/// The same for eight samples.
+/// Clamps the light of eight samples in the same way.
 pub fn cut(light: Vec3x8) -> Vec3x8 {
     let cut = |light: F32x8| light.max(F32x8::ZERO).min(F32x8::splat(MOST_LIGHT));
     Vec3x8 { x: cut(light.x), y: cut(light.y), z: cut(light.z) }

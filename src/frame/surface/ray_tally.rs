@@ -3,8 +3,8 @@
 use crate::samples::{CELLS, Column};
 use crate::stats::RayCounts;
 
-/// Rays that the cells of a tile have cost in this frame, by kind. Each traced cell has cost one primary ray; those that
-/// were probed before have cost it as a probe.
+/// Rays cast for each cell of a tile in this frame, by kind. Each traced cell has cost one primary ray; for
+/// cells that were probed before, that ray is counted as a probe.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
 pub struct CellRays {
@@ -21,7 +21,7 @@ impl Default for CellRays {
 }
 
 impl CellRays {
-    /// No rays, for a new tile.
+    /// Clears the counts for a new tile.
     pub fn begin_tile(&mut self) {
         self.probes.fill(0);
         self.verification.fill(0);
@@ -30,11 +30,11 @@ impl CellRays {
     }
 }
 
-/// The rays that one worker has cast.
+/// Counts of the rays that one worker has cast.
 #[derive(Debug, Default)]
 pub struct RayTally {
-    /// Of the tile at work, by cell.
+    /// Rays of the current tile, by cell.
     pub cells: Box<CellRays>,
-    /// Of all its tiles in this frame, by kind.
+    /// Rays of all its tiles in this frame, by kind.
     pub counts: RayCounts,
 }

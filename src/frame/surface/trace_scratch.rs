@@ -1,20 +1,21 @@
-//! One worker's list of rays, and their answers.
+//! Rays of one worker, and their results.
 
 use super::ray_tally::RayTally;
 use crate::trace::{HitBatch, RayBatch};
 
-/// One worker's memory for the rays of the phase at work. Kept from tile to tile and from frame to frame.
+/// Scratch memory of one worker for the rays of the current phase. Kept from tile to tile and from frame to
+/// frame.
 #[derive(Debug, Default)]
 pub struct TraceScratch {
-    /// Of the phase at work.
+    /// Rays of the current phase.
     pub rays: RayBatch,
-    /// Their answers.
+    /// Nearest hits of the rays.
     pub hits: HitBatch,
-    /// Their answers, a bit a ray.
+    /// True bits for rays that are blocked, one a ray.
     pub blocked: Vec<u16>,
-    /// Which cell each ray of `rays` is for.
+    /// Cell of each of `rays`.
     pub owners: Vec<u32>,
-    /// What has been cast.
+    /// Counts of the rays that were cast.
     pub tally: RayTally,
 }
 
@@ -25,7 +26,7 @@ impl TraceScratch {
         self.owners.clear();
     }
 
-    /// Makes room for one bit a ray of `rays`, none of them set.
+    /// Makes room for one bit for each of `rays`, none of them set.
     pub fn begin_answers(&mut self) {
         self.blocked.clear();
         self.blocked.resize(self.rays.packet_count(), 0);

@@ -1,5 +1,5 @@
-//! Where four rays at a time meet a piece. Tracers ask by packets, and what is one by one in them is four times the same:
-//! a lane's answer does not depend on the lanes beside it.
+//! Intersections of four rays at a time with a piece. Tracers ask by packets, and a ray that is traced by
+//! itself fills all four lanes: a lane's result does not depend on the lanes beside it.
 
 use std::array::from_fn;
 
@@ -8,7 +8,7 @@ use wide::{CmpEq, CmpGe, CmpGt, CmpLe, CmpLt, f64x4};
 
 use super::piece::{Kind, Meeting, Piece, RIM, Ray};
 
-/// Rays that are asked at once.
+/// Number of rays that are intersected at once.
 pub const FOUR: usize = 4;
 
 /// Four points or directions.
@@ -20,7 +20,7 @@ struct Vec3x4 {
 }
 
 impl Vec3x4 {
-    /// Four times the same.
+    /// Sets all four to the same vector.
     #[inline]
     fn splat(vector: DVec3) -> Self {
         Self { x: vector.x.into(), y: vector.y.into(), z: vector.z.into() }
@@ -42,13 +42,13 @@ impl Vec3x4 {
         Self { x: of_axis(self.x), y: of_axis(self.y), z: of_axis(self.z) }
     }
 
-    /// The places at `t` along `direction`.
+    /// Points at `t` along `direction`.
     #[inline(always)]
     fn along(self, direction: Self, t: f64x4) -> Self {
         Self { x: self.x + direction.x * t, y: self.y + direction.y * t, z: self.z + direction.z * t }
     }
 
-    /// By a map's linear part.
+    /// Transforms by a map's linear part.
     #[inline(always)]
     fn turned(self, map: &DAffine3) -> Self {
         let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(Self::splat);
@@ -56,7 +56,7 @@ impl Vec3x4 {
         Self { x: row(x.x, y.x, z.x), y: row(x.y, y.y, z.y), z: row(x.z, y.z, z.z) }
     }
 
-    /// By a map.
+    /// Transforms by a map.
     #[inline(always)]
     fn placed(self, map: &DAffine3) -> Self {
         let (turned, by) = (self.turned(map), Self::splat(map.translation));
@@ -79,7 +79,7 @@ fn nowhere() -> f64x4 {
     f64x4::splat(f64::NAN)
 }
 
-/// Rounded to single floats.
+/// Rounds to single floats.
 #[inline(always)]
 fn singles(values: f64x4) -> [f32; FOUR] {
     values.to_array().map(|value| value as f32)
@@ -90,8 +90,8 @@ fn doubles(values: [f32; FOUR]) -> f64x4 {
     f64x4::new(values.map(f64::from))
 }
 
-/// Where four rays in object space meet `piece` first, of a quadric to whose own space `inverse` leads: whether they do, a bit
-/// each, and where; lanes without a bit mean nothing.
+/// First intersections of four rays in object space with `piece`, of a quadric to whose own space `inverse`
+/// leads: a bit mask of the rays that have one, and the intersections; those of other lanes mean nothing.
 #[inline(always)]
 pub fn meet(piece: &Piece, inverse: &DAffine3, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
     const NONE: [Meeting; FOUR] = [Meeting { t: 0.0, weights: [0.0; 2] }; FOUR];
@@ -126,18 +126,18 @@ pub fn meet(piece: &Piece, inverse: &DAffine3, rays: &[Ray; FOUR]) -> (u8, [Meet
     (met, from_fn(|lane| Meeting { t: t[lane], weights: [u[lane], v[lane]] }))
 }
 
-/// The t at which a line meets the piece: up to two, the others NaN.
+/// Parameters t at which a line meets the piece: up to two, the others NaN.
 pub fn places_of(piece: &Piece, origin: DVec3, direction: DVec3) -> [f64; 2] {
     let places = places(piece, Vec3x4::splat(origin), Vec3x4::splat(direction));
     places.map_or([f64::NAN; 2], |places| places.map(|t| t.to_array()[0]))
 }
 
-/// The weights of the place at `point`.
+/// Weights of `point` on the piece.
 pub fn weights_of(piece: &Piece, point: DVec3) -> [f64; 2] {
     weights(piece, Vec3x4::splat(point)).map(|weight| weight.to_array()[0])
 }
 
-/// The t at which four lines meet the piece: up to two each, the others NaN. None where no line does.
+/// Parameters t at which four lines meet the piece: up to two each, the others NaN. `None` if no line does.
 #[inline(always)]
 fn places(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]> {
     let [low, high] = piece.range;
@@ -158,11 +158,12 @@ fn places(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]
     }))
 }
 
-/// The t at which four lines meet the whole quadric that the piece is a part of. None where all pass by it.
+/// Parameters t at which four lines meet the whole quadric that the piece is a part of. `None` if all pass by
+/// it.
 ///
-/// From the line's point nearest to the middle, so that a distance counts no digits of the discriminant (E. Haines,
-/// J. Günther, T. Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
-/// 7), and by the sum that cancels nothing.
+/// Computed from the line's point nearest to the centre, so that a distance costs no digits of the
+/// discriminant (E. Haines, J. Günther, T. Akenine-Möller, "Precision Improvements for Ray/Sphere
+/// Intersection", Ray Tracing Gems, chapter 7), and by the sum that cancels nothing.
 #[inline(always)]
 fn roots(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]> {
     let Vec3x4 { x, y, z } = direction;
@@ -173,7 +174,7 @@ fn roots(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]>
     let square = x * x + z * z - a * y * y;
     let half = near.x * x + near.z * z - (a * near.y + f64x4::splat(0.5 * b)) * y;
     let rest = beyond(piece, near);
-    // no number, or below zero, where the line passes by
+    // NaN, or below zero, where the line passes by
     let discriminant = half * half - square * rest;
     if lanes(discriminant.cmp_ge(f64x4::ZERO)) == 0 {
         return None;
@@ -183,7 +184,7 @@ fn roots(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]>
     let touches = sum.cmp_eq(f64x4::ZERO) & discriminant.cmp_eq(f64x4::ZERO);
     one = touches.blend(start, one);
     other = touches.blend(nowhere(), other);
-    // a ray that begins on the surface does not meet it there, whatever rounding says
+    // a ray that begins on the surface does not meet it there, whatever rounding gives
     let begins = beyond(piece, origin).cmp_eq(f64x4::ZERO);
     let is_other = other.abs().cmp_lt(one.abs());
     other = (begins & is_other).blend(f64x4::ZERO, other);
@@ -191,14 +192,14 @@ fn roots(piece: &Piece, origin: Vec3x4, direction: Vec3x4) -> Option<[f64x4; 2]>
     Some([one, other])
 }
 
-/// Zero on the quadric, above zero outside.
+/// Implicit function: zero on the quadric, above zero outside.
 #[inline(always)]
 fn beyond(piece: &Piece, point: Vec3x4) -> f64x4 {
     let [a, b, c] = piece.profile.map(f64x4::splat);
     point.x * point.x + point.z * point.z - ((a * point.y + b) * point.y + c)
 }
 
-/// The weights of the places at four points.
+/// Weights of four points on the piece.
 #[inline(always)]
 fn weights(piece: &Piece, point: Vec3x4) -> [f64x4; 2] {
     match piece.kind {
@@ -217,7 +218,7 @@ fn weights(piece: &Piece, point: Vec3x4) -> [f64x4; 2] {
     }
 }
 
-/// The direction of (x, z) as a number from -2 to 2: how far along a square that stands on its corner.
+/// Direction of (x, z) as a number from -2 to 2: its position along a square that stands on its corner.
 #[inline(always)]
 fn diamond(x: f64x4, z: f64x4) -> f64x4 {
     let sum = x.abs() + z.abs();

@@ -1,72 +1,73 @@
-//! The pieces of a quadric's surface, in its own space, and rays that meet them.
+//! Pieces of a quadric's surface, in its own space, and rays that meet them.
 
 use glam::{DVec3, Vec3};
 
-/// A part of a quadric's surface: what a triangle is of a mesh.
+/// Part of a quadric's surface, as a triangle is of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// By which chart.
+    /// Kind of the piece, and its chart.
     pub kind: Kind,
-    /// A, B and C: the squared radius is A y² + B y + C.
+    /// Coefficients A, B and C: the squared radius is A y² + B y + C.
     pub profile: [f64; 3],
     /// Least and greatest y.
     pub range: [f64; 2],
 }
 
-/// What a piece is, and by which chart two weights are a place on it.
+/// Kind of a piece, and the chart by which two weights are a point on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// The unit sphere. Weights: the octahedral map.
     Ball,
-    /// One radius at each height. Weights: y, and the [diamond angle](from_diamond) about the axis.
+    /// Surface with one radius at each height. Weights: y, and the [diamond angle](from_diamond) about the
+    /// axis.
     Belt,
-    /// One height at each x and z. Weights: x and z.
+    /// Surface with one height at each x and z. Weights: x and z.
     Sheet {
-        /// The upper one of two.
+        /// True for the upper one of two.
         is_upper: bool,
     },
     /// A disk at the only y of the range. Weights: x and z.
     Disk {
-        /// Up is outside.
+        /// True if up is outside.
         faces_up: bool,
     },
 }
 
-/// Where a ray meets a piece.
+/// Intersection of a ray with a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meeting {
-    /// In lengths of the ray's direction.
+    /// Ray parameter, in lengths of the ray's direction.
     pub t: f32,
-    /// The place on the piece.
+    /// Point on the piece.
     pub weights: [f32; 2],
 }
 
 /// A ray in object space: `origin + t * direction`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Finite.
+    /// Origin; finite.
     pub origin: Vec3,
-    /// Of any length but zero.
+    /// Direction, of any length but zero.
     pub direction: Vec3,
-    /// t is more than this.
+    /// Lower end of t, which is excluded.
     pub near: f32,
-    /// Greatest t.
+    /// Upper end of t.
     pub far: f32,
-    /// Whether it ends at t = 1 in a place of the piece that it is tested against, which does not count.
+    /// True if the ray ends at t = 1 in a point of the piece that it is tested against, which does not count.
     pub ends_here: bool,
 }
 
-/// By how much pieces overlap at rims, as a share of their size: no ray passes between a side and its cap.
+/// Overlap of pieces at rims, as a share of their size: no ray passes between a side and its cap.
 pub const RIM: f64 = 1e-12;
 
 impl Piece {
-    /// At a height.
+    /// Squared radius at a height.
     pub fn squared_radius(&self, y: f64) -> f64 {
         let [a, b, c] = self.profile;
         (a * y + b) * y + c
     }
 
-    /// Heights and radii of two circles whose hull holds the piece.
+    /// Heights and radii of two circles whose hull contains the piece.
     pub fn circles(&self) -> [(f64, f64); 2] {
         let radii = self.range.map(|y| self.squared_radius(y).max(0.0).sqrt());
         // the radius of a belt is greatest at an end of each part, and no greater than a cone's between
@@ -76,7 +77,7 @@ impl Piece {
         [(self.range[0], radius(0)), (self.range[1], radius(1))]
     }
 
-    /// The place with these weights.
+    /// Point with these weights.
     pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         match self.kind {
             Kind::Ball => {
@@ -105,7 +106,8 @@ impl Piece {
         }
     }
 
-    /// What is zero on the quadric, and its gradient, at a point that is as high as the piece; none for disks, which are flat.
+    /// Implicit function (zero on the quadric) and its gradient at a point that is as high as the piece;
+    /// `None` for disks, which are flat.
     pub fn implicit(&self, point: DVec3) -> Option<(f64, DVec3)> {
         let is_beside = (self.range[0]..=self.range[1]).contains(&point.y);
         if !is_beside || matches!(self.kind, Kind::Disk { .. }) {
@@ -116,7 +118,7 @@ impl Piece {
         Some((value, 2.0 * DVec3::new(point.x, -(a * point.y + 0.5 * b), point.z)))
     }
 
-    /// Outwards, of any length, at a point of the piece.
+    /// Normal, outwards, of any length, at a point of the piece.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         if let Kind::Disk { faces_up } = self.kind {
             return if faces_up { DVec3::Y } else { DVec3::NEG_Y };
@@ -124,12 +126,13 @@ impl Piece {
         let [a, b, _] = self.profile;
         let gradient = DVec3::new(point.x, -(a * point.y + 0.5 * b), point.z);
         let is_above = point.y > 0.5 * (self.range[0] + self.range[1]);
-        // a cone's tip has none
+        // a cone's tip has no gradient
         gradient.try_normalize().unwrap_or(if is_above { DVec3::Y } else { DVec3::NEG_Y })
     }
 }
 
-/// Sine and cosine of an angle as a number from -2 to 2: how far it is along a square that stands on its corner.
+/// Sine and cosine of an angle that is given as a number from -2 to 2: its position along a square that
+/// stands on its corner.
 fn from_diamond(angle: f64) -> (f64, f64) {
     let x = 1.0 - angle.abs();
     let z = (1.0 - x.abs()).copysign(angle);

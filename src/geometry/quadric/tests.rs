@@ -1,4 +1,4 @@
-//! Quadrics against what is known of them.
+//! Tests of quadrics against their known properties.
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 
@@ -16,7 +16,7 @@ const SHAPES: [Shape; 8] = [
     Shape::Plane { center: [3.0, -2.0], reach: 1e6 },
 ];
 
-/// Turned, sheared by an uneven scale, and mirrored.
+/// Map that turns, shears by an uneven scale, and mirrors.
 fn awry() -> DAffine3 {
     let turned = DAffine3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0));
     DAffine3::from_translation(DVec3::new(1.0, -2.0, 0.5))
@@ -34,7 +34,7 @@ fn quadrics() -> impl Iterator<Item = Quadric> {
     })
 }
 
-/// Numbers from 0 to below 1, evenly spread, always the same.
+/// Points from 0 to below 1 in each coordinate, evenly spread, always the same.
 fn even(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(|i| (Vec3::new(0.618_034, 0.414_214, 0.732_051) * (i as f32 + 0.5)).fract())
 }
@@ -43,7 +43,7 @@ fn ray(origin: Vec3, direction: Vec3) -> Ray {
     Ray { origin, direction, near: 0.0, far: f32::INFINITY, ends_here: false }
 }
 
-/// Rays through the box of a piece, from outside of it; of planes, through what is near.
+/// Rays through the box of a piece, from outside of it; for planes, through points near the centre.
 fn rays(quadric: &Quadric, piece: u32) -> Vec<Ray> {
     let bounds = quadric.bounds(piece);
     let reach = Vec3::splat(20.0);
@@ -82,7 +82,7 @@ fn rays_meet_points_of_the_surface() {
                     "{point} {bounds:?}"
                 );
                 assert!(quadric.distance(piece, point) < 1e-5, "{point}");
-                // what is kept of a point is found again
+                // a stored point is found again
                 let again = quadric.point(piece, quadric.weights(piece, point));
                 assert!(again.distance(point) < 4e-6 * point.length().max(1.0), "{again} {point}");
                 let exact = quadric.meet_line(piece, ray.origin.as_dvec3(), ray.direction.as_dvec3(), point);
@@ -97,7 +97,8 @@ fn rays_meet_points_of_the_surface() {
     }
 }
 
-/// Among rays that miss, end in the piece, or are the same, an answer is to the bit that of the ray alone.
+/// Checks that a ray's result is, to the bit, that of the ray alone, among rays that miss, end in the piece,
+/// or are the same.
 #[test]
 fn four_rays_are_answered_as_each_alone() {
     let mut counts = [0; 2];
@@ -107,7 +108,7 @@ fn four_rays_are_answered_as_each_alone() {
             for (number, ray) in rays.iter_mut().enumerate() {
                 let there = quadric.meet(piece, ray).map_or(1.0, |met| met.t);
                 match number % 5 {
-                    // to a place of the piece, which does not count
+                    // to a point of the piece, which does not count
                     0 => (ray.direction, ray.far, ray.ends_here) = (ray.direction * there, 1.0, true),
                     1 => ray.far = there * 0.9,
                     2 => ray.origin += ray.direction * there,
@@ -131,7 +132,8 @@ fn four_rays_are_answered_as_each_alone() {
     assert!(counts.iter().all(|count| *count > 10_000), "{counts:?}");
 }
 
-/// Along the normal on one side of the surface nothing is met again, and across it all ways in are ways out.
+/// Checks that nothing is met again along the normal on one side of the surface, and that across it all ways
+/// in are ways out.
 #[test]
 fn closed_quadrics_are_left_as_often_as_they_are_entered() {
     for shape in SHAPES.into_iter().filter(|shape| !matches!(shape, Shape::Plane { .. })) {
@@ -192,7 +194,7 @@ fn planes_reach_to_the_horizon_and_say_where_they_are() {
     assert!((met.t - 2e5).abs() < 0.1, "{met:?}");
     let uv = plane.uv(0, plane.weights(0, Vec3::new(4.25, 0.0, -1.5)));
     assert!((uv - Vec2::new(4.25, 1.5)).length() < 1e-5, "{uv}");
-    // as the object has them, wherever it stands
+    // texture coordinates of the object, wherever it is placed
     let turned = plane.placed(awry());
     let there = awry().transform_point3(DVec3::new(4.25, 0.0, -1.5)).as_vec3();
     assert!((turned.uv(0, turned.weights(0, there)) - Vec2::new(4.25, 1.5)).length() < 1e-5);

@@ -1,5 +1,6 @@
-//! What rough metal reflects of light from all around, by another way than the renderer's: textbook formulas in double
-//! floats, summed over even steps of microfacets' slopes instead of sampled normals. docs/quality.md has figures from here.
+//! Reflection of light from all around by rough metal, computed in another way than the renderer's: textbook
+//! formulas in double floats, summed over even steps of microfacets' slopes instead of sampled normals.
+//! docs/quality.md has figures from here.
 
 use std::f64::consts::PI;
 
@@ -9,31 +10,33 @@ use super::layer::{Albedos, albedo, reflected_once};
 use super::tests::{at, material, seen};
 use crate::shade::ggx;
 
-/// Steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than 1e-3.
+/// Number of steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than
+/// 1e-3.
 const STEPS: u32 = 256;
 
 const ROUGHNESSES: [f32; 11] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
-/// To the eye, between the steps of [`Albedos`] and at them. Below the last one its lines leave the curves of smooth surfaces.
+/// Cosines to the eye, between the steps of [`Albedos`] and at them. Below the last one its lines leave the
+/// curves of smooth surfaces.
 const COSINES: [f32; 9] = [1.0, 0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 1.0 / 32.0];
 
-/// How far what is reflected once may be from the integral, of all light.
+/// Largest error of the light that is reflected once, as a share of all light.
 const ALBEDO_BOUND: f64 = 3e-3;
 
-/// How far what a white metal reflects in a white furnace may be from all light.
+/// Largest error of the light that a white metal reflects in a white furnace, as a share of all light.
 const FURNACE_BOUND: f64 = 5e-3;
 
-/// How microfacets hide each other.
+/// Model of how microfacets hide each other.
 #[derive(Clone, Copy)]
 enum Masking {
-    /// From the eye and from the light where they are high, as here.
+    /// From the eye and from the light alike where they are high, as here.
     Correlated,
-    /// From either by itself (Mitsuba 3's `roughconductor`).
+    /// From either independently (Mitsuba 3's `roughconductor`).
     Separable,
 }
 
-/// The integral over all microfacet normals of `value` of the direction to the light and of the normal, by the solid angle of the
-/// light. The eye is in the plane y = 0, so that half of the normals stand for all.
+/// Integral over all microfacet normals of `value` (of the direction to the light and of the normal), by the
+/// solid angle of the light. The eye is in the plane y = 0, so that half of the normals stand for all.
 fn integral(alpha: f64, to_eye: DVec3, value: impl Fn(DVec3, DVec3) -> f64) -> f64 {
     let around = STEPS / 2;
     let mut sum = 0.0;
@@ -42,7 +45,8 @@ fn integral(alpha: f64, to_eye: DVec3, value: impl Fn(DVec3, DVec3) -> f64) -> f
         let s = (f64::from(i) + 0.5) / f64::from(STEPS);
         let tan = alpha * s / (1.0 - s);
         let cos = 1.0 / (1.0 + tan * tan).sqrt();
-        // sin dtheta, and of what a normal reflects there are four times its cosine to the eye
+        // sin dtheta, and the factor 4 times the cosine to the eye from a normal's solid angle to that of its
+        // reflection
         let measure = 4.0 * cos.powi(3) * tan * alpha / (1.0 - s).powi(2);
         for j in 0..around {
             let turn = PI * (f64::from(j) + 0.5) / f64::from(around);
@@ -57,8 +61,8 @@ fn integral(alpha: f64, to_eye: DVec3, value: impl Fn(DVec3, DVec3) -> f64) -> f
     sum * 2.0 * PI / f64::from(STEPS * around)
 }
 
-/// What white microfacets reflect once of light from all around: GGX, Smith, no Fresnel term (Walter et al. 2007, equations
-/// 20, 33 and 34); and of that the share of white in Schlick's formula.
+/// Light from all around that white microfacets reflect once: GGX, Smith, no Fresnel term (Walter et al.
+/// 2007, equations 20, 33 and 34); and the part of it that is the share of white in Schlick's formula.
 fn once(alpha: f64, cos: f64, masking: Masking) -> [f64; 2] {
     let square = alpha * alpha;
     let lambda = |cos: f64| 0.5 * ((1.0 + square * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
@@ -78,7 +82,7 @@ fn once(alpha: f64, cos: f64, masking: Masking) -> [f64; 2] {
     [integral(alpha, to_eye, brdf_times_cosine), integral(alpha, to_eye, white)]
 }
 
-/// The mean over a ball that is seen from afar.
+/// Mean over a ball that is seen from afar.
 fn mean_of_ball(value: impl Fn(f64) -> f64) -> f64 {
     const RINGS: u32 = 16;
     let ring = |ring: u32| {
@@ -103,7 +107,7 @@ fn what_is_reflected_once_is_what_the_integral_says() {
     }
 }
 
-/// With what is reflected several times nothing is lost, nor is anything made.
+/// Checks that, with the light that is reflected several times, nothing is lost and nothing is added.
 #[test]
 fn a_white_metal_of_any_roughness_reflects_all_light() {
     for roughness in ROUGHNESSES {
@@ -117,8 +121,9 @@ fn a_white_metal_of_any_roughness_reflects_all_light() {
     }
 }
 
-/// What is added to the light of a ball in a furnace, beside a renderer that reflects it once: what a metal reflects several
-/// times, in proportion to its reflectance, and next to nothing by the kind of masking.
+/// Checks the light that is added to a ball in a furnace, compared with a renderer that reflects it once: the
+/// light that a metal reflects several times, in proportion to its reflectance, and next to nothing by the
+/// kind of masking.
 #[test]
 fn rough_metal_is_brighter_by_what_it_reflects_several_times() {
     for (roughness, several_times, by_masking) in [(0.3, 0.0241, 0.0004), (0.5, 0.1334, 0.0033)] {

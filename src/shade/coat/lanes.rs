@@ -1,4 +1,4 @@
-//! The layers of eight surfaces at a time, as the eye sees them.
+//! Layers of eight surfaces at a time, as the eye sees them.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -9,7 +9,8 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
 
-/// The layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything through.
+/// Layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything
+/// through.
 #[derive(Debug, Clone, Copy)]
 pub struct SeenCoats {
     normal: Vec3x8,
@@ -17,25 +18,26 @@ pub struct SeenCoats {
     alpha: F32x8,
     head_on: Vec3x8,
     gain: Vec3x8,
-    /// The share of scattered light that the layer lets through to the eye.
+    /// Share of scattered light that the layer lets through to the eye.
     pub through: F32x8,
-    /// What is missing of the emission then.
+    /// Light to be added where `through` has dimmed emission.
     added: Vec3x8,
-    /// How many rays follow what is reflected.
+    /// Number of rays that follow the reflection.
     pub(super) rays: F32x8,
-    /// Where a ray shows all that a mirror reflects.
+    /// Mask of mirrors whose reflection is shown by a ray alone.
     pub(super) is_followed_alone: Mask,
 }
 
 impl SeenCoats {
-    /// What is seen of scattered and emitted `light`.
+    /// Dims scattered light by the layer; `light` includes emission, which stays as it is.
     #[inline(always)]
     pub fn show(&self, light: Vec3x8) -> Vec3x8 {
         light * self.through + self.added
     }
 
-    /// The highlight of a light; where it has a size, of one of its points. Rays see a light that has a size, too: then the
-    /// highlight is weighed by the balance heuristic, and `radiance` is what they see of it.
+    /// Highlight of a light; where it has a size, of one of its points. Rays see a light that has a size,
+    /// too: then the highlight is weighted by the balance heuristic, and `radiance` is that of the light as
+    /// rays see it.
     #[inline(always)]
     pub fn highlight(&self, light_sample: &LightSample, radiance: Option<Vec3>) -> Vec3x8 {
         let Self { alpha, head_on, normal, to_eye, gain, .. } = *self;
@@ -43,7 +45,7 @@ impl SeenCoats {
         let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
-            // both densities times the irradiance: where that is next to nothing, theirs would be infinite
+            // both densities times the irradiance: they would be infinite where it is next to nothing
             let by_points = F32x8::splat(density_of_points(radiance));
             let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
             light = light * (by_points / (by_points + by_rays * brightest(irradiance)));
@@ -56,7 +58,8 @@ impl SeenCoats {
     }
 }
 
-/// The density of the directions to all points of a light together, for each unit of the irradiance of one of them.
+/// Density of the directions to all points of a light together, for each unit of the irradiance of one of
+/// them.
 fn density_of_points(radiance: Vec3) -> f32 {
     radiance.max_element() * FRAC_1_PI
 }
@@ -66,7 +69,7 @@ fn brightest(color: Vec3x8) -> F32x8 {
     color.x.max(color.y).max(color.z)
 }
 
-/// The layers of eight surfaces, side by side. A lane without one reflects nothing.
+/// Layers of eight surfaces, side by side. A lane without one reflects nothing.
 pub(super) struct CoatLanes<'a> {
     alpha: F32x8,
     metallic: F32x8,
@@ -92,7 +95,7 @@ impl<'a> CoatLanes<'a> {
         has: Mask::NONE,
     };
 
-    /// The layers of eight `materials`, by what `coat` has of each.
+    /// Layers of eight `materials`; `coat` looks up that of each.
     #[inline]
     pub(super) fn of(coat: impl Fn(u16) -> Option<&'a Coat>, materials: &[u16; LANES]) -> Self {
         let mut lanes = Self::NONE;
@@ -110,7 +113,7 @@ impl<'a> CoatLanes<'a> {
         lanes
     }
 
-    /// The same in all lanes.
+    /// Sets all lanes to the same layer.
     fn fill(&mut self, coat: &'a Coat) {
         *self = Self {
             alpha: F32x8::splat(coat.alpha),
@@ -137,7 +140,7 @@ impl<'a> CoatLanes<'a> {
         self.has.set(lane);
     }
 
-    /// As the eye sees them: [`Coat::seen`] for eight surfaces.
+    /// Layers as the eye sees them: [`Coat::seen`] for eight surfaces.
     #[inline]
     pub(super) fn seen(
         &self,
@@ -159,7 +162,7 @@ impl<'a> CoatLanes<'a> {
         let albedo = of_clear + (of_metal - of_clear) * metallic;
         let once = reflected_once_lanes(head_on, albedos);
         let gain = |albedo: F32x8, once: F32x8| {
-            // what reflects nothing needs no factor
+            // a surface that reflects nothing needs no factor
             once.gt(F32x8::splat(LEAST_ALBEDO)).select(albedo / once, F32x8::ONE) * solid * F32x8::splat(PI)
         };
         let gain = Vec3x8 { x: gain(albedo.x, once.x), y: gain(albedo.y, once.y), z: gain(albedo.z, once.z) };
@@ -241,7 +244,7 @@ mod tests {
         let (wanted, density) = one.highlight(light, Vec3::ONE / PI);
         assert!((highlight.lane(2) - wanted).abs().max_element() < 1e-4 * wanted.max_element(), "{wanted}");
         assert_eq!(highlight.lane(1), Vec3::ZERO);
-        // of a light with a size rays see a part: of this radiance all points together are as dense as 2
+        // rays see a part of a light with a size: of this radiance all points together are as dense as 2
         let followed = coats.seen_lanes(
             &numbers,
             lanes(Vec3::ZERO),
@@ -259,7 +262,7 @@ mod tests {
         );
     }
 
-    /// Of materials of every kind, seen from all sides, at grazing angles and from below too.
+    /// Checks materials of every kind, seen from all sides, at grazing angles and from below too.
     #[test]
     fn eight_different_surfaces_are_seen_as_each_is_alone() {
         let materials = [(0.0, 1.0, 0.9), (0.3, 0.0, 0.5), (0.7, 0.6, 0.2), (1.0, 1.0, 0.0)]

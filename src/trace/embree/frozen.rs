@@ -1,4 +1,4 @@
-//! The scenes that instances place: built once, or anew for each shape of a model that deforms.
+//! Scenes that instances place: built once, or anew for each shape of a model that deforms.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Shapes};
 use crate::trace::TraceError;
 
-/// Closed surfaces have no cracks: without this, a few rays slip between two triangles
-/// that share an edge and show what is behind them, and the audit rightly complains.
+/// Flag of all scenes, so that closed surfaces have no cracks: without it a few rays slip between two
+/// triangles that share an edge and show what is behind them, and the audit rightly complains.
 pub const ROBUST: bool = true;
 
 /// A mesh's own scene.
@@ -22,7 +22,7 @@ pub struct Frozen {
     pub scene: Arc<FrozenScene>,
     /// First triangle by geometry id.
     pub firsts: [u32; 2],
-    /// The triangles that cast shadows by themselves, where that is wanted and there are any.
+    /// Scene of the triangles that cast shadows, if it is wanted and there are any.
     pub casters: Option<Arc<FrozenScene>>,
 }
 
@@ -61,14 +61,16 @@ pub fn freeze(
     Ok(Frozen { scene, firsts, casters })
 }
 
-/// What is flatter than this, beside its extent, gets a [`spacer`] of this size.
+/// Least thickness of a mesh, relative to its extent; a flatter one gets a [`spacer`] of this size.
 const FLAT: f32 = 1e-4;
 
-/// Gives what is flat along an axis a box that is not: a triangle without an area, which no ray meets.
+/// Creates a geometry that gives a mesh that is flat along an axis a box that is not: a triangle without an
+/// area, which no ray meets.
 ///
-/// Among instances Embree tests the boxes of coherent packets all at once, in a way that is not conservative whatever the scene's
-/// flags: where rays are nearly parallel (an orthographic camera's, refracted) the nearest and the farthest distance to a box without
-/// thickness differ by less than rounding, and the whole packet misses it (Embree 4.4, `kernels/bvh/node_intersector_frustum.h`).
+/// Among instances Embree tests the boxes of coherent packets all at once, in a way that is not conservative
+/// whatever the scene's flags: where rays are nearly parallel (an orthographic camera's, refracted) the
+/// nearest and the farthest distance to a box without thickness differ by less than rounding, and the whole
+/// packet misses it (Embree 4.4, `kernels/bvh/node_intersector_frustum.h`).
 fn spacer(device: &Device, positions: &Arc<VertexBuffer>) -> Result<Option<Geometry>, TraceError> {
     let corners = positions.as_slice().iter().map(|at| Vec3::from_array(*at));
     let around = corners.fold(Bounds::EMPTY, Bounds::with);
@@ -83,13 +85,13 @@ fn spacer(device: &Device, positions: &Arc<VertexBuffer>) -> Result<Option<Geome
     Ok(Some(Geometry::triangles(device, ends, Arc::new(vec![[0, 1, 1]]), mask::HIDDEN)?))
 }
 
-/// The half of a mesh that casts shadows; the other one is clear.
+/// Number of the half of a mesh that casts shadows; the other one is clear.
 pub const CASTS_SHADOW: usize = 0;
 
-/// A half of a mesh with its first triangle.
+/// Half of a mesh: its number, its geometry and its first triangle.
 pub type Half = (usize, (Geometry, u32));
 
-/// The geometries of `mesh` that have triangles, with its vertices at `positions`.
+/// Geometries of `mesh` that have triangles, with its vertices at `positions`.
 pub fn geometries_of(
     device: &Device,
     mesh: &Mesh,
@@ -117,18 +119,18 @@ pub fn geometries_of(
     Ok(halves)
 }
 
-/// A model whose scene is built anew for each of its shapes.
+/// Model whose scene is built anew for each of its shapes.
 pub struct Deforming {
     model: usize,
     mesh: Arc<Mesh>,
-    /// Among all movable models, and among those that cast shadows if that one counts.
+    /// Instances among all movable models, and among those that cast shadows, if it has one there.
     instances: [Option<GeometryId>; 2],
-    /// The shape that its scenes have.
+    /// Shape of its scenes.
     shape: Shape,
 }
 
 impl Deforming {
-    /// Model number `model`, with its scenes in the first of its shapes.
+    /// Creates model number `model`, with its scenes in the first of its shapes.
     pub fn new(
         device: &Device,
         model: usize,
@@ -141,12 +143,13 @@ impl Deforming {
         Ok((deforming, frozen))
     }
 
-    /// The same, placed by these instances.
+    /// Sets the instances that place the model.
     pub fn placed(self, instances: [Option<GeometryId>; 2]) -> Self {
         Self { instances, ..self }
     }
 
-    /// Nothing of the scenes before is kept, and none is refitted: frames do not depend on which others were rendered.
+    /// Builds the scenes of the present shape. Nothing of the scenes before is kept, and none is refitted:
+    /// frames do not depend on which others were rendered.
     fn freeze(&self, device: &Device, with_casters: bool) -> Result<Frozen, TraceError> {
         let of_shape = |shapes: &Arc<Shapes>| Arc::new(VertexBuffer::new(shapes.positions(&self.shape)));
         let positions = self.mesh.shapes.as_ref().map_or_else(|| Arc::clone(&self.mesh.positions), of_shape);

@@ -1,12 +1,12 @@
-//! Rays that are asked one by one: as fast as packets are where rays go all around, and no ray's answer depends on
-//! another's.
+//! Rays that are traced one by one: as fast as packets are where rays go all around, and no ray's result
+//! depends on another's.
 
 use embree::{Coherence, Committed, PrimId, Segment};
 
 use crate::trace::{HitBatch, LANES, NO_HIT, RayBatch, RayPacket};
 
-/// For each ray the first hit in `scenes`, of which the later ones are asked up to what was met before. `name` gives the
-/// model and the triangle. Rays begin at `least_t` at least.
+/// Finds the first hit of each ray in `scenes`; the later scenes are searched up to the hit found before.
+/// `name` looks up the model and the triangle. Rays begin at `least_t` at least.
 pub fn closest(
     scenes: &[Committed],
     rays: &RayBatch,
@@ -30,7 +30,7 @@ pub fn closest(
     }
 }
 
-/// Sets the bit of each ray that something in `scene` blocks, and whose bit is not set yet.
+/// Sets the bits of those rays that `scene` blocks. Rays whose bit is set already are not traced.
 pub fn blocked(scene: Committed, rays: &RayBatch, (mask, least_t): (u32, f32), blocked: &mut [u16]) {
     for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
         let open = lanes & !*blocked;
@@ -41,7 +41,7 @@ pub fn blocked(scene: Committed, rays: &RayBatch, (mask, least_t): (u32, f32), b
     }
 }
 
-/// One ray of `packet`.
+/// Ray number `lane` of `packet`.
 #[inline(always)]
 fn segment(packet: &RayPacket, lane: usize, mask: u32, least_t: f32) -> Segment {
     let of = |rows: &[[f32; LANES]; 3]| [rows[0][lane], rows[1][lane], rows[2][lane]];

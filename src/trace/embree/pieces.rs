@@ -1,4 +1,4 @@
-//! Quadrics, as Embree asks for them: geometries of which it knows boxes alone.
+//! Quadrics behind Embree's interface: geometries of which it knows only the boxes.
 
 use std::array::from_fn;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use embree::{Bounds, PrimitiveHit, Primitives, Segment};
 use crate::geometry::quadric::{FOUR, Meeting};
 use crate::geometry::{self, Quadric, quadric};
 
-/// A quadric's pieces.
+/// Pieces of a quadric.
 #[derive(Debug)]
 pub struct Pieces(pub Arc<Quadric>);
 

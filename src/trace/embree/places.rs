@@ -1,4 +1,4 @@
-//! Where instances are in a frame, and which rays meet them.
+//! Transforms and masks of instances in a frame.
 
 use embree::{GeometryId, Scene as EmbreeScene};
 
@@ -6,7 +6,8 @@ use super::mask;
 use crate::pose::Pose;
 use crate::trace::TraceError;
 
-/// Puts `instances`, models with what stands for each of them in `scene`, where they are in `pose`.
+/// Sets the transforms of `instances` in `scene` (models with their instances) to those of `pose`, and their
+/// masks.
 pub fn set_places(
     scene: &mut EmbreeScene,
     instances: &[(usize, GeometryId)],

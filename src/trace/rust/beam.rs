@@ -1,35 +1,36 @@
-//! Beams of rays, single rays, and their way through a tree: one test of eight boxes for all rays of a beam.
+//! Traversal of a tree by beams of rays and by single rays: one test of eight boxes for all rays of a beam.
 //!
-//! A [`Beam`] is what the rays of a packet have in common. They all go furthest along the same axis, and in the
-//! same direction there, so distances are measured along that axis: where they are at distance 0 and how they
-//! slope across are then intervals, and narrow ones if 0 is where the rays come closest together (the eye, or
-//! a light). A box that the beam misses is missed by all of its rays, so
-//! that only triangles are tested ray by ray. (Embree's coherent packets do likewise.)
+//! A [`Beam`] is made of bounds that the rays of a packet have in common. They all go furthest along the same
+//! axis, and in the same direction there, so distances are measured along that axis. The rays' places at
+//! distance 0 and their slopes across are then intervals, and narrow ones if 0 is where the rays come closest
+//! together (the eye, or a light). A box that the beam misses is missed by all of its rays, so that only
+//! triangles are tested ray by ray. (Embree's coherent packets do likewise.)
 //!
-//! Boxes may be met for nothing, but never missed: origins give way by what shearing the rays for triangles
-//! may displace them ([`SLACK`]), and distances by what rounding does to them ([`ROUNDING`]).
+//! Boxes may be met for nothing, but never missed: origins are widened by the displacement that shearing the
+//! rays for triangles may cause ([`SLACK`]), and distances by their rounding ([`ROUNDING`]).
 
 use super::lanes::{F32x8, WIDTH};
 use super::tree::{Box3, Child, Node, Planes, Tree};
 use super::triangles::axes_for;
 
-/// Of the largest distance, along an axis, from a ray's origin to anything in the tree: how far rounding may
-/// displace a ray sideways, when a triangle is sheared for it or a slope is computed. Seven roundings.
+/// Largest sideways displacement of a ray by rounding, when a triangle is sheared for it or a slope is
+/// computed, as a share of the largest distance, along an axis, from the ray's origin to anything in the
+/// tree. Seven roundings.
 const SLACK: f32 = 4e-7;
 
-/// Of the same distance: how much later than a probe a box may begin, for rounding at both ends; and some more,
-/// so that of two triangles in the same place neither hides the other's box.
+/// Distance behind a probe's end at which a box may begin, as a share of the same distance: for rounding at
+/// both ends, and some more, so that of two triangles in the same place neither hides the other's box.
 const ROUNDING: f32 = 2e-6;
 
-/// A direction's component counts as at least this: its reciprocal is finite then, and no product with it
-/// is anything but a number.
+/// Least size of a direction's component: smaller ones are replaced by it. So its reciprocal is finite, and
+/// no product with it is a NaN.
 const LEAST_COMPONENT: f32 = 1e-18;
 
-/// How much steeper the steepest ray of a beam may be than the least steep one for its sides to be met like
-/// those of a single ray. Of the others, above all of those that go either way, only their slope is used.
+/// Largest ratio of the steepest to the least steep slope of a beam for its sides to be met like those of a
+/// single ray. For other beams, above all for those whose rays go either way, only the slope is used.
 const SLAB_RATIO: f32 = 4.0;
 
-/// 1 over a component of a direction.
+/// Reciprocal of a component of a direction.
 #[inline(always)]
 fn reciprocal(component: f32) -> f32 {
     if component.abs() < LEAST_COMPONENT {
@@ -39,25 +40,25 @@ fn reciprocal(component: f32) -> f32 {
     }
 }
 
-/// What finds its way through a tree.
+/// Ray or beam that traverses a tree.
 pub trait Probe<L: F32x8> {
-    /// Which of eight boxes it may meet, bit by bit, and from where on.
+    /// Tests eight boxes: a bit mask of those that it may meet, and the distances from which on it may.
     fn meet(&self, planes: &Planes) -> (u32, L::F);
-    /// Where it ends, with room for rounding.
+    /// Distance of its end, with room for rounding.
     fn end(&self) -> f32;
-    /// Lets it end at `far`.
+    /// Moves its end to `far`.
     fn end_at(&mut self, far: f32);
-    /// The lanes that it is made of.
+    /// Lanes that it is computed with.
     fn lanes(&self) -> L;
 }
 
-/// The planes of a box that are met first and last along `axis`.
+/// Indices of the planes of a box that are met first and last along `axis`.
 #[inline(always)]
 fn planes_of(axis: usize, backwards: bool) -> [usize; 2] {
     if backwards { [axis + 3, axis] } else { [axis, axis + 3] }
 }
 
-/// How far the tree reaches from points between `low` and `high`, along any axis.
+/// Largest distance, along any axis, from points between `low` and `high` to the ends of the tree.
 #[inline(always)]
 fn reach(low: [f32; 3], high: [f32; 3], bounds: &Box3) -> f32 {
     let mut reach = 0.0_f32;
@@ -70,16 +71,16 @@ fn reach(low: [f32; 3], high: [f32; 3], bounds: &Box3) -> f32 {
 /// Planes across one axis, as a single ray or the steep rays of a beam meet them.
 #[derive(Clone, Copy)]
 struct Slab<L: F32x8> {
-    /// Which planes come first and last.
+    /// Indices of the planes that are met first and last.
     planes: [usize; 2],
-    /// Where the rays start, for the first and for the last plane.
+    /// Origins of the rays, for the first and for the last plane.
     from: [L::F; 2],
     /// Distance for each unit across: least and greatest.
     rate: [L::F; 2],
 }
 
 impl<L: F32x8> Slab<L> {
-    /// For rays that start between `low` and `high`, and whose rates all have the same sign.
+    /// Creates the slab of rays that start between `low` and `high`, and whose rates all have the same sign.
     #[inline(always)]
     fn new(lanes: L, axis: usize, [low, high]: [f32; 2], rate: [f32; 2]) -> Self {
         let backwards = rate[0] < 0.0;
@@ -91,7 +92,7 @@ impl<L: F32x8> Slab<L> {
         }
     }
 
-    /// Distances to the planes, up to the rates.
+    /// Distances to the planes across the axis, to be multiplied by the rates.
     #[inline(always)]
     fn ways(&self, lanes: L, planes: &Planes) -> [L::F; 2] {
         let [first, last] = self.planes;
@@ -112,7 +113,7 @@ pub struct Ray<L: F32x8> {
 }
 
 impl<L: F32x8> Ray<L> {
-    /// For a tree within `bounds`.
+    /// Creates a ray for a tree within `bounds`.
     #[inline(always)]
     pub fn new(
         lanes: L,
@@ -163,22 +164,22 @@ impl<L: F32x8> Probe<L> for Ray<L> {
     }
 }
 
-/// What the rays of a beam have in common.
+/// Bounds that the rays of a beam have in common.
 #[derive(Debug, Clone, Copy)]
 pub struct Common {
-    /// The axis along which they all go furthest.
+    /// Axis along which they all go furthest.
     pub along: usize,
-    /// Whether they go against it.
+    /// True if they go against it.
     pub backwards: bool,
-    /// Where they are at distance 0: least and greatest. Along `along` that is one place.
+    /// Places at distance 0: least and greatest coordinates. Along `along` both are the same.
     pub place: [[f32; 3]; 2],
-    /// Where they start: least and greatest.
+    /// Origins: least and greatest coordinates.
     pub origin: [[f32; 3]; 2],
-    /// How far they go along each axis for a unit along `along`: least and greatest.
+    /// Slopes, along each axis for a unit along `along`: least and greatest.
     pub slope: [[f32; 3]; 2],
-    /// Distance along `along` from which on they go.
+    /// Distance along `along` at which they begin.
     pub near: f32,
-    /// And up to which.
+    /// Distance along `along` at which they end.
     pub far: f32,
 }
 
@@ -191,23 +192,23 @@ struct Side<L: F32x8> {
     slope: [L::F; 2],
 }
 
-/// Rays that go together; distances are measured along one axis.
+/// Rays that are traced together; distances are measured along one axis.
 pub struct Beam<L: F32x8> {
     lanes: L,
     along: Slab<L>,
-    /// Across, where it goes with slabs (the one or the other is used).
+    /// Slabs across, where the beam has them; `sides` otherwise.
     slabs: [Slab<L>; 2],
     sides: [Side<L>; 2],
     is_slab: [bool; 2],
     near: L::F,
     far: L::F,
-    /// For rounding.
+    /// Room for rounding.
     room: f32,
     end: f32,
 }
 
 impl<L: F32x8> Beam<L> {
-    /// For a tree within `bounds`.
+    /// Creates a beam for a tree within `bounds`.
     #[inline(always)]
     pub fn new(lanes: L, common: &Common, bounds: &Box3) -> Self {
         let [low, high] = common.place;
@@ -265,7 +266,7 @@ impl<L: F32x8> Probe<L> for Beam<L> {
                 near = lanes.max(lanes.min(lanes.mul(first, least), lanes.mul(first, most)), near);
                 far = lanes.min(lanes.max(lanes.mul(last, least), lanes.mul(last, most)), far);
             } else {
-                // between near and far the beam does not leave what its outermost slopes reach
+                // between near and far the beam stays within the reach of its outermost slopes
                 let side = &self.sides[i];
                 let low = lanes.sub(lanes.load(&planes[side.axis]), side.high);
                 let high = lanes.sub(lanes.load(&planes[side.axis + 3]), side.low);
@@ -299,8 +300,8 @@ impl<L: F32x8> Probe<L> for Beam<L> {
     }
 }
 
-/// Goes through `tree` and leads `visitor` to each leaf that `probe` may meet. `NEAREST_FIRST` where it is likely
-/// to end there.
+/// Traverses `tree`, and calls `visitor` for each leaf that `probe` may meet. `NEAREST_FIRST` where the probe
+/// is likely to end at the first leaves.
 #[inline(always)]
 pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     probe: &mut P,
@@ -311,7 +312,7 @@ pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     if tree.nodes.is_empty() {
         return;
     }
-    // what lies below belongs to the tree that this one is an instance in
+    // entries below belong to the tree that this one is an instance in
     let floor = stack.len();
     let mut now = Open { near: f32::NEG_INFINITY, child: Child::ROOT };
     loop {
@@ -334,7 +335,7 @@ pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     }
 }
 
-/// The child to go on with; the others that `probe` may meet are put on the stack.
+/// Child to go on with; pushes the others that `probe` may meet on the stack.
 #[inline(always)]
 fn enter<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     probe: &P,
@@ -370,16 +371,16 @@ fn enter<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     Some(next)
 }
 
-/// What happens at leaves. (Not a closure, because that need not be inlined: see [`lanes`](super::lanes).)
+/// Action at leaves. (Not a closure, because that need not be inlined: see [`lanes`](super::lanes).)
 pub trait Visitor<L: F32x8, P: Probe<L>> {
-    /// At leaf number `leaf`; may end the probe earlier. Must be `#[inline(always)]`.
+    /// Handles leaf number `leaf`; may end the probe earlier. Must be `#[inline(always)]`.
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>);
 }
 
-/// A part of a tree that is still to be looked at.
+/// Part of a tree that is still to be searched.
 #[derive(Debug, Clone, Copy)]
 pub struct Open {
-    /// Where the beam may reach it.
+    /// Distance at which the beam may reach it.
     near: f32,
     child: Child,
 }

@@ -1,66 +1,66 @@
 //! Eight floats at once, in safe Rust.
 //!
-//! The program is usually built for AVX2, but may be built for any x86-64 (see `.cargo/config.toml`), so what
-//! the processor offers is asked at run time, once a batch: [`dispatch`] runs work compiled for AVX2 and FMA
-//! where they are, and the same work on plain arrays elsewhere. Whatever leads from [`Work::run`] to an
-//! operation on lanes must be inlined into it (`#[inline(always)]`), or it is compiled for what the build asks
-//! for, and in a plain build with a call for each operation. So no closure may have one in it: those are inlined
-//! if the compiler likes to. (Calls of the standard library's for arrays and iterators are not always inlined
-//! either, so that what runs once a packet has loops.)
+//! The program is usually built for AVX2, but may be built for any x86-64 (see `.cargo/config.toml`), so the
+//! processor's features are detected at run time, once a batch: [`dispatch`] runs work compiled for AVX2 and
+//! FMA where they are present, and the same work on plain arrays elsewhere. Every function between
+//! [`Work::run`] and an operation on lanes must be inlined into it (`#[inline(always)]`), or it is compiled
+//! for the target of the build, and in a plain build with a call for each operation. So no closure may have
+//! one in it: those are inlined if the compiler likes to. (Calls of the standard library's for arrays and
+//! iterators are not always inlined either, so that code which runs once a packet has loops.)
 
 #[cfg(target_arch = "x86_64")]
 use core::arch::x86_64::__m256;
 
-/// How many floats.
+/// Number of floats.
 pub const WIDTH: usize = 8;
 
 /// Operations on eight floats, lane by lane.
 pub trait F32x8: Copy {
     /// Eight floats.
     type F: Copy;
-    /// Eight answers.
+    /// Eight booleans.
     type M: Copy;
 
-    /// The same in all lanes.
+    /// Sets all lanes to the same value.
     fn splat(self, value: f32) -> Self::F;
-    /// From memory.
+    /// Loads from memory.
     fn load(self, values: &[f32; WIDTH]) -> Self::F;
-    /// To memory.
+    /// Stores to memory.
     fn store(self, a: Self::F) -> [f32; WIDTH];
-    /// a + b
+    /// Returns a + b.
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a - b
+    /// Returns a - b.
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a b
+    /// Returns a b.
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a / b
+    /// Returns a / b.
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    /// c - a b; rounded once or twice, as the processor does it, but always in the same way
+    /// Returns c - a b; rounded once or twice, as the processor does it, but always in the same way.
     fn sub_product(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// a b + c; rounded like [`sub_product`](Self::sub_product)
+    /// Returns a b + c; rounded like [`sub_product`](Self::sub_product).
     fn add_product(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// The lesser.
+    /// Returns the lesser.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The greater.
+    /// Returns the greater.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a < b; false for what is no number
+    /// Returns a < b; false for NaN.
     fn less(self, a: Self::F, b: Self::F) -> Self::M;
-    /// a <= b; false for what is no number
+    /// Returns a <= b; false for NaN.
     fn at_most(self, a: Self::F, b: Self::F) -> Self::M;
-    /// Both.
+    /// Returns true where both are.
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Either.
+    /// Returns true where either is.
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Bit i for lane i.
+    /// Converts to bits: bit i for lane i.
     fn bits(self, mask: Self::M) -> u32;
 
-    /// a == b; false for what is no number
+    /// Returns a == b; false for NaN.
     #[inline(always)]
     fn equal(self, a: Self::F, b: Self::F) -> Self::M {
         self.and(self.at_most(a, b), self.at_most(b, a))
     }
 
-    /// The answers whose [`bits`](Self::bits) these are.
+    /// Inverse of [`bits`](Self::bits).
     #[inline(always)]
     fn mask(self, bits: u32) -> Self::M {
         let mut set = [0.0; WIDTH];
@@ -71,9 +71,9 @@ pub trait F32x8: Copy {
     }
 }
 
-/// Work that is to be compiled for the processor at hand.
+/// Work to be compiled for several kinds of processors.
 pub trait Work {
-    /// Must be `#[inline(always)]`.
+    /// Does the work. Must be `#[inline(always)]`.
     fn run<L: F32x8>(self, lanes: L);
 }
 
@@ -170,7 +170,7 @@ impl F32x8 for pulp::x86::V3 {
     }
 }
 
-/// Plain arrays, for processors without AVX2.
+/// Lanes as plain arrays, for processors without AVX2.
 #[derive(Clone, Copy)]
 struct Plain;
 
@@ -224,7 +224,7 @@ impl F32x8 for Plain {
     fn add_product(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         self.add(c, self.mul(a, b))
     }
-    // a comparison and a choice are one instruction; `f32::min` is more, for the sake of what is no number
+    // a comparison and a choice are one instruction; `f32::min` is more, because of NaN
     #[inline(always)]
     fn min(self, a: Self::F, b: Self::F) -> Self::F {
         zip(a, b, |a, b| if a < b { a } else { b })

@@ -1,5 +1,5 @@
-//! Quadrics: each ray by itself, through a tree over their pieces. Still ones are in world space; of moving ones the ray
-//! is taken into the space of each.
+//! Quadrics: each ray is traced by itself, through a tree over their pieces. Still ones are in world space;
+//! for moving ones the ray is taken into the space of each.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ struct Piece {
     model: u32,
     number: u32,
     casts_shadow: bool,
-    /// Object space.
+    /// Bounds, object space.
     bounds: Box3,
 }
 
@@ -36,21 +36,21 @@ pub struct Quadrics {
 /// Quadrics in one frame, or for the whole shot.
 pub struct Standing {
     pieces: Vec<Piece>,
-    /// By piece, of those that move.
+    /// Places by piece, for those that move.
     places: Vec<Place>,
-    /// Its leaves are the numbers of pieces; world space.
+    /// Tree over the pieces, world space; its leaves are their numbers.
     tree: Tree,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Place {
     to_object: Affine3A,
-    /// Since the frame before.
+    /// True if it moved since the frame before.
     moved: bool,
 }
 
 impl Quadrics {
-    /// Of `scene`; `casters`: only those that cast shadows.
+    /// Collects the quadrics of `scene`; `casters`: only those that cast shadows.
     pub fn new(scene: &Scene, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
         for (model, number) in scene.models.iter().zip(0..) {
@@ -71,12 +71,12 @@ impl Quadrics {
         Self { still: Standing { pieces: still, places: Vec::new(), tree }, movable }
     }
 
-    /// Those that never move.
+    /// Quadrics that never move.
     pub fn still(&self) -> &Standing {
         &self.still
     }
 
-    /// The others, as they stand in one frame.
+    /// Quadrics that move, as they are in one frame.
     pub fn open(&self, pose: &Pose, moved: &[bool]) -> Standing {
         let transform = |piece: &Piece| &pose.models[piece.model as usize];
         let place = |piece: &Piece| Place {
@@ -92,12 +92,12 @@ impl Quadrics {
 }
 
 impl Standing {
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty()
     }
 
-    /// Shortens the rays `used` to what they meet first.
+    /// Shortens the rays `used` to their first hits.
     #[inline(always)]
     pub fn closest<L: F32x8>(
         &self,
@@ -143,7 +143,7 @@ impl Standing {
         }
     }
 
-    /// Ray number `lane` in the space of a piece.
+    /// Ray number `lane`, in the space of a piece.
     #[inline(always)]
     fn ray(&self, piece: usize, rays: &Rays, lane: usize, far: f32, ends_here: bool) -> Ray {
         let of = |rays: &Rays| {

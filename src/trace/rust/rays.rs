@@ -1,4 +1,4 @@
-//! Rays as the search takes them: sixteen of a packet, those of them that make a beam, and single ones.
+//! Rays for the search: sixteen of a packet, those of them that make a beam, and single ones.
 
 #![allow(
     clippy::needless_range_loop,
@@ -13,29 +13,29 @@ use super::tree::Box3;
 use super::triangles::{Axes, Shear, axes_for, longest_axis};
 use crate::trace::LANES;
 
-/// Eights in a packet.
+/// Number of groups of eight in a packet.
 pub const HALVES: usize = LANES / WIDTH;
 
 /// Sixteen rays in the space of the triangles that they are tested against.
 #[derive(Clone)]
 pub struct Rays {
-    /// By axis.
+    /// Origins, by axis.
     pub origin: [[f32; LANES]; 3],
-    /// By axis.
+    /// Directions, by axis.
     pub direction: [[f32; LANES]; 3],
     /// Least t.
     pub near: [f32; LANES],
 }
 
 impl Rays {
-    /// The rays `used` in an object's space; the others are nowhere in particular.
+    /// Transforms the rays `used` to an object's space; the others get arbitrary values.
     #[inline(always)]
     pub fn transformed(&self, to_object: &Affine3A, used: u16) -> Self {
         let mut rays = self.clone();
         let matrix = to_object.to_cols_array_2d();
         for axis in 0..3 {
             let [x, y, z, w] = [matrix[0][axis], matrix[1][axis], matrix[2][axis], matrix[3][axis]];
-            // a single ray is not to cost what sixteen do
+            // a single ray must not cost as much as sixteen
             let first = first_of(used);
             let lanes = if used.count_ones() == 1 { first..first + 1 } else { 0..LANES };
             for lane in lanes {
@@ -47,7 +47,7 @@ impl Rays {
         rays
     }
 
-    /// Which way a ray goes: its longest axis, and whether against it. Rays of one kind make a beam.
+    /// Kind of a ray's direction: its longest axis, and if it goes against it. Rays of one kind make a beam.
     #[inline(always)]
     fn kind(&self, lane: usize) -> usize {
         let [x, y, z] = self.direction_of(lane);
@@ -61,7 +61,7 @@ impl Rays {
         }
     }
 
-    /// Of `lanes` (at least one) those that go the same way as the first.
+    /// Rays among `lanes` (at least one) that have the same kind as the first.
     #[inline(always)]
     pub fn like_first(&self, lanes: u16) -> u16 {
         let kind = self.kind(first_of(lanes));
@@ -77,7 +77,7 @@ impl Rays {
         [self.direction[0][lane], self.direction[1][lane], self.direction[2][lane]]
     }
 
-    /// Ray number `lane`, up to `far`, for a tree within `bounds`; and how triangles are sheared for it.
+    /// Ray number `lane`, up to `far`, for a tree within `bounds`, with the shear of triangles for it.
     #[inline(always)]
     pub fn one<L: F32x8>(&self, lanes: L, lane: usize, far: f32, bounds: &Box3) -> (Ray<L>, Axes, Shear<L>) {
         let origin = [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]];
@@ -96,8 +96,8 @@ impl Rays {
         (Ray::new(lanes, origin, direction, [self.near[lane], far], bounds), axes, shear)
     }
 
-    /// What the rays `used`, of one kind and at least one, have in common, up to `far`; and how each ray's t
-    /// becomes a distance along their axis.
+    /// Computes the common bounds of the rays `used`, of one kind and at least one, up to `far`; and the
+    /// conversion of each ray's t to a distance along their axis.
     #[inline(always)]
     pub fn common<L: F32x8>(&self, lanes: L, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
         let kind = self.kind(first_of(used));
@@ -123,8 +123,8 @@ impl Rays {
         (common, pace)
     }
 
-    /// How triangles are sheared for the rays `used`, of one kind and at least one; no triangle is met by the
-    /// others.
+    /// Shears of triangles for the rays `used`, of one kind and at least one; the other rays meet no
+    /// triangle.
     #[inline(always)]
     pub fn shears<L: F32x8>(&self, lanes: L, used: u16) -> (Axes, [Shear<L>; HALVES]) {
         let axes = axes_for(longest_axis(self.direction_of(first_of(used))));
@@ -157,13 +157,13 @@ impl Rays {
 
 type Eight = [f32; WIDTH];
 
-/// The first of `lanes`, which are not none.
+/// Number of the first of `lanes`, of which there is at least one.
 #[inline(always)]
 pub fn first_of(lanes: u16) -> usize {
     lanes.trailing_zeros() as usize % LANES
 }
 
-/// The rays that are not blocked.
+/// Bit mask of the rays that are not blocked.
 #[inline(always)]
 pub fn open_lanes(far: &[f32; LANES]) -> u16 {
     let mut open = 0;
@@ -173,7 +173,7 @@ pub fn open_lanes(far: &[f32; LANES]) -> u16 {
     open
 }
 
-/// One half of sixteen.
+/// One half of sixteen values.
 #[inline(always)]
 pub fn eight_of(values: &[f32; LANES], half: usize) -> Eight {
     let mut eight = [0.0; WIDTH];
@@ -183,7 +183,7 @@ pub fn eight_of(values: &[f32; LANES], half: usize) -> Eight {
     eight
 }
 
-/// `values`, with that of the first of the lanes `used` in place of those that are not in use.
+/// Copies `values`, with that of the first of the lanes `used` in lanes that are not in use.
 #[inline(always)]
 fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
     let mut values = *values;
@@ -194,7 +194,7 @@ fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
     values
 }
 
-/// The least and the greatest.
+/// Least and greatest of `values`.
 #[inline(always)]
 fn ends<L: F32x8>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
     let (a, b) = (lanes.load(&eight_of(values, 0)), lanes.load(&eight_of(values, 1)));
@@ -216,14 +216,14 @@ fn greater(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-/// The lines that rays are on, as functions of a distance along one axis. Rays that are not in use are on the
+/// Lines that rays are on, as functions of a distance along one axis. Rays that are not in use are on the
 /// line of one that is.
 struct Lines {
     along: usize,
-    /// 1, or -1 where they go against the axis.
+    /// 1, or -1 if they go against the axis.
     sign: f32,
     origin: [[f32; LANES]; 3],
-    /// Along each axis for a unit of distance.
+    /// Slopes: along each axis for a unit of distance.
     slope: [[f32; LANES]; 3],
     /// Distance for a unit of t.
     a_unit: [f32; LANES],
@@ -247,8 +247,8 @@ impl Lines {
         Self { along, sign, origin, slope, a_unit }
     }
 
-    /// Where the rays are, at one height along the axis: where they start or where they end, whichever has them
-    /// closer together. `far` is where the ray `leader` ends.
+    /// Places of the rays at one height along the axis: at their start or at their end, whichever has them
+    /// closer together. `far` is the end of the ray `leader`.
     #[inline(always)]
     fn closest_together<L: F32x8>(&self, lanes: L, far: f32, leader: usize) -> [[f32; LANES]; 3] {
         let start = self.origin[self.along][leader];
@@ -261,7 +261,7 @@ impl Lines {
         if self.spread(lanes, &others) < self.spread(lanes, &starts) { others } else { starts }
     }
 
-    /// Where the rays are at `height` along the axis.
+    /// Places of the rays at `height` along the axis.
     #[inline(always)]
     fn places_at(&self, height: f32) -> [[f32; LANES]; 3] {
         let mut places = self.origin;
@@ -275,7 +275,7 @@ impl Lines {
         places
     }
 
-    /// How far places at one height are apart.
+    /// Extent of places at one height, summed over the axes.
     #[inline(always)]
     fn spread<L: F32x8>(&self, lanes: L, places: &[[f32; LANES]; 3]) -> f32 {
         let mut sum = 0.0;
@@ -286,7 +286,7 @@ impl Lines {
         sum
     }
 
-    /// Distances from `places`.
+    /// Conversion of t to distances from `places`.
     #[inline(always)]
     fn pace(&self, places: &[[f32; LANES]; 3]) -> Pace {
         let mut pace = Pace { at_0: [0.0; LANES], a_unit: self.a_unit };
@@ -297,7 +297,7 @@ impl Lines {
     }
 }
 
-/// How t becomes a distance along a beam's axis, ray by ray.
+/// Conversion of t to a distance along a beam's axis, ray by ray.
 #[derive(Clone, Copy)]
 pub struct Pace {
     at_0: [f32; LANES],
@@ -305,10 +305,10 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Distance is t.
+    /// Identity: the distance is t.
     pub const OF_T: Self = Self { at_0: [0.0; LANES], a_unit: [1.0; LANES] };
 
-    /// The greatest distance of the rays `used` at their t.
+    /// Greatest distance of the rays `used` at their t.
     #[inline(always)]
     pub fn greatest(&self, t: &[f32; LANES], used: u16) -> f32 {
         let mut most = f32::NEG_INFINITY;
@@ -319,7 +319,7 @@ impl Pace {
         most
     }
 
-    /// The least.
+    /// Least distance of the rays `used` at their t.
     #[inline(always)]
     fn least(&self, t: &[f32; LANES], used: u16) -> f32 {
         let mut least = f32::INFINITY;

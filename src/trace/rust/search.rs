@@ -1,4 +1,4 @@
-//! The two questions, each for the rays of a beam together and for a single ray: what happens at the leaves.
+//! Both queries, for the rays of a beam together and for a single ray: the tests at the leaves.
 
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
 use super::lanes::{F32x8, WIDTH};
@@ -6,14 +6,14 @@ use super::rays::{HALVES, Pace, Rays, eight_of};
 use super::triangles::{Axes, Block, OF_INSTANCE, Shear, Triangles};
 use crate::trace::{HitPacket, LANES, NO_HIT};
 
-/// Triangles that a beam may be tested against before its rays go on one by one: so many mean that the beam is
-/// wide for what is there, and most of them are met by few of its rays.
+/// Largest number of triangles that a beam is tested against before its rays are traced one by one: more mean
+/// that the beam is wide compared with the triangles, and most of them are met by few of its rays.
 const MOST_TRIANGLES: u32 = 64;
 
-/// A triangle's model and its number.
+/// Name of a triangle: its model and its number.
 type Name = (u32, u32);
 
-// whichever of a triangle's own model and its instance's is one, is the lesser
+// the lesser of the triangle's own model and that of its instance is the valid one
 const _: () = assert!(OF_INSTANCE == u32::MAX && NO_HIT == u32::MAX);
 
 #[inline(always)]
@@ -21,7 +21,7 @@ fn name_of(block: &Block, at: usize, instance: u32) -> Name {
     (block.model[at].min(instance), block.triangle[at])
 }
 
-/// The lowest of `bits`, taken away; they are not all zero.
+/// Removes the lowest of `bits`, which are not all zero, and returns its number.
 #[inline(always)]
 fn take(bits: &mut u32) -> usize {
     let at = bits.trailing_zeros() as usize % WIDTH;
@@ -29,7 +29,7 @@ fn take(bits: &mut u32) -> usize {
     at
 }
 
-/// The corners of one triangle in all lanes.
+/// Corners of one triangle in all lanes.
 #[inline(always)]
 fn corners_of<L: F32x8>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::F; 3]; 3] {
     [
@@ -39,14 +39,15 @@ fn corners_of<L: F32x8>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::
     ]
 }
 
-/// The corners of eight triangles.
+/// Corners of eight triangles.
 #[inline(always)]
 fn all_corners<L: F32x8>(lanes: L, block: &Block, axes: Axes) -> [[L::F; 3]; 3] {
     [block.corner(lanes, 0, axes), block.corner(lanes, 1, axes), block.corner(lanes, 2, axes)]
 }
 
-/// Shortens the rays `used` of `best`, all of one kind, to what they meet first in `triangles`. What has no model
-/// there belongs to `instance`. Says whether it came to an end; otherwise the rays are to go on one by one.
+/// Shortens the rays `used` of `best`, all of one kind, to their first hits in `triangles`. Triangles without
+/// a model belong to `instance`. Returns true if the search was completed; otherwise the rays are to be
+/// traced one by one.
 #[inline(always)]
 pub fn closest_of_beam<L: F32x8>(
     lanes: L,
@@ -74,7 +75,7 @@ struct ClosestOfBeam<'a, L: F32x8> {
     shears: [Shear<L>; HALVES],
     used: u16,
     pace: Pace,
-    /// Triangles so far.
+    /// Number of triangles tested so far.
     tested: u32,
     best: &'a mut HitPacket,
 }
@@ -109,7 +110,7 @@ impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
     }
 }
 
-/// As [`closest_of_beam`], for ray number `lane` alone.
+/// [`closest_of_beam`] for ray number `lane` alone.
 #[inline(always)]
 pub fn closest_of_ray<L: F32x8>(
     lanes: L,
@@ -151,8 +152,8 @@ impl<L: F32x8> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
     }
 }
 
-/// Takes a hit if it is closer than what ray number `lane` has, and says whether it was. Of hits that are as
-/// close the lowest name wins: the answer does not depend on the way through the tree.
+/// Takes a hit if it is closer than that of ray number `lane`, and returns true if it was. Among hits at the
+/// same distance the lowest name wins: the result does not depend on the order of traversal.
 #[inline(always)]
 pub fn put(best: &mut HitPacket, lane: usize, [t, u, v]: [f32; 3], name: Name) -> bool {
     let old = (best.model[lane], best.triangle[lane]);
@@ -164,23 +165,23 @@ pub fn put(best: &mut HitPacket, lane: usize, [t, u, v]: [f32; 3], name: Name) -
     closer
 }
 
-/// What never blocks a ray.
+/// Triangles that never block a ray.
 #[derive(Clone, Copy)]
 pub struct Exempt<'a> {
-    /// Whether triangles that cast no shadow do not.
+    /// True if triangles that cast no shadow do not block.
     pub clear: bool,
-    /// By ray the model and the triangle that it ends on, if any.
+    /// Model and triangle that each ray ends on, if any.
     pub own: Option<(&'a [u32; LANES], &'a [u32; LANES])>,
 }
 
 impl Exempt<'_> {
-    /// Of the triangles of `block` those that may block anything.
+    /// Bit mask of the triangles of `block` that may block anything.
     #[inline(always)]
     fn candidates(&self, block: &Block) -> u32 {
         if self.clear { block.casts_shadow } else { u32::MAX }
     }
 
-    /// Whether ray number `lane` ends on what has this name.
+    /// Returns true if ray number `lane` ends on the triangle of this name.
     #[inline(always)]
     pub fn is_own(&self, lane: usize, name: Name) -> bool {
         match self.own {
@@ -190,8 +191,9 @@ impl Exempt<'_> {
     }
 }
 
-/// Ends those of the rays `used`, all of one kind, that `triangles` block: `far` becomes minus infinity. What
-/// has no model there belongs to `instance`. Says whether it came to an end, like [`closest_of_beam`].
+/// Ends those of the rays `used`, all of one kind, that `triangles` block: `far` becomes minus infinity.
+/// Triangles without a model belong to `instance`. Returns true if the search was completed, like
+/// [`closest_of_beam`].
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
 pub fn block_beam<L: F32x8>(
@@ -221,7 +223,7 @@ struct BlockBeam<'a, L: F32x8> {
     shears: [Shear<L>; HALVES],
     used: u16,
     pace: Pace,
-    /// Triangles so far.
+    /// Number of triangles tested so far.
     tested: u32,
     exempt: Exempt<'a>,
     far: &'a mut [f32; LANES],
@@ -232,7 +234,7 @@ impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
         let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
         let (met, _) = beam.meet(&block.planes(lanes));
-        // those that cannot block make the beam no less wide
+        // triangles that cannot block show all the same how wide the beam is
         self.tested += met.count_ones();
         let mut met = met & self.exempt.candidates(block);
         let mut any = false;
@@ -260,7 +262,7 @@ impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
     }
 }
 
-/// As [`block_beam`], for ray number `lane` alone.
+/// [`block_beam`] for ray number `lane` alone.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
 pub fn block_ray<L: F32x8>(

@@ -12,8 +12,8 @@ use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use super::lanes::WIDTH;
 use crate::animation::Transform;
 
-/// Of the largest coordinate of an instance's box: how much the box is widened for the rounding of the
-/// model's matrix.
+/// Widening of an instance's box for the rounding of the model's matrix, as a share of its largest
+/// coordinate.
 const BOX_SLACK: f32 = 4e-6;
 
 /// An axis-aligned box: low and high corner.
@@ -26,10 +26,10 @@ pub struct Box3 {
 }
 
 impl Box3 {
-    /// Holds nothing; no ray meets it.
+    /// Empty box; no ray meets it.
     pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
-    /// The smallest box around `points`, exactly.
+    /// Smallest box around `points`, exactly.
     pub fn around(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
         points.into_iter().fold(Self::EMPTY, |mut all, point| {
             for (axis, coordinate) in point.into_iter().enumerate() {
@@ -40,14 +40,14 @@ impl Box3 {
         })
     }
 
-    /// Its eight corners.
+    /// Eight corners of the box.
     pub fn corners(&self) -> [[f32; 3]; 8] {
         std::array::from_fn(|i| {
             std::array::from_fn(|axis| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] })
         })
     }
 
-    /// Around it in world space.
+    /// Box around the transformed box, world space.
     pub fn placed(&self, transform: &Transform) -> Self {
         let corners = self.corners().map(|corner| transform.point(Vec3::from(corner)).to_array());
         let mut around = Self::around(corners);
@@ -61,44 +61,44 @@ impl Box3 {
 /// Eight boxes as structures of arrays: least x, y, z, then greatest x, y, z.
 pub type Planes = [[f32; WIDTH]; 6];
 
-/// Eight children.
+/// Node with eight children.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Node {
-    /// Their boxes; those of missing children are met by no ray.
+    /// Boxes of the children; those of missing children are met by no ray.
     pub planes: Planes,
-    /// What they are.
+    /// Children: nodes or leaves.
     pub children: [Child; WIDTH],
 }
 
-/// A node's number, or a leaf's with [`Child::LEAF`] set.
+/// Number of a node, or that of a leaf with [`Child::LEAF`] set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
 
-    /// The first node.
+    /// Number of the first node.
     pub const ROOT: Self = Self(0);
 
-    /// The leaf's number, or else the node's.
+    /// Number of the leaf, or else that of the node.
     #[inline(always)]
     pub fn open(self) -> Result<u32, usize> {
         if self.0 & Self::LEAF != 0 { Ok(self.0 & !Self::LEAF) } else { Err(self.0 as usize) }
     }
 }
 
-/// A tree. The root is the first node; a tree of nothing has none.
+/// A tree of boxes. The root is the first node; an empty tree has none.
 #[derive(Debug)]
 pub struct Tree {
-    /// Parents before children.
+    /// Nodes, parents before children.
     pub nodes: Vec<Node>,
-    /// Around everything.
+    /// Box around everything.
     pub bounds: Box3,
 }
 
-/// How `obvhs` builds: as its `medium_build` with four times as much reinsertion, one primitive a leaf (leaves
-/// are made here), and no splitting of triangles, which makes more of them to test.
+/// Parameters for `obvhs`: its `medium_build` with four times as much reinsertion, one primitive a leaf
+/// (leaves are made here), and no splitting of triangles, which makes more of them to test.
 fn quality() -> BvhBuildParams {
     BvhBuildParams {
         reinsertion_batch_ratio: 0.2,
@@ -109,7 +109,8 @@ fn quality() -> BvhBuildParams {
 }
 
 impl Tree {
-    /// A tree over `boxes`. `make_leaf` gets the numbers of up to `leaf_size` boxes and says the leaf's number.
+    /// Builds a tree over `boxes`. `make_leaf` gets the numbers of up to `leaf_size` boxes and returns the
+    /// leaf's number.
     pub fn new(boxes: &[Box3], leaf_size: u32, make_leaf: impl FnMut(&[u32]) -> u32) -> Self {
         let bounds = Box3::around(boxes.iter().flat_map(|one| [one.low, one.high]));
         if boxes.is_empty() {
@@ -129,10 +130,10 @@ impl Tree {
     }
 }
 
-/// Primitives below each node.
+/// Number of primitives below each node.
 fn count_primitives(binary: &Bvh2) -> Vec<u32> {
     let mut counts = vec![0; binary.nodes.len()];
-    // each node once before its children and once after them
+    // each node is visited once before its children and once after them
     let mut open = vec![(0, false)];
     while let Some((node, done)) = open.pop() {
         let first = binary.nodes[node].first_index as usize;
@@ -157,7 +158,7 @@ struct Merge<'a, F> {
 
 impl<F: FnMut(&[u32]) -> u32> Merge<'_, F> {
     fn root(&mut self) {
-        // with a list of what is still to be made, so that no depth of the binary tree is too much
+        // with a list of nodes still to be made, so that no depth of the binary tree is too much
         let mut open = vec![(self.new_node(), 0)];
         while let Some((number, source)) = open.pop() {
             for (slot, child) in self.children_of(source).into_iter().enumerate() {
@@ -190,7 +191,7 @@ impl<F: FnMut(&[u32]) -> u32> Merge<'_, F> {
         self.counts[node] <= self.leaf_size
     }
 
-    /// Up to eight nodes of the binary tree that together are all of `node`.
+    /// Up to eight nodes of the binary tree that together cover `node`.
     fn children_of(&self, node: usize) -> Vec<usize> {
         let mut children = vec![node];
         while children.len() < WIDTH {

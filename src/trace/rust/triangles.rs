@@ -12,44 +12,44 @@ use super::lanes::{F32x8, WIDTH};
 use super::tree::{Box3, Planes, Tree};
 use crate::scene::Mesh;
 
-/// `model` of a triangle whose model its instance knows.
+/// `model` of a triangle whose instance has the model.
 pub const OF_INSTANCE: u32 = u32::MAX;
 
-/// Sine of the angle between two edges below which a triangle's plane is computed in double floats: in single ones
-/// its normal is wrong by 6e-8 over this.
+/// Sine of the angle between two edges below which a triangle's plane is computed in double floats: in single
+/// ones its normal is wrong by 6e-8 over this.
 const SLIVER: f32 = 0.02;
 
 /// Up to eight triangles.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Block {
-    /// By corner, axis and triangle. Those of missing triangles are no numbers: nothing meets them.
+    /// Corners, by corner, axis and triangle. Those of missing triangles are NaN: nothing meets them.
     pub corners: [[[f32; WIDTH]; 3]; 3],
-    /// Index into [`Scene::models`](crate::scene::Scene::models), or [`OF_INSTANCE`].
+    /// Indices into [`Scene::models`](crate::scene::Scene::models), or [`OF_INSTANCE`].
     pub model: [u32; WIDTH],
-    /// Index into [`Mesh::triangles`].
+    /// Indices into [`Mesh::triangles`].
     pub triangle: [u32; WIDTH],
-    /// Bit i: triangle i casts shadows.
+    /// Bit mask of the triangles that cast shadows.
     pub casts_shadow: u32,
 }
 
 /// A tree of triangles.
 pub struct Triangles {
-    /// Its leaves are blocks.
+    /// Tree whose leaves are blocks.
     pub tree: Tree,
-    /// By leaf.
+    /// Blocks, by leaf.
     pub blocks: Vec<Block>,
 }
 
 impl Triangles {
-    /// Of the first triangles, as many as `count` says, of each of `meshes`, with what they shall say of their
-    /// model. Their positions are taken as they are.
+    /// Builds a tree of the first `count` triangles of each of `meshes`, which come with the models to store.
+    /// Positions are taken as they are.
     pub fn new(meshes: &[(u32, &Mesh)], count: fn(&Mesh) -> usize) -> Self {
         let placed = meshes.iter().map(|(model, mesh)| (*model, *mesh, mesh.positions.as_slice()));
         Self::at(&placed.collect::<Vec<_>>(), count)
     }
 
-    /// The same with each mesh's vertices at these positions.
+    /// Builds a tree like [`new`](Self::new), with each mesh's vertices at these positions.
     pub fn at(meshes: &[(u32, &Mesh, &[[f32; 3]])], count: fn(&Mesh) -> usize) -> Self {
         let sources: Vec<(u32, u32)> = (meshes.iter().enumerate())
             .flat_map(|(i, (_, mesh, _))| (0..count(mesh) as u32).map(move |t| (i as u32, t)))
@@ -73,7 +73,7 @@ impl Triangles {
         Self { tree, blocks }
     }
 
-    /// Tells whether there are none.
+    /// Returns true if there are no triangles.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
@@ -97,7 +97,7 @@ impl Block {
         self.casts_shadow |= u32::from(casts_shadow) << lane;
     }
 
-    /// The boxes around the triangles.
+    /// Boxes around the triangles.
     #[inline(always)]
     pub fn planes<L: F32x8>(&self, lanes: L) -> Planes {
         let [a, b, c] = &self.corners;
@@ -125,12 +125,12 @@ impl Block {
     }
 }
 
-/// Eight rays, or one ray eight times: where it starts and how space is sheared for it.
+/// Origins of eight rays, or of one ray eight times, and the shear of space for them.
 ///
-/// Axes in the order that [`Axes`] gives.
+/// Axes are in the order that [`Axes`] gives.
 #[derive(Clone, Copy)]
 pub struct Shear<L: F32x8> {
-    /// Of the rays.
+    /// Origins of the rays.
     pub origin: [L::F; 3],
     /// x / z, y / z and 1 / z of the directions.
     pub shear: [L::F; 3],
@@ -138,16 +138,16 @@ pub struct Shear<L: F32x8> {
     pub near: L::F,
 }
 
-/// The axes as a ray sees them: two across, and last the one along which it goes furthest.
+/// Order of axes for a ray: two across, and last the one along which it goes furthest.
 pub type Axes = [usize; 3];
 
-/// The axes for rays that go furthest along axis `along`.
+/// Order of axes for rays that go furthest along axis `along`.
 #[inline(always)]
 pub fn axes_for(along: usize) -> Axes {
     [(along + 1) % 3, (along + 2) % 3, along]
 }
 
-/// The axis along which `direction` goes furthest; the first of equals.
+/// Axis along which `direction` goes furthest; the first of equals.
 #[inline(always)]
 pub fn longest_axis(direction: [f32; 3]) -> usize {
     let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
@@ -160,21 +160,21 @@ pub fn longest_axis(direction: [f32; 3]) -> usize {
     }
 }
 
-/// Where rays and triangles meet.
+/// Intersections of rays and triangles.
 #[derive(Clone, Copy)]
 pub struct Meeting<L: F32x8> {
-    /// Which lanes meet; elsewhere the rest means nothing.
+    /// Mask of the lanes that intersect; in others the rest means nothing.
     pub mask: L::M,
-    /// Along the rays.
+    /// Ray parameters.
     pub t: L::F,
-    /// Weight of the second corner.
+    /// Weights of the second corners.
     pub u: L::F,
-    /// Of the third.
+    /// Weights of the third corners.
     pub v: L::F,
 }
 
 impl<L: F32x8> Shear<L> {
-    /// Tests for t from beyond `near` up to `far`. `corners` have their axes in the order of the rays.
+    /// Tests for t above `near` and up to `far`. `corners` have their axes in the order of the rays.
     #[inline(always)]
     pub fn meet(&self, lanes: L, corners: [[L::F; 3]; 3], far: L::F) -> Option<Meeting<L>> {
         let [ax, ay, az] = self.sheared(lanes, corners[0]);
@@ -206,8 +206,8 @@ impl<L: F32x8> Shear<L> {
             }
         }
         let whole = lanes.add(of_a, lanes.add(of_b, of_c));
-        // the plane tells the distance best, above all near the ray's origin, where a ray must not meet the
-        // surface that it leaves; a sliver has no good plane, but its corners tell between what it lies
+        // the plane gives the best distance, above all near the ray's origin, where a ray must not meet the
+        // surface that it leaves; a sliver has no good plane, but its corners bound the distance
         let depth = self.depth_of_plane(lanes, corners, within);
         let nearest = lanes.min(az, lanes.min(bz, cz));
         let depth = lanes.max(lanes.min(depth, lanes.max(az, lanes.max(bz, cz))), nearest);
@@ -218,7 +218,8 @@ impl<L: F32x8> Shear<L> {
         }
         Some(Meeting { mask, t, u: lanes.div(of_b, whole), v: lanes.div(of_c, whole) })
     }
-    /// Where the rays meet the plane of the corners, along their axis; for slivers, only where they are `wanted`.
+    /// Depths at which the rays meet the plane of the corners, along their axis; for slivers, only where they
+    /// are `wanted`.
     #[inline(always)]
     fn depth_of_plane(&self, lanes: L, [a, b, c]: [[L::F; 3]; 3], wanted: L::M) -> L::F {
         let e = [lanes.sub(b[0], a[0]), lanes.sub(b[1], a[1]), lanes.sub(b[2], a[2])];
@@ -243,7 +244,7 @@ impl<L: F32x8> Shear<L> {
         lanes.load(&exact_depths(lanes.store(depth), slivers, [e, f], way, shear))
     }
 
-    /// A corner where the rays are an axis.
+    /// Shears a corner into the space where the rays are an axis.
     #[inline(always)]
     fn sheared(&self, lanes: L, corner: [L::F; 3]) -> [L::F; 3] {
         let z = lanes.sub(corner[2], self.origin[2]);
@@ -260,7 +261,7 @@ fn squared_length<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
     lanes.add_product(x, x, lanes.add_product(y, y, lanes.mul(z, z)))
 }
 
-/// By axis and lane.
+/// Eight vectors, by axis and lane.
 type Vectors = [[f32; WIDTH]; 3];
 
 #[inline(always)]
@@ -268,8 +269,8 @@ fn store_vector<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> Vectors {
     [lanes.store(x), lanes.store(y), lanes.store(z)]
 }
 
-/// `depths`, computed again in double floats for the `slivers`: edges, way from the ray's origin to the first corner,
-/// and shear as in [`Shear::depth_of_plane`].
+/// Computes `depths` again in double floats for the `slivers`: edges, vector from the ray's origin to the
+/// first corner, and shear as in [`Shear::depth_of_plane`].
 #[cold]
 fn exact_depths(
     mut depths: [f32; WIDTH],
@@ -287,9 +288,10 @@ fn exact_depths(
     depths
 }
 
-/// Of the triangles `within`, those that the ray meets: for those `on_edge` the signs of the areas are found in double
-/// floats, where the products are exact. An area of zero may be what rounding has left of a triangle that is tiny
-/// beside its distance; if two of three are, the ray would meet it from anywhere around. `corners` are sheared.
+/// Decides which of the triangles `within` the ray meets: for those `on_edge` the signs of the areas are
+/// computed in double floats, where the products are exact. An area of zero may be the rounding of a triangle
+/// that is tiny beside its distance; if two of three are zero, the ray would meet it from anywhere around.
+/// `corners` are sheared.
 #[cold]
 fn settle_edges(within: u32, on_edge: u32, corners: &[[[f32; WIDTH]; 2]; 3]) -> u32 {
     let mut met = within;
