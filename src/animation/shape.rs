@@ -1,15 +1,16 @@
-//! Which shape a model has that deforms: between which two of its shapes it is, and how far on the way.
+//! Shapes of deforming models over time: the two shapes that a model lies between, and its position on the
+//! way.
 
 use glam::Vec3;
 
-/// A shape between two of a model's. Two that are equal are the same shape, to the bit.
+/// A shape on the way between two of a model's shapes. Equal values are the same shape, to the bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Number of the shape that is left.
+    /// Number of the shape before.
     pub from: u32,
-    /// Number of the shape that comes; the same where there is no way between.
+    /// Number of the shape behind; the same number if the shape is one of the model's own.
     pub to: u32,
-    /// How much of the way is behind: 0 to below 1.
+    /// Position on the way: 0 to below 1.
     pub share: f64,
 }
 
@@ -17,7 +18,7 @@ impl Shape {
     /// The first one. Models that do not deform have no other.
     pub const FIRST: Self = Self::alone(0);
 
-    /// One of a model's shapes itself.
+    /// Creates one of a model's own shapes.
     pub const fn alone(number: u32) -> Self {
         Self { from: number, to: number, share: 0.0 }
     }
@@ -27,8 +28,8 @@ impl Shape {
         if from == to || share == 0.0 { Self::alone(from) } else { Self { from, to, share } }
     }
 
-    /// Where a point is that is at `from` in the one shape and at `to` in the other. What is the same in both is the same here, to the
-    /// bit.
+    /// Interpolates a point that is at `from` in the one shape and at `to` in the other. Points that are
+    /// equal in both stay equal, to the bit.
     #[inline]
     pub fn between(&self, from: Vec3, to: Vec3) -> Vec3 {
         let (from, to) = (from.as_dvec3(), to.as_dvec3());
@@ -36,20 +37,21 @@ impl Shape {
     }
 }
 
-/// Keyed shapes of a model. Before the first key the shape is the first one; after the last it stays, or all come again.
+/// Keyed shapes of a model. Before the first key the shape is the first one; after the last it stays, or all
+/// shapes repeat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeTrack {
-    /// Frames, rising, and numbers of shapes; never empty.
+    /// Keys: frames, rising, and numbers of shapes; never empty.
     keys: Vec<(f64, u32)>,
-    /// If all come again: the frames from the last key to the first one's next coming.
+    /// Frames from the last key to the repetition of the first one. None: nothing repeats.
     again: Option<f64>,
 }
 
 impl ShapeTrack {
-    /// Through `keys`, pairs of frame and the number of a shape. `again`: the frames after the last key in which the first shape comes
-    /// again, and all others after it, for ever.
+    /// Creates a track through `keys`, pairs of frame and the number of a shape. `again`: the frames after
+    /// the last key at which the first shape comes again, and all others after it, for ever.
     ///
-    /// `None` where there are no keys, where frames do not rise or are not finite, or where `again` is not above 0.
+    /// `None` if there are no keys, if frames do not rise or are not finite, or if `again` is not above 0.
     pub fn through(keys: Vec<(f64, u32)>, again: Option<f64>) -> Option<Self> {
         let rise = keys.windows(2).all(|pair| pair[0].0 < pair[1].0);
         let finite = keys.iter().map(|(frame, _)| *frame).chain(again).all(f64::is_finite);
@@ -76,13 +78,13 @@ impl ShapeTrack {
         }
     }
 
-    /// The frames from which on, and up to which, the shape may change.
+    /// First and last frame between which the shape may change.
     pub fn span(&self) -> (f64, f64) {
         let [first, last] = self.ends();
         (first, if self.again.is_some() { f64::INFINITY } else { last })
     }
 
-    /// As [`Track::rests_until`](super::Track::rests_until).
+    /// End of the rest around `frame`: see [`Track::rests_until`](super::Track::rests_until).
     pub fn rests_until(&self, frame: f64) -> f64 {
         let after = self.keys.partition_point(|(key, _)| *key <= frame);
         let next = self.keys.get(after);
@@ -97,7 +99,7 @@ impl ShapeTrack {
         }
     }
 
-    /// As [`Track::rests_since`](super::Track::rests_since).
+    /// Beginning of the rest around `frame`: see [`Track::rests_since`](super::Track::rests_since).
     pub fn rests_since(&self, frame: f64) -> f64 {
         let [first, last] = self.ends();
         if frame <= first || self.is_constant() {
@@ -109,22 +111,22 @@ impl ShapeTrack {
         }
     }
 
-    /// The numbers of all shapes, key by key.
+    /// Numbers of all shapes, key by key.
     pub fn numbers(&self) -> impl Iterator<Item = u32> + '_ {
         self.keys.iter().map(|(_, number)| *number)
     }
 
-    /// Whether there is one shape alone.
+    /// Returns true if all keys have the same shape.
     pub fn is_constant(&self) -> bool {
         self.numbers().all(|number| number == self.keys[0].1)
     }
 
-    /// The first and the last key's frame.
+    /// Frames of the first and of the last key.
     pub fn ends(&self) -> [f64; 2] {
         [self.keys[0].0, self.keys[self.keys.len() - 1].0]
     }
 
-    /// Whether all come again.
+    /// Returns true if all shapes repeat.
     pub fn repeats(&self) -> bool {
         self.again.is_some()
     }

@@ -1,12 +1,12 @@
-//! A value that is keyed at some frames and known at all of them.
+//! A value that is keyed at some frames and defined at all of them.
 
 use glam::{DAffine3, DVec3, Vec3};
 
-/// How a track passes from key to key.
+/// Interpolation of a track from key to key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
-    /// Straight from key to key; the speed jumps at each.
+    /// Linear from key to key; the speed jumps at each.
     #[default]
     Linear,
     /// A cubic Hermite curve through the keys with finite-difference tangents (Catmull-Rom for keys
@@ -14,7 +14,7 @@ pub enum Interpolation {
     Smooth,
 }
 
-/// What can be keyed: a vector space over f64.
+/// A type whose values can be keyed: a vector space over f64.
 pub trait Keyed: Copy + PartialEq {
     /// `self * k`
     fn scaled(self, k: f64) -> Self;
@@ -49,7 +49,7 @@ impl Keyed for Vec3 {
     }
 }
 
-/// Element by element; the last row stays 0 0 0 1.
+/// Each element is interpolated by itself; the last row stays 0 0 0 1.
 impl Keyed for DAffine3 {
     fn scaled(self, k: f64) -> Self {
         Self { matrix3: self.matrix3 * k, translation: self.translation * k }
@@ -64,19 +64,20 @@ impl Keyed for DAffine3 {
 pub struct Track<T> {
     keys: Vec<(f64, T)>,
     interpolation: Interpolation,
-    /// Indices of keys to which nothing leads over from the key before; rising.
+    /// Indices of keys that are cuts: the value jumps there, without interpolation from the key before;
+    /// rising.
     cuts: Vec<usize>,
 }
 
 impl<T: Keyed> Track<T> {
-    /// A track that never changes.
+    /// Creates a track that never changes.
     pub fn constant(value: T) -> Self {
         Self { keys: vec![(0.0, value)], interpolation: Interpolation::Linear, cuts: Vec::new() }
     }
 
-    /// A track through `keys`, pairs of frame and value in any order.
+    /// Creates a track through `keys`, pairs of frame and value in any order.
     ///
-    /// `None` where there are no keys, where two share a frame, or where a frame is not finite.
+    /// `None` if there are no keys, if two share a frame, or if a frame is not finite.
     pub fn through(mut keys: Vec<(f64, T)>, interpolation: Interpolation) -> Option<Self> {
         if keys.is_empty() || keys.iter().any(|(frame, _)| !frame.is_finite()) {
             return None;
@@ -86,31 +87,31 @@ impl<T: Keyed> Track<T> {
         (!twice).then_some(Self { keys, interpolation, cuts: Vec::new() })
     }
 
-    /// The same, but to the keys at `frames` nothing leads over: the value rests after the key before,
-    /// and jumps. Each side of a cut begins and ends as a track of its own would.
+    /// Makes the keys at `frames` cuts: the value rests after the key before, and jumps. Each side of a cut
+    /// begins and ends as a track of its own would.
     pub fn cut_at(mut self, frames: &[f64]) -> Self {
         let cut = |i: &usize| frames.contains(&self.keys[*i].0);
         self.cuts = (1..self.keys.len()).filter(cut).collect();
         self
     }
 
-    /// The values at the keys, in their order.
+    /// Values of the keys, in their order.
     pub fn values(&self) -> impl Iterator<Item = T> + '_ {
         self.keys.iter().map(|(_, value)| *value)
     }
 
-    /// The frames of the keys, in rising order.
+    /// Frames of the keys, in rising order.
     pub fn frames(&self) -> impl Iterator<Item = f64> + '_ {
         self.keys.iter().map(|(frame, _)| *frame)
     }
 
-    /// The same track with each key's value converted. Values between keys follow if `convert` is affine.
+    /// Converts the value of each key. Values between keys follow if `convert` is affine.
     pub fn map(self, convert: impl Fn(T) -> T) -> Self {
         let keys = self.keys.into_iter().map(|(frame, value)| (frame, convert(value))).collect();
         Self { keys, ..self }
     }
 
-    /// The value at `frame`.
+    /// Value at `frame`.
     pub fn at(&self, frame: f64) -> T {
         let after = self.keys.partition_point(|(key, _)| *key <= frame);
         if after == 0 {
@@ -130,8 +131,8 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The frame up to which, itself excluded, the value is certainly the same to the bit as at `frame`; `frame`
-    /// itself where it changes. Infinite from the last key on.
+    /// End of the rest around `frame`: up to it, itself excluded, the value is certainly the same to the bit
+    /// as at `frame`. It is `frame` itself if the value changes there, and infinite from the last key on.
     pub fn rests_until(&self, frame: f64) -> f64 {
         let after = self.keys.partition_point(|(key, _)| *key <= frame);
         let Some((next, value)) = self.keys.get(after) else { return f64::INFINITY };
@@ -143,8 +144,9 @@ impl<T: Keyed> Track<T> {
         if rests { *next } else { frame }
     }
 
-    /// The frame from which on, itself included, the value is certainly the same to the bit as at `frame`; `frame`
-    /// itself where it changes. Infinitely early up to the first key.
+    /// Beginning of the rest around `frame`: from it on, itself included, the value is certainly the same to
+    /// the bit as at `frame`. It is `frame` itself if the value changes there, and infinitely early up to the
+    /// first key.
     pub fn rests_since(&self, frame: f64) -> f64 {
         let mut since = frame;
         while let Some(before) = self.keys.partition_point(|(key, _)| *key < since).checked_sub(1) {
@@ -159,12 +161,13 @@ impl<T: Keyed> Track<T> {
         f64::NEG_INFINITY
     }
 
-    /// Whether any frame differs from any other.
+    /// Returns true if the value is the same at all frames.
     pub fn is_constant(&self) -> bool {
         self.keys.iter().all(|(_, value)| *value == self.keys[0].1)
     }
 
-    /// Whether no value leads over from key `i - 1` to key `i`: it is the first, behind the last, or cut.
+    /// Returns true if nothing is interpolated from key `i - 1` to key `i`: it is the first, behind the last,
+    /// or cut.
     fn begins(&self, i: usize) -> bool {
         i == 0 || i == self.keys.len() || (!self.cuts.is_empty() && self.cuts.binary_search(&i).is_ok())
     }
@@ -183,7 +186,7 @@ impl<T: Keyed> Track<T> {
             .plus(m1.scaled((t3 - t2) * span))
     }
 
-    /// Whether the curve between keys `i` and `i + 1` stays at one value.
+    /// Returns true if the curve between keys `i` and `i + 1` is constant.
     fn is_flat(&self, i: usize) -> bool {
         let (v0, v1, still) = (self.keys[i].1, self.keys[i + 1].1, self.keys[i].1.scaled(0.0));
         v0 == v1 && self.tangent(i) == still && self.tangent(i + 1) == still

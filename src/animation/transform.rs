@@ -1,31 +1,32 @@
-//! Where a model stands: a matrix, then scale, then rotation, then translation; whether it is there at all, and in which shape.
+//! Placement of a model: a matrix, then scale, then rotation, then translation; its visibility, and its
+//! shape.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, EulerRot, Mat3A, Vec3, Vec3A};
 
 use super::{Shape, ShapeTrack, Track, Visibility};
 use crate::lanes::{F32x8, Vec3x8};
 
-/// Keyed places of a model.
+/// Keyed placement of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransformTrack {
-    /// World units.
+    /// Translation, world units.
     pub translate: Track<DVec3>,
-    /// Degrees about X, then Y, then Z (fixed axes). Each angle is interpolated by itself, so that a
-    /// key of 720 turns twice.
+    /// Rotation, degrees about X, then Y, then Z (fixed axes). Each angle is interpolated by itself, so that
+    /// a key of 720 turns twice.
     pub rotate: Track<DVec3>,
     /// Factor along each axis, none zero.
     pub scale: Track<DVec3>,
-    /// Applied before the scale: any affine map with an inverse, which may shear and mirror. Between keys each element is
-    /// interpolated by itself.
+    /// Matrix that is applied before the scale: any affine map with an inverse, which may shear and mirror.
+    /// Between keys each element is interpolated by itself.
     pub matrix: Option<Track<DAffine3>>,
-    /// When the model is there.
+    /// Visibility of the model over time.
     pub visible: Visibility,
-    /// Which shape it has, if it deforms.
+    /// Shapes of the model over time, if it deforms.
     pub shapes: Option<ShapeTrack>,
 }
 
 impl TransformTrack {
-    /// Stays where the file puts it.
+    /// Creates the track of a model that stays where its file puts it.
     pub fn identity() -> Self {
         Self {
             translate: Track::constant(DVec3::ZERO),
@@ -37,7 +38,7 @@ impl TransformTrack {
         }
     }
 
-    /// Object to world at `frame`.
+    /// Transform from object to world space at `frame`.
     pub fn at(&self, frame: f64) -> Transform {
         if !self.visible.at(frame) {
             return Transform::HIDDEN;
@@ -46,7 +47,7 @@ impl TransformTrack {
         Transform { shape, ..Transform::new(self.map_at(frame)) }
     }
 
-    /// Object to world at `frame`, exactly, whether the model is there or not.
+    /// Exact map from object to world space at `frame`, whether the model is visible or not.
     pub fn map_at(&self, frame: f64) -> DAffine3 {
         let angles = self.rotate.at(frame) * (std::f64::consts::PI / 180.0);
         // intrinsic Z-Y-X is extrinsic X-Y-Z: about X first, then Y, then Z, all fixed axes
@@ -59,14 +60,14 @@ impl TransformTrack {
         self.matrix.as_ref().map_or(placed, |matrix| placed * matrix.at(frame))
     }
 
-    /// The frames of all keys that say where it is.
+    /// Frames of all keys for the place.
     pub fn key_frames(&self) -> Vec<f64> {
         let frames = self.translate.frames().chain(self.rotate.frames()).chain(self.scale.frames());
         frames.chain(self.matrix.iter().flat_map(Track::frames)).collect()
     }
 
-    /// Whether the model is there, and stands still, for the whole shot. One that has shapes never does: not even one shape need be
-    /// that of its file.
+    /// Returns true if the model is visible, and stands still, for the whole shot. Never true for a model
+    /// with shapes: not even a single one need be that of its file.
     pub fn is_constant(&self) -> bool {
         self.shapes.is_none()
             && self.translate.is_constant()
@@ -87,16 +88,16 @@ pub struct Transform {
     pub normal: Mat3A,
     /// World to object.
     pub to_object: Affine3A,
-    /// Whether the map changes nothing: most of most scenes stands where its file put it.
+    /// True if the map changes nothing: in most scenes most models stand where their file put them.
     pub is_identity: bool,
-    /// Whether the model is there. What is not has no place, and is equal whatever its track says.
+    /// True if the model is visible. An invisible model has no place, and all its transforms are equal.
     pub is_visible: bool,
-    /// Which of its shapes the model has, if it deforms: what the map is applied to.
+    /// Shape of the model, if it deforms: the map applies to this shape.
     pub shape: Shape,
 }
 
 impl Transform {
-    /// Nothing changes.
+    /// Transform that changes nothing.
     pub const IDENTITY: Self = Self {
         to_world: Affine3A::IDENTITY,
         normal: Mat3A::IDENTITY,
@@ -106,10 +107,10 @@ impl Transform {
         shape: Shape::FIRST,
     };
 
-    /// Of a model that is not there: no ray meets it, and it has no samples.
+    /// Transform of an invisible model: no ray meets it, and it has no samples.
     pub const HIDDEN: Self = Self { is_visible: false, ..Self::IDENTITY };
 
-    /// From an exact map; it must have an inverse.
+    /// Creates a transform from an exact map, which must have an inverse.
     pub fn new(map: DAffine3) -> Self {
         let inverse = map.inverse();
         let normal: DMat3 = inverse.matrix3.transpose();
@@ -127,7 +128,7 @@ impl Transform {
         }
     }
 
-    /// A point, object to world.
+    /// Transforms a point from object to world space.
     #[inline]
     pub fn point(&self, point: Vec3) -> Vec3 {
         if self.is_identity {
@@ -136,7 +137,7 @@ impl Transform {
         self.to_world.transform_point3(point)
     }
 
-    /// A direction, object to world, of any length.
+    /// Transforms a direction of any length from object to world space.
     #[inline]
     pub fn direction(&self, direction: Vec3) -> Vec3 {
         if self.is_identity {
@@ -145,7 +146,8 @@ impl Transform {
         self.to_world.transform_vector3(direction)
     }
 
-    /// How long something may be in object space that reaches so far along each axis of the world.
+    /// Upper bound of an object's length in object space if it extends by `reach` along each axis of the
+    /// world.
     pub fn length_in_object(&self, reach: Vec3) -> f32 {
         if self.is_identity {
             return reach.length();
@@ -155,7 +157,7 @@ impl Transform {
         reach.abs().dot(Vec3::from_array(lengths))
     }
 
-    /// A normal of unit length, object to world, of unit length.
+    /// Transforms a normal of unit length from object to world space; the result has unit length.
     #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {
         if self.is_identity {
@@ -164,7 +166,8 @@ impl Transform {
         (self.normal * Vec3A::from(normal)).normalize_or_zero().into()
     }
 
-    /// A normal, object to world, of any length: for questions about its sign alone.
+    /// Transforms a normal from object to world space; the result has any length. For questions about its
+    /// sign alone.
     #[inline]
     pub fn geometric_normal(&self, normal: Vec3) -> Vec3 {
         if self.is_identity {
@@ -173,7 +176,7 @@ impl Transform {
         (self.normal * Vec3A::from(normal)).into()
     }
 
-    /// [`point`](Self::point) of eight, to the bit.
+    /// Transforms eight points like [`point`](Self::point), to the bit.
     #[inline(always)]
     pub fn points(&self, points: Vec3x8) -> Vec3x8 {
         if self.is_identity {
@@ -182,7 +185,7 @@ impl Transform {
         mapped(self.to_world.matrix3, points) + Vec3x8::splat(self.to_world.translation.into())
     }
 
-    /// [`normal`](Self::normal) of eight, to the bit.
+    /// Transforms eight normals like [`normal`](Self::normal), to the bit.
     #[inline(always)]
     pub fn normals(&self, normals: Vec3x8) -> Vec3x8 {
         if self.is_identity {
@@ -194,13 +197,13 @@ impl Transform {
         is_usable.select3(normals * scale, Vec3x8::ZERO)
     }
 
-    /// [`geometric_normal`](Self::geometric_normal) of eight, to the bit.
+    /// Transforms eight normals like [`geometric_normal`](Self::geometric_normal), to the bit.
     #[inline(always)]
     pub fn geometric_normals(&self, normals: Vec3x8) -> Vec3x8 {
         if self.is_identity { normals } else { mapped(self.normal, normals) }
     }
 
-    /// A line from a point along a direction, world to object.
+    /// Transforms a line from a point along a direction from world to object space.
     pub fn line_to_object(&self, (origin, along): (Vec3, Vec3)) -> [DVec3; 2] {
         let line = match self.is_identity {
             true => [origin, along],
@@ -209,13 +212,13 @@ impl Transform {
         line.map(|part| part.as_dvec3())
     }
 
-    /// Column-major 3x4, as Embree takes it.
+    /// Columns of the 3x4 matrix, as Embree takes them.
     pub fn columns(&self) -> [f32; 12] {
         self.to_world.to_cols_array()
     }
 }
 
-/// Eight vectors under a linear map: in the order in which `glam` adds.
+/// Applies a linear map to eight vectors: in the order in which `glam` adds.
 #[inline(always)]
 fn mapped(map: Mat3A, Vec3x8 { x, y, z }: Vec3x8) -> Vec3x8 {
     let [across, up, along] = [map.x_axis, map.y_axis, map.z_axis].map(|axis| Vec3x8::splat(axis.into()));

@@ -1,21 +1,22 @@
-//! When something is there, and when it is not.
+//! Visibility of a thing over time.
 
 use super::{Interpolation, Track};
 
-/// Whether something is there, from key to key, without a transition.
+/// Keyed visibility, without a transition from key to key.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Visibility {
-    /// 1 while it is there and 0 while it is not, cut at every key; none: always.
+    /// 1 while it is visible and 0 while it is not, cut at every key; none: always visible.
     track: Option<Track<f64>>,
 }
 
 impl Visibility {
-    /// Always there.
+    /// Visible at all frames.
     pub const ALWAYS: Self = Self { track: None };
 
-    /// As `before` says up to the first of `keys`, pairs of a frame and what holds from that frame on, in any order.
+    /// Creates a visibility: `before` up to the first of `keys`, which are pairs of a frame and the
+    /// visibility from that frame on, in any order.
     ///
-    /// `None` where two keys share a frame, or where a frame is not finite.
+    /// `None` if two keys share a frame, or if a frame is not finite.
     pub fn through(before: bool, mut keys: Vec<(f64, bool)>) -> Option<Self> {
         let first = keys.iter().map(|(frame, _)| *frame).fold(f64::INFINITY, f64::min);
         keys.push((if keys.is_empty() { 0.0 } else { first - 1.0 }, before));
@@ -28,22 +29,22 @@ impl Visibility {
         Some(Self { track: Some(track.cut_at(&frames)) })
     }
 
-    /// Whether it is there at `frame`.
+    /// Returns true if it is visible at `frame`.
     pub fn at(&self, frame: f64) -> bool {
         self.track.as_ref().is_none_or(|track| track.at(frame) != 0.0)
     }
 
-    /// Whether it is there in all frames.
+    /// Returns true if it is visible in all frames.
     pub fn is_always(&self) -> bool {
         self.track.is_none()
     }
 
-    /// Whether it is there in no frame.
+    /// Returns true if it is visible in no frame.
     pub fn is_never(&self) -> bool {
         self.track.as_ref().is_some_and(|track| track.values().all(|value| value == 0.0))
     }
 
-    /// Its values, 0 and 1; none where it is always there.
+    /// Values of the track, 0 and 1; none if it is always visible.
     pub(crate) fn track(&self) -> Option<&Track<f64>> {
         self.track.as_ref()
     }

@@ -1,4 +1,4 @@
-//! What the command line says of a bare model, which is shown on a turntable.
+//! Command-line options of a bare model, which is shown on a turntable.
 
 use std::path::Path;
 
@@ -25,12 +25,12 @@ impl From<UpArg> for Up {
     }
 }
 
-/// Whether a file is a bare model, by its ending.
+/// Returns true if a file is a bare model, by its ending.
 pub fn is_model(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"))
 }
 
-/// How a model is shown if `path` is one.
+/// Options of the turntable, if `path` is a model. Refuses `--up` for a shot file.
 pub fn turntable_options(
     path: &Path,
     up: Option<UpArg>,
@@ -46,7 +46,8 @@ pub fn turntable_options(
     Ok(turntable::Options { up: up.map(Up::from), size })
 }
 
-/// How far the camera goes around a model in these frames, where it is not all the way. One frame alone needs no such words.
+/// Note on the angle by which the camera goes around a model in these frames. None for a full turn, and for
+/// one frame alone.
 pub fn turn_note(frames: &[i32]) -> Option<String> {
     let last = |frame: i32| frame.clamp(1, turntable::FRAMES + 1);
     let mut at: Vec<i32> = frames.iter().copied().map(last).collect();

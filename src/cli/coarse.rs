@@ -1,5 +1,5 @@
-//! Coarse pictures: quick ones, of what a frame will show. `preview` shows them while a camera is led around, and `render` writes one
-//! before a first frame that takes long.
+//! Coarse pictures: quick versions of frames. `preview` shows them while a camera is moved, and `render`
+//! writes one before a first frame that takes long.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,19 +19,21 @@ use crate::report::file::Destination;
 use crate::scene::{Light, Shot};
 use crate::settings::{Filter, PixelRect, Settings};
 
-/// What makes pictures better and slow: of coarse ones, at most.
+/// Limits of coarse pictures for settings that improve pictures at the cost of time.
 const MOST_PATHS: u32 = 2;
 const MOST_RAYS: u32 = 1;
-/// Rays that a thread casts in a second, by the count of [`rays`]: those of paths are fewer than are counted, because many escape.
+/// Rays that a thread casts in a second, as [`rays`] counts them. It counts too many rays for paths, because
+/// many of them escape.
 const RAYS_A_SECOND: u64 = 4_000_000;
-/// By which sides of a frame are divided that `render` shows coarse first: the finest that costs little enough.
+/// Divisors of a frame's sides for the coarse picture that `render` shows first. The smallest that is cheap
+/// enough is taken.
 const DIVISORS: [u32; 5] = [2, 4, 8, 16, 32];
-/// Which part of its frame's rays a coarse picture may cost.
+/// Maximum cost of a coarse picture: its frame's rays divided by this.
 const PART: u64 = 20;
-/// Of the rays of a second, the part that it may cost.
+/// Maximum cost of a coarse picture: the rays of a second divided by this.
 const PART_OF_SECOND: u64 = 4;
 
-/// When `render` writes a coarse picture first.
+/// Condition under which `render` writes a coarse picture first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum CoarseArg {
     /// On a terminal, where pictures for screens are written and the first frame takes long
@@ -43,20 +45,20 @@ pub enum CoarseArg {
     None,
 }
 
-/// What a run is like.
+/// Circumstances of a run that decide whether a coarse picture pays.
 #[derive(Debug, Clone, Copy)]
 pub struct Run {
-    /// Somebody sees its progress.
+    /// True if progress is shown to somebody.
     pub is_watched: bool,
-    /// It writes PNG files.
+    /// True if it writes PNG files.
     pub writes_png: bool,
-    /// It goes on from what an earlier one has made.
+    /// True if it continues an earlier run.
     pub goes_on: bool,
 }
 
 impl CoarseArg {
-    /// The settings of the coarse picture of a frame of `shot` that is rendered with `settings` on so many threads, if there is to be
-    /// one.
+    /// Settings of the coarse picture of a frame of `shot` that is rendered with `settings` on so many
+    /// threads. None if there is to be no coarse picture.
     pub fn plan(self, run: Run, shot: &Shot, settings: &Settings, threads: usize) -> Option<Settings> {
         let (of_frame, second) = (rays(shot, settings), RAYS_A_SECOND * threads as u64);
         let is_wanted = match self {
@@ -73,7 +75,8 @@ impl CoarseArg {
     }
 }
 
-/// About how many rays a frame takes whose samples are all traced: from the eye, to each light, along paths and from these to lights.
+/// Estimates the rays of a frame whose samples are all traced: from the camera, to each light, along paths
+/// and from these to lights.
 fn rays(shot: &Shot, settings: &Settings) -> u64 {
     let lights: u64 = shot.scene.lights.iter().map(|light: &Light| light.points() as u64).sum();
     let of_paths = u64::from(settings.first_paths()) * (2 * u64::from(settings.bounces) + 1);
@@ -82,7 +85,7 @@ fn rays(shot: &Shot, settings: &Settings) -> u64 {
     samples * (1 + lights + of_paths) * exposures
 }
 
-/// Of a small picture of the same, sharp and with a sample a pixel.
+/// Settings of a small version of the picture, sharp and with one sample a pixel.
 pub fn smaller(settings: &Settings, divisor: u32) -> Settings {
     let part = |side: u32| side.div_ceil(divisor);
     let small = Settings {
@@ -109,7 +112,7 @@ pub fn smaller(settings: &Settings, divisor: u32) -> Settings {
     Settings { crop, ..small }
 }
 
-/// Where the pixels of `crop` are in a picture whose sides are divided, which has pixels in `all`.
+/// Pixels of `crop` in a picture whose sides are divided by `divisor`, and which has the pixels `all`.
 fn smaller_crop(crop: &PixelRect, divisor: u32, all: &PixelRect) -> PixelRect {
     let divisor = divisor as i32;
     let span = |first: i32, count: u32, (least, all): (i32, u32)| {
@@ -123,8 +126,8 @@ fn smaller_crop(crop: &PixelRect, divisor: u32, all: &PixelRect) -> PixelRect {
     PixelRect { x, y, width, height }
 }
 
-/// Writes what the first frame of `job` that is asked for shows, made with the `settings` of a coarse picture, beside the frames of
-/// `target`. Whatever goes wrong is no reason to render nothing: it is told.
+/// Writes a coarse picture of the first requested frame of `job`, made with `settings`, beside the frames of
+/// `target`. A failure is reported, and does not stop the run.
 pub fn write<'s>(
     renderer: &mut Renderer<'s>,
     job: &'s Job,

@@ -1,4 +1,4 @@
-//! What takes the noise off the frames of a run, if they are to be denoised.
+//! Denoising of the frames of a run, if it is asked for.
 
 use std::time::Instant;
 
@@ -14,18 +14,18 @@ use crate::settings::Settings;
 pub struct Denoising(Option<Denoiser>);
 
 impl Denoising {
-    /// With the library loaded if `job` asks for it.
+    /// Loads the library if `job` asks for it.
     pub fn of(job: &Job) -> Result<Self, DenoiseError> {
         let threads = rayon::current_num_threads();
         job.denoise.map(|quality| Denoiser::new(threads, quality)).transpose().map(Self)
     }
 
-    /// Those of `job`, with the layers that guide the denoiser.
+    /// Settings of `job`, with the layers that guide the denoiser.
     pub fn settings(&self, job: &Job) -> Settings {
         if self.0.is_some() { denoise::with_guides(&job.settings) } else { job.settings.clone() }
     }
 
-    /// What it adds to the memory that a run `needs`.
+    /// Adds the denoiser's memory to that which a run `needs`.
     pub fn need(&self, needs: Need, settings: &Settings) -> Need {
         if self.0.is_some() { needs.and(Need::of(denoise::need(settings))) } else { needs }
     }
@@ -41,7 +41,7 @@ impl Denoising {
         Ok(start.elapsed().as_secs_f64())
     }
 
-    /// The same for a frame that is to be written: its statistics tell of the seconds.
+    /// Denoises a frame that is to be written, and adds the seconds to its statistics.
     pub fn clean_timed(&mut self, seen: &mut Seen) -> Result<(), Failure> {
         let seconds = self.clean(seen)?;
         seen.finished.stats.seconds.denoise += seconds;

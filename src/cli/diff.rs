@@ -1,4 +1,5 @@
-//! `afterimage diff`: how far the frames in two EXR files, or in two sequences of them, are apart.
+//! `afterimage diff`: measures the difference between the frames in two EXR files, or in two sequences of
+//! them.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -26,7 +27,7 @@ Examples:
 
 Exit code: 0 if the files are the same within the tolerance, 1 if they differ, 2 if something failed.";
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DiffArgs {
@@ -34,7 +35,7 @@ pub struct DiffArgs {
     #[arg(value_name = "A.exr")]
     first: String,
 
-    /// What it is compared with
+    /// Frame, or sequence, to compare it with
     #[arg(value_name = "B.exr")]
     second: String,
 
@@ -57,22 +58,22 @@ fn tolerance(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| String::from("a number from 0 on is wanted"))
 }
 
-/// What is compared.
+/// Pairs of files to compare.
 #[derive(Debug)]
 struct Pairs {
-    /// Frame, where there are several; the two files.
+    /// Number of the frame, if there are several, and the two files.
     files: Vec<(Option<i32>, [PathBuf; 2])>,
-    /// Frames of the first and of the second sequence alone.
+    /// Frames that only the first, or only the second, sequence has.
     alone: [Vec<i32>; 2],
 }
 
 impl DiffArgs {
-    /// The streams that it asks for.
+    /// Output streams for these arguments.
     pub fn terminal(&self) -> Terminal {
         Terminal::new(ProgressKind::None, self.quiet)
     }
 
-    /// Compares. Says whether anything differs.
+    /// Compares. Returns true if anything differs.
     pub fn execute(&self, terminal: &mut Terminal) -> Result<bool, Failure> {
         on_threads(None, || self.compare(terminal))
     }
@@ -98,7 +99,7 @@ impl DiffArgs {
     }
 }
 
-/// That the file at `path` can be held.
+/// Checks that memory suffices for the file at `path`.
 fn check_memory(path: &Path) -> Result<(), Failure> {
     let head = whole_file::header(path).map_err(Failure::of)?;
     let part = Part::new("the channels of the first file", file_difference::bytes(&head), "smaller pictures");
@@ -106,7 +107,7 @@ fn check_memory(path: &Path) -> Result<(), Failure> {
     Need::of(part).check(&memory::left()).map_err(error)
 }
 
-/// The files that two names mean.
+/// Finds the files that two names mean.
 fn pairs(names: [&String; 2]) -> Result<Pairs, Failure> {
     let sequences = names.map(|name| sequence(name));
     match sequences {
@@ -131,7 +132,8 @@ fn pairs(names: [&String; 2]) -> Result<Pairs, Failure> {
     }
 }
 
-/// The names of a sequence, where `name` is that of one: it has a place for the number, and there is no such file.
+/// Reads `name` as the names of a sequence: it has a place for the number, and there is no such file. None
+/// otherwise.
 fn sequence(name: &str) -> Option<Result<OutputPattern, Failure>> {
     let path = Path::new(name);
     let has_place = path.file_name().is_some_and(|file| file.to_string_lossy().contains(['#', '%']));
@@ -155,7 +157,7 @@ fn frames(pattern: &OutputPattern, name: &str) -> Result<BTreeSet<i32>, Failure>
     if frames.is_empty() { Err(refuse("there is no such frame")) } else { Ok(frames) }
 }
 
-/// What has no layers is told by more than the library's words.
+/// Checks that a file has layers, with a better message for folders than the library's.
 fn check_file(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         let message = "is a folder: name the frames in it, such as FOLDER/name.####.exr";
@@ -164,7 +166,7 @@ fn check_file(path: &Path) -> Result<(), Failure> {
     openexr::part_count(path).map(drop).map_err(Failure::of)
 }
 
-/// Where pictures of differences go.
+/// Destination of the pictures of differences.
 struct Output {
     place: Place,
     is_png: bool,
@@ -252,7 +254,7 @@ impl Output {
     }
 }
 
-/// The largest of three differences; what is within the tolerance is black.
+/// Draws the largest of three differences in false colours. Differences within the tolerance are black.
 fn false_colors(planes: [&[f32]; 3], tolerance: f64) -> Vec<u8> {
     let [red, green, blue] = planes;
     let largest = red.iter().zip(green).zip(blue).map(|((r, g), b)| r.max(*g).max(*b));
@@ -260,7 +262,7 @@ fn false_colors(planes: [&[f32]; 3], tolerance: f64) -> Vec<u8> {
     shown.flat_map(false_color::of_difference).collect()
 }
 
-/// What is said in the end.
+/// Results of all comparisons, told at the end.
 struct Report<'a> {
     names: [&'a str; 2],
     tolerance: f64,
@@ -299,7 +301,7 @@ impl<'a> Report<'a> {
         self.differs
     }
 
-    /// Adds a pair. The line is for frames of a sequence that differ.
+    /// Adds a pair. Returns a line for frames of a sequence that differ.
     fn add(&mut self, frame: Option<i32>, difference: FileDifference) -> Option<String> {
         let line = frame.filter(|_| difference.differs()).map(|frame| frame_line(frame, &difference));
         self.compared += 1;
@@ -386,7 +388,7 @@ fn frame_line(frame: i32, difference: &FileDifference) -> String {
     }
 }
 
-/// `[left, top, width, height]`
+/// Formats `[left, top, width, height]`.
 fn window([left, top, width, height]: [i64; 4]) -> String {
     match [left, top] {
         [0, 0] => format!("{width}x{height}"),
@@ -418,7 +420,7 @@ fn layer_row(layer: &LayerDifference) -> String {
     row([&title, &largest, &channel, &pixel, &rmse, &pixels, &percent])
 }
 
-/// Four digits that count.
+/// Formats a number with four significant digits.
 fn number(value: f64) -> String {
     match value.abs() {
         0.0 => String::from("0"),

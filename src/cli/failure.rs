@@ -1,4 +1,4 @@
-//! Why the program ends with another code than 0.
+//! Reasons for an exit code other than 0.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -6,19 +6,19 @@ use std::process::ExitCode;
 /// The end of a run that did not do what was asked. The text is one line and says what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
-    /// What was asked for makes no sense.
+    /// The command line makes no sense.
     Usage(String),
-    /// It could not be done.
+    /// The work could not be done.
     Failed(String),
 }
 
 impl Failure {
-    /// From any error.
+    /// Creates a failure from any error.
     pub fn of(error: impl fmt::Display) -> Self {
         Self::Failed(one_line(&error.to_string()))
     }
 
-    /// 1: failed; 2: usage.
+    /// Exit code: 1 for failed, 2 for usage.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Failed(_) => ExitCode::from(1),
@@ -36,7 +36,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Messages of libraries may have several lines; a log wants one.
+/// Joins the lines of a message: libraries may write several, a log wants one.
 pub fn one_line(text: &str) -> String {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }

@@ -1,4 +1,5 @@
-//! What other programs know the command line and shot files by: completions for shells, man pages, and a JSON schema.
+//! Descriptions of the command line and of shot files for other programs: completions for shells, man pages,
+//! and a JSON schema.
 
 use std::path::PathBuf;
 
@@ -10,7 +11,7 @@ use super::failure::Failure;
 use super::say::terminal::Terminal;
 use crate::{output, scene};
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
@@ -31,7 +32,7 @@ impl CompletionsArgs {
     }
 }
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
@@ -68,7 +69,7 @@ fn page(command: Command) -> std::io::Result<Vec<u8>> {
     Ok(text)
 }
 
-/// The program, and each of its commands, which know the names of their pages then.
+/// Commands: the program, and each of its commands, with the names of their pages set.
 fn commands(program: Command) -> Vec<Command> {
     let mut program = program.disable_help_subcommand(true);
     program.build();
@@ -76,7 +77,7 @@ fn commands(program: Command) -> Vec<Command> {
     std::iter::once(program).chain(commands).collect()
 }
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Example:

@@ -117,14 +117,14 @@ fn let_writing_fail() {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
-/// Without progress.
+/// Runs a command without progress.
 fn quietly(execute: impl FnOnce(&mut Terminal) -> Result<(), Failure>) -> ExitCode {
     let mut terminal = Terminal::new(ProgressKind::None, false);
     let outcome = execute(&mut terminal);
     conclude(outcome, &terminal)
 }
 
-/// The same error about words that are safe to show: clap prints them among its own colours, where they can
+/// Rebuilds the error for words that are safe to show: clap prints them among its own colours, where they can
 /// no longer be told apart.
 fn harmless(error: clap::Error, words: &[OsString]) -> clap::Error {
     let words = words.iter().map(|word| visible(&word.to_string_lossy()).into_owned());

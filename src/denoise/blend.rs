@@ -1,4 +1,4 @@
-//! Where a picture is known better than a denoiser guesses it.
+//! Keeps pixels that are known better than a denoiser guesses them.
 //!
 //! A denoiser is wrong by what it blurs away, however many samples there are: small highlights, fine textures. A picture is
 //! wrong by its noise, of which its samples tell ([`variance`](crate::frame)). Be `c` the picture, `d` what the denoiser makes
@@ -11,10 +11,10 @@ use rayon::prelude::*;
 
 use crate::film::Values;
 
-/// How often the variance counts. Errors are least from 2 to 4 (docs/experiments.md).
+/// Factor on the variance. Errors are least from 2 to 4 (docs/experiments.md).
 const CAUTION: f32 = 3.0;
 
-/// What neighbours count, from two pixels before to two behind: binomial, one pixel of standard deviation.
+/// Weights of neighbours, from two pixels before to two behind: binomial, one pixel of standard deviation.
 const NEIGHBOURS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 
 /// Light below this counts as dark: differences are counted as shares of more than this.
@@ -86,7 +86,7 @@ fn blurred(at: usize, count: usize, value: impl Fn(usize) -> [f32; 2]) -> [f32; 
     sum
 }
 
-/// Of the picture, 0 to 1.
+/// Weight of the picture, 0 to 1.
 fn weight(difference: f32, variance: f32) -> f32 {
     // neither is negative; where both are nothing, the colours are one
     if difference > 0.0 { (1.0 - CAUTION * variance / difference).max(0.0) } else { 0.0 }
@@ -99,7 +99,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [7, 5];
 
-    /// What becomes of a denoiser's guess, all over, if the picture is `raw`.
+    /// Blends an even guess of a denoiser with the picture `raw`.
     fn blend(raw: &[[f32; 3]], guess: f32, variance: &[f32]) -> Vec<[f32; 3]> {
         let mut denoised = vec![[guess; 3]; raw.len()];
         let variance = Values::of(PlaneKind::Float, variance);

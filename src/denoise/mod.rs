@@ -1,5 +1,5 @@
-//! Takes the noise off finished frames, with Intel's Open Image Denoise. What comes out is beside the picture, never in its
-//! place: a denoiser guesses, and the picture is exact.
+//! Removes noise from finished frames, with Intel's Open Image Denoise. The result is stored beside the
+//! picture, never in its place: a denoiser guesses, and the picture is exact.
 //!
 //! The library is loaded when the first [`Denoiser`] is made. Without it everything else works.
 
@@ -15,33 +15,34 @@ use crate::layers::Layers;
 use crate::memory::Part;
 use crate::settings::{DenoiseQuality, Settings};
 
-/// The planes of a denoised picture.
+/// Planes of a denoised picture.
 pub const PLANES: [&str; 3] = ["denoised.R", "denoised.G", "denoised.B"];
 
-/// The plane of what the picture's own samples say of its noise.
+/// Plane of the noise as estimated from the picture's own samples.
 const VARIANCE: &str = "denoise_variance.V";
 
-/// What the library is called: version 2 in any of its revisions.
+/// File name of the library: version 2 in any of its revisions.
 const LIBRARY: &str = "libOpenImageDenoise.so.2";
 
-/// Where `make setup` puts it. Programs that are made to be carried elsewhere know no such place: their run path names
-/// the folder of the libraries that they carry, in which the loader looks before it asks the system.
+/// Path of the library that `make setup` installs. Programs that are made to be carried elsewhere know no
+/// such place: their run path names the folder of the libraries that they carry, in which the loader looks
+/// before it asks the system.
 const PRIVATE: Option<&str> = option_env!("AFTERIMAGE_PRIVATE_OIDN");
 
-/// Names the prefix of a library that is to be used, and no other.
+/// Environment variable with the prefix of a library that is to be used, and no other.
 const PREFIX_VARIABLE: &str = "OIDN_DIR";
 
-/// Why a frame cannot be denoised.
+/// Reason why a frame cannot be denoised.
 #[derive(Debug)]
 pub enum DenoiseError {
     /// There is no library, or none that can be used.
     Missing {
-        /// What was tried, and what went wrong.
+        /// Errors of all attempts.
         tried: Vec<oidn::Error>,
-        /// Whether a place was named, so that no other was tried.
+        /// True if a place was named, so that no other was tried.
         is_named: bool,
     },
-    /// A plane that it takes is not in the film.
+    /// A plane that denoising needs is not in the film.
     NoPlane(&'static str),
     /// The library failed.
     Failed(oidn::Error),
@@ -86,11 +87,10 @@ pub struct Denoiser {
 }
 
 impl Denoiser {
-    /// Loads the library, which will work on so many threads of its own: what `OIDN_DIR` names, or else what the
-    /// program carries, or that of the system, or that of `make setup`.
+    /// Loads the library, which will work on so many threads of its own. It is the one that `OIDN_DIR` names;
+    /// or else the one that the program carries, that of the system, or that of `make setup`.
     ///
-    /// # Errors
-    /// None of them can be used: what was tried, and what to do.
+    /// # Errors None of them can be used: what was tried, and what to do.
     pub fn new(threads: usize, quality: DenoiseQuality) -> Result<Self, DenoiseError> {
         let named = env::var_os(PREFIX_VARIABLE).filter(|prefix| !prefix.is_empty());
         let in_prefix = |prefix: &Path| prefix.join("lib").join(LIBRARY);
@@ -114,17 +114,16 @@ impl Denoiser {
         Err(DenoiseError::Missing { tried, is_named: named.is_some() })
     }
 
-    /// Of the library that is loaded.
+    /// Version of the library that is loaded.
     pub fn version(&self) -> String {
         let [major, minor, patch] = self.library.version();
         format!("{major}.{minor}.{patch}")
     }
 
-    /// The picture of `film`, which must have the layers that denoising [needs](with_guides), without noise: what the library
-    /// makes of it, and the picture itself [where that is known better](Blend::keep_known).
+    /// Denoises the picture of `film`, which must have the layers that denoising [needs](with_guides). The
+    /// result is the library's, and the picture itself [where that is known better](Blend::keep_known).
     ///
-    /// # Errors
-    /// A plane is not there, or the library fails: it may run out of memory.
+    /// # Errors A plane is not there, or the library fails: it may run out of memory.
     pub fn denoise(&mut self, film: &Film) -> Result<[Plane; 3], DenoiseError> {
         let Self { library, color, albedo, normal, output, blend } = self;
         interleave(film, ["R", "G", "B"], color)?;
@@ -160,7 +159,7 @@ fn of_library(quality: DenoiseQuality) -> oidn::Quality {
     }
 }
 
-/// Three planes as pixels.
+/// Interleaves three planes as pixels.
 fn interleave(film: &Film, names: [&'static str; 3], pixels: &mut Vec<[f32; 3]>) -> Result<(), DenoiseError> {
     let count = film.width as usize * film.height as usize;
     pixels.clear();
@@ -178,13 +177,13 @@ fn interleave(film: &Film, names: [&'static str; 3], pixels: &mut Vec<[f32; 3]>)
     Ok(())
 }
 
-/// `settings` with what denoising needs of a frame.
+/// Adds the layers that denoising needs to `settings`.
 pub fn with_guides(settings: &Settings) -> Settings {
     Settings { layers: settings.layers.with(Layers::GUIDES).with(Layers::VARIANCE), ..settings.clone() }
 }
 
-/// What denoising takes: our pixels; what the library works with, up to its limit, and the library itself (measured with
-/// 2.5.1).
+/// Memory that denoising takes: our pixels, the library's working memory up to its limit, and the library
+/// itself (measured with 2.5.1).
 pub fn need(settings: &Settings) -> Part {
     const OURS: u64 = 4 * 12 + 2 * 8 + 2 * 3 * 2; // the last picture is being written meanwhile
     const WORKING: u64 = 720;

@@ -2,13 +2,13 @@
 
 use super::picture::Picture;
 
-/// Frames on a sheet, at most.
+/// Maximum number of frames on a sheet.
 pub const MOST_FRAMES: usize = 60;
-/// Width and height of a frame on it, at most, pixels.
+/// Maximum width and height of a frame on it, pixels.
 const LARGEST: [u32; 2] = [256, 192];
-/// Between frames, pixels.
+/// Gap between frames, pixels.
 const GAP: usize = 8;
-/// Proportions that the sheet comes as close to as its frames allow.
+/// Aspect ratio that the sheet comes as close to as its frames allow.
 const ASPECT: f64 = 16.0 / 9.0;
 
 const PAPER: [u8; 3] = [24, 24, 26];
@@ -33,7 +33,8 @@ const FIGURES: [[u8; 7]; 11] = [
     [0x00, 0x00, 0x00, 0x0e, 0x00, 0x00, 0x00],
 ];
 
-/// Those of `frames` that a sheet shows: all, or as many as it has room for, evenly chosen, with the first and the last.
+/// Chooses those of `frames` that a sheet shows: all, or as many as it has room for, evenly spaced, with the
+/// first and the last.
 pub fn chosen(frames: &[i32]) -> Vec<i32> {
     if frames.len() <= MOST_FRAMES {
         return frames.to_vec();
@@ -41,13 +42,13 @@ pub fn chosen(frames: &[i32]) -> Vec<i32> {
     (0..MOST_FRAMES).map(|i| frames[i * (frames.len() - 1) / (MOST_FRAMES - 1)]).collect()
 }
 
-/// As large as it is on a sheet.
+/// Scales a picture to its size on a sheet.
 #[must_use]
 pub fn thumbnail(picture: &Picture) -> Picture {
     picture.within(LARGEST[0], LARGEST[1])
 }
 
-/// Frames' numbers and [`thumbnail`]s on one sheet, row by row. Empty without any.
+/// Draws frames' numbers and [`thumbnail`]s on one sheet, row by row. Empty without any.
 #[must_use]
 pub fn sheet(frames: &[(i32, Picture)]) -> Picture {
     let widest = frames.iter().map(|(_, picture)| picture.width as usize).max().unwrap_or(0);
@@ -74,7 +75,7 @@ impl Canvas {
         Self(Picture { width: width as u32, height: height as u32, rgb })
     }
 
-    /// With its upper left pixel at `place`: column and row.
+    /// Draws a picture with its upper left pixel at `place`: column and row.
     fn place(&mut self, picture: &Picture, [x, y]: [usize; 2]) {
         let width = picture.width as usize * 3;
         for (row, pixels) in picture.rgb.chunks_exact(width).enumerate() {
@@ -83,7 +84,7 @@ impl Canvas {
         }
     }
 
-    /// A number. What has no room on the sheet is left out.
+    /// Draws a number. Parts beyond the sheet are left out.
     fn write(&mut self, number: &str, [x, y]: [usize; 2]) {
         for (i, figure) in number.chars().enumerate() {
             let rows = FIGURES[figure.to_digit(10).map_or(10, |digit| digit as usize)];

@@ -16,7 +16,7 @@ use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
 use crate::settings::{self, FileFormat, PixelRect, Settings};
 
-/// Why there is no frame.
+/// Reason why a frame was not written.
 #[derive(Debug)]
 pub enum ExrError {
     /// The file could not be written.
@@ -51,33 +51,33 @@ impl fmt::Display for ExrError {
 
 impl std::error::Error for ExrError {}
 
-/// Where a frame's pixels lie.
+/// Data window and display window of a frame's pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Windows {
-    /// The pixels that are there.
+    /// Pixels in the file.
     pub data: PixelRect,
     /// Columns and rows of the picture, whose first pixel is (0, 0). Compositors call it display window, or format.
     pub picture: [u32; 2],
 }
 
 impl Windows {
-    /// All pixels of a picture of this size, and no others.
+    /// Windows of all pixels of a picture of this size, and no others.
     pub fn whole([width, height]: [u32; 2]) -> Self {
         Self { data: PixelRect { x: 0, y: 0, width, height }, picture: [width, height] }
     }
 
-    /// Those that `settings` ask for.
+    /// Windows for `settings`.
     pub fn of(settings: &Settings) -> Self {
         Self { data: settings.data_window(), picture: [settings.width, settings.height] }
     }
 }
 
-/// How a frame is packed.
+/// Threads that pack a frame, and a message when they are done.
 #[derive(Debug, Default)]
 pub struct Packing<'t> {
-    /// By these threads, or else by those of which the caller is one.
+    /// Pool of the threads that pack. None: that of the calling thread.
     pub threads: Option<&'t ThreadPool>,
-    /// Is told when that is done, and only the disk is waited for.
+    /// Receives a message when packing is done, and only the disk is waited for.
     pub done: Option<Sender<()>>,
 }
 
@@ -92,21 +92,20 @@ pub fn write_exr(path: &Path, film: &Film, meta: &FrameMeta) -> Result<(), ExrEr
     write_planes(path, windows, film.planes.iter(), meta, FileFormat::default(), Packing::default())
 }
 
-/// What one of several eyes sees, or the only one.
+/// Picture of one of several eyes, or of the only one.
 #[derive(Debug)]
 pub struct View<'p> {
-    /// `left` or `right`; nothing where there is one.
+    /// Name of the view, `left` or `right`; none for the only eye.
     pub name: Option<&'static str>,
-    /// In any order.
+    /// Planes, in any order.
     pub planes: Vec<&'p Plane>,
-    /// What the header says.
+    /// Metadata for the header.
     pub meta: FrameMeta,
 }
 
-/// The same with these planes, whose pixels lie as `windows` says, in a file made as `format` says.
+/// Writes these planes like [`write_exr`], with the pixels in `windows`, and the file in this `format`.
 ///
-/// # Errors
-/// The same.
+/// # Errors As [`write_exr`].
 pub fn write_planes<'p>(
     path: &Path,
     windows: Windows,
@@ -119,10 +118,10 @@ pub fn write_planes<'p>(
     write_views(path, windows, &[view], format, packing)
 }
 
-/// The same of all that eyes see of a frame: one file for all of them, of several views if they have names.
+/// Writes the pictures of all eyes like [`write_planes`]: one file for all of them, multi-view if they have
+/// names.
 ///
-/// # Errors
-/// The same, and where there is no view.
+/// # Errors As [`write_exr`], and if there is no view.
 pub fn write_views(
     path: &Path,
     windows: Windows,
@@ -219,17 +218,17 @@ pub fn write_floats(
     write_whole(path, |file| openexr::write(file, path, &image).map_err(ExrError::from))
 }
 
-/// Whether `path` is an EXR file that can be read to its end: left by a run that finished the frame.
+/// Returns true if `path` is an EXR file that can be read to its end: the run that wrote it finished the
+/// frame.
 pub fn is_whole(path: &Path) -> bool {
     let is_whole = |part| openexr::scan_part(path, part, |_, _| {}).is_ok();
     openexr::part_count(path).is_ok_and(|parts| (0..parts).all(is_whole))
 }
 
-/// What the frame at `path` was made from, as far as its header says: `None` inside for what has no fingerprint. The pixels
-/// are not looked at.
+/// Reads the fingerprint of the frame at `path` from its header: `None` inside if it has none. The pixels are
+/// not read.
 ///
-/// # Errors
-/// It is no EXR file that can be read.
+/// # Errors It is no EXR file that can be read.
 pub fn fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
     let head = openexr::read_header(path)?;
     Ok(match head.attribute(fingerprint::KEY) {

@@ -1,9 +1,10 @@
-//! Colours for how far two pictures are apart: small differences show beside large ones.
+//! False colours for the difference between two pictures: small differences show beside large ones.
 
 /// Differences of this and less have the first colour; 0 is black.
 pub const LEAST: f32 = 1.0 / 4096.0;
 
-/// sRGB, from [`LEAST`] to 1 in equal steps of the logarithm, ever lighter: violet blue, purple, red, orange, pale yellow.
+/// Colour ramp, sRGB, from [`LEAST`] to 1 in equal steps of the logarithm, ever lighter: violet blue, purple,
+/// red, orange, pale yellow.
 const RAMP: [[u8; 3]; 5] = [[28, 26, 92], [112, 32, 140], [208, 48, 84], [246, 146, 42], [255, 248, 206]];
 
 /// The sRGB colour of an absolute difference: black is 0, the last colour is 1 and more.

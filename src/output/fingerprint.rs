@@ -1,28 +1,28 @@
-//! What a frame was made from, in short: it stands in the frame's header, and in its preview, so that a later run can tell
-//! whether the frame is the one that it would make.
+//! Short digests of everything a frame was made from. They stand in the frame's header, and in its preview,
+//! so that a later run can tell whether the frame is the one that it would make.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::digest::Digest;
 
-/// The key under which headers have it.
+/// Key of the fingerprint in headers.
 pub const KEY: &str = "fingerprint";
 
 /// Digests of all that decides a frame's pixels. As text: `version 16-digits shot ... inputs ... settings ...`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fingerprint {
-    /// The program's version, and that of what traces rays.
+    /// Digest of the program's version, and of the tracer's.
     pub version: Digest,
-    /// What the shot file says, but for what counts as a setting.
+    /// Digest of the shot file's statements, without those that count as settings.
     pub shot: Digest,
-    /// The content of models, materials, textures and maps.
+    /// Digest of the content of models, materials, textures and maps.
     pub inputs: Digest,
-    /// Of the run, as far as they change pixels.
+    /// Digest of the run's settings, as far as they change pixels.
     pub settings: Digest,
 }
 
-/// The kinds of things that may have changed, in the order of the text.
+/// Kinds of things that may have changed, in the order of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the fields of a fingerprint say it")]
 pub enum Kind {
@@ -44,7 +44,7 @@ impl Kind {
         }
     }
 
-    /// What a frame was made with that fits no longer, in a sentence.
+    /// Words for the changed thing that an existing frame was made with.
     pub fn other(self) -> &'static str {
         match self {
             Self::Version => "another version of the program or of Embree",
@@ -60,7 +60,7 @@ impl Fingerprint {
         [self.version, self.shot, self.inputs, self.settings]
     }
 
-    /// In what it differs from `other`.
+    /// Kinds in which it differs from `other`.
     pub fn changes(&self, other: &Self) -> Vec<Kind> {
         let pairs = self.digests().into_iter().zip(other.digests());
         Kind::ALL

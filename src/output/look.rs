@@ -1,8 +1,9 @@
-//! From the light of a frame to what a screen shows: exposure, then a view transform. EXR files know nothing of it.
+//! Conversion of a frame's light to a screen's: exposure, then a view transform. EXR files are not affected.
 
 use crate::settings::{Look, View};
 
-/// Takes linear red, green and blue of a frame to light on a screen, as shares of its white, each 0 to 1. NaN becomes 0.
+/// Converts linear red, green and blue of a frame to light on a screen, as shares of its white, each 0 to 1.
+/// NaN becomes 0.
 pub fn on_screen(look: Look) -> impl Fn([f32; 3]) -> [f32; 3] {
     let scale = look.exposure.exp2();
     move |color| {
@@ -44,7 +45,7 @@ fn hable(x: f32) -> f32 {
 /// over 16.5 stops, on a logarithmic scale; and they are moved back, as in Benjamin Wrensch's "Minimal AgX Implementation" (2023),
 /// whose matrices are [`towards_grey`] written out.
 fn agx(color: [f32; 3]) -> [f32; 3] {
-    /// Stops above and below middle grey of what is neither white nor black.
+    /// Exposure range in stops from middle grey: beyond it there is only black, or white.
     const STOPS: [f32; 2] = [-10.0, 6.5];
     const MIDDLE_GREY: f32 = 0.18;
     /// Share of grey in each colour under the curve.
@@ -57,7 +58,8 @@ fn agx(color: [f32; 3]) -> [f32; 3] {
     towards_grey(curved, -SHARE / (1.0 - SHARE)).map(|value| value.clamp(0.0, 1.0))
 }
 
-/// Each channel with this share of the colour's grey. With a share of -s / (1 - s) the inverse of that with s, because grey stays.
+/// Blends each channel with this share of the colour's grey. Because grey stays, a share of -s / (1 - s)
+/// gives the inverse of that with s.
 fn towards_grey(color: [f32; 3], share: f32) -> [f32; 3] {
     /// Red, green and blue of AgX's grey.
     const WEIGHTS: [f32; 3] = [0.212_005, 0.392_183, 0.395_812];

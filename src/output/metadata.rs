@@ -1,4 +1,4 @@
-//! What a frame's header says about it, under the names that compositors look for.
+//! Metadata in a frame's header, under the names that compositors look for.
 
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -7,10 +7,10 @@ use openexr::Attribute;
 
 use super::fingerprint::{self, Fingerprint};
 
-/// CIE xy of Rec. 709's red, green, blue and of D65: what `R G B` mean.
+/// CIE xy of Rec. 709's red, green, blue and of D65: the primaries and the white of `R G B`.
 const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
-/// What is known of a frame besides its planes.
+/// Metadata of a frame, beside its planes.
 ///
 /// Matrices are for row vectors, `p' = p * M`, rows one after the other, as in Imath, Nuke and all
 /// EXR files: the translation stands in elements 12, 13 and 14. (glam's `Mat4::to_cols_array` of a
@@ -29,9 +29,9 @@ pub struct FrameMeta {
     pub comments: String,
     /// Name of the shot.
     pub shot: String,
-    /// What the frame was made from, where a later run shall know.
+    /// Fingerprint of the frame, if a later run shall know it.
     pub fingerprint: Option<Fingerprint>,
-    /// About its layers: names and values.
+    /// Metadata of its layers: names and values.
     pub layers: Arc<[(String, String)]>,
 }
 

@@ -1,18 +1,18 @@
-//! What leaves the program as pictures: one EXR file a frame with all layers, and a PNG preview.
+//! Pictures as files: one EXR file a frame with all layers, and a PNG preview.
 //!
 //! A finished [`Film`](crate::film::Film) comes in; whole files come out, or none:
 //! everything is written under a hidden temporary name in its folder and renamed when complete and on the disk.
 //!
-//! - [`path`]: `out/name.####.exr` and what it means for a frame number
+//! - [`path`]: `out/name.####.exr`, and the file name of each frame
 //! - [`exr`]: layers and the header's metadata
-//! - [`png`]: an 8-bit sRGB look at `R G B`
-//! - [`look`]: how light becomes what screens show
+//! - [`png`]: an 8-bit sRGB preview of `R G B`
+//! - [`look`]: conversion of light to a screen's values
 //! - [`picture`]: finished frames, read back as a viewer shows them
 //! - [`contact_sheet`]: many of them in one picture
 //! - [`movie`]: all of them in one file, packed by FFmpeg
-//! - [`fingerprint`]: what a frame was made from, so that a later run knows whether to keep it
-//! - [`store_file`]: the samples of a frame, from which a later run goes on
-//! - [`false_color`]: colours for how far two pictures are apart
+//! - [`fingerprint`]: digests of a frame's inputs, so that a later run knows whether to keep it
+//! - [`store_file`]: the samples of a frame, from which a later run continues
+//! - [`false_color`]: colours for differences between two pictures
 //!
 //! [`ensure_writable`] finds out before anything is rendered whether the folder takes files.
 

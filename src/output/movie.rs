@@ -9,19 +9,19 @@ use std::process::{Child, Command, Stdio};
 use super::picture::Picture;
 use super::staged::{WriteError, write_whole};
 
-/// The program.
+/// Name of the program.
 const FFMPEG: &str = "ffmpeg";
 
-/// How a movie is packed.
+/// Format of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Container {
     /// H.264, which plays everywhere.
     Mp4,
-    /// Plays in web pages; 256 colours.
+    /// GIF, which plays in web pages; 256 colours.
     Gif,
 }
 
-/// Why there is no movie.
+/// Reason why there is no movie.
 #[derive(Debug)]
 pub enum MovieError {
     /// FFmpeg cannot be started.
@@ -66,7 +66,7 @@ impl fmt::Display for MovieError {
 
 impl std::error::Error for MovieError {}
 
-/// Where a process finds the files that it has open.
+/// Folder in which a process finds the files that it has open.
 const OPEN_FILES: &str = "/proc/self/fd";
 
 /// Finds out whether FFmpeg is there, and what it needs.
@@ -119,7 +119,7 @@ pub fn write_movie<E: From<MovieError> + From<WriteError>>(
     })
 }
 
-/// Gives all frames to `child`. The inner result is that of its pipe.
+/// Writes all frames to `child`. The inner result is that of its pipe.
 fn feed<E: From<MovieError>>(
     child: &mut Child,
     size: [u32; 2],
@@ -138,7 +138,7 @@ fn feed<E: From<MovieError>>(
     Ok(Ok(()))
 }
 
-/// Waits for its end, and returns the last lines that it has written to `log`.
+/// Waits for the end of `child`, and returns the last lines that it has written to `log`.
 fn conclude(mut child: Child, mut log: File) -> Result<String, String> {
     drop(child.stdin.take());
     let ended = child.wait();
@@ -155,7 +155,8 @@ fn conclude(mut child: Child, mut log: File) -> Result<String, String> {
     }
 }
 
-/// Reads raw frames from its input and writes to the file that is its output, where it may go back.
+/// Command that reads raw frames from its input, and writes to the file that is its output and allows
+/// seeking.
 fn command(container: Container, (above, below): (i32, u32), [width, height]: [u32; 2]) -> Command {
     let mut command = Command::new(FFMPEG);
     command.args(["-hide_banner", "-loglevel", "error", "-nostdin", "-y"]);

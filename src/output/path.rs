@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
-/// Digits of a frame number where nobody says how many.
+/// Number of digits of a frame number if it is not given.
 const USUAL_DIGITS: usize = 4;
 
 /// A folder and a file name with one place for the frame number.
@@ -15,7 +15,7 @@ pub struct OutputPattern {
     after: String,
 }
 
-/// Why a text is no pattern. Its text says what to write instead.
+/// Reason why a text is no pattern. Its text says what to write instead.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PatternError {
     /// Two places for the frame number, in this name.
@@ -80,8 +80,8 @@ impl OutputPattern {
         Self::in_folder(&folder, stem, extension)
     }
 
-    /// The file of that frame. A number with more digits than the pattern has keeps them all; a minus
-    /// sign stands before the digits and is none of them: frame -3 of `####` is `-0003`.
+    /// File of that frame. A number with more digits than the pattern has keeps them all; a minus sign stands
+    /// before the digits and is none of them: frame -3 of `####` is `-0003`.
     #[must_use]
     pub fn at(&self, frame: i32) -> PathBuf {
         self.folder.join(self.name(frame))
@@ -93,21 +93,22 @@ impl OutputPattern {
         format!("{before}{sign}{:0digits$}{after}", frame.unsigned_abs())
     }
 
-    /// The frame whose file has this name in the folder.
+    /// Frame whose file has this name in the folder.
     #[must_use]
     pub fn frame_of(&self, name: &str) -> Option<i32> {
         let number = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;
         number.parse().ok().filter(|frame| self.name(*frame) == name)
     }
 
-    /// The same names with another extension (without dot): for previews and reports beside frames.
+    /// Replaces the extension (without dot): for previews and reports beside frames.
     #[must_use]
     pub fn with_extension(&self, extension: &str) -> Self {
         let stem = self.after.rsplit_once('.').map_or(self.after.as_str(), |(stem, _)| stem);
         Self { after: format!("{stem}.{extension}"), ..self.clone() }
     }
 
-    /// The names of one of several views: `walk.left.####.png`, and `walk_left_####.png` where the pattern has no dot.
+    /// Names of one of several views: `walk.left.####.png`, and `walk_left_####.png` if the pattern has no
+    /// dot.
     #[must_use]
     pub fn of_view(&self, view: &str) -> Self {
         let before = match split_separator(&self.before) {
@@ -118,14 +119,14 @@ impl OutputPattern {
         Self { before, ..self.clone() }
     }
 
-    /// The folder that all files lie in; empty for the current one.
+    /// Folder of all files; empty for the current one.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 }
 
-/// A name, and the character that parts it from what follows, if there is one.
+/// Splits off the last character of a name, if it is a separator.
 fn split_separator(name: &str) -> Option<(&str, char)> {
     let separator = name.chars().next_back().filter(|last| "._-".contains(*last))?;
     Some((&name[..name.len() - separator.len_utf8()], separator))
@@ -135,7 +136,7 @@ fn is_folder(text: &str) -> bool {
     text.ends_with(MAIN_SEPARATOR) || text.ends_with('/') || Path::new(text).is_dir()
 }
 
-/// The text before the number, its digits if there is a number, and the text after it.
+/// Splits a name: the text before the number, its digits if there is a number, and the text after it.
 fn split_at_group(name: &str) -> Result<(String, Option<usize>, String), PatternError> {
     let Some(start) = name.find(['#', '%']) else {
         return Ok((name.into(), None, String::new()));
@@ -157,7 +158,7 @@ fn split_at_group(name: &str) -> Result<(String, Option<usize>, String), Pattern
     Ok((before.to_owned(), Some(digits), after.to_owned()))
 }
 
-/// Digits, and bytes of the group, of a text that begins with `%d` or `%04d`.
+/// Number of digits, and of bytes of the group, of a text that begins with `%d` or `%04d`.
 fn percent_group(text: &str) -> Option<(usize, usize)> {
     let inner = text.strip_prefix('%')?;
     let width = inner.bytes().take_while(u8::is_ascii_digit).count();

@@ -11,7 +11,7 @@ use super::png::srgb_byte;
 use crate::input::{self, Kind};
 use crate::settings::Look;
 
-/// 8-bit sRGB.
+/// A picture in 8-bit sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
     /// Columns.
@@ -39,10 +39,9 @@ impl fmt::Display for ReadBackError {
 impl std::error::Error for ReadBackError {}
 
 impl Picture {
-    /// The preview at `path`.
+    /// Reads the preview at `path`.
     ///
-    /// # Errors
-    /// It is no PNG that can be read.
+    /// # Errors It is no PNG that can be read.
     pub fn of_png(path: &Path) -> Result<Self, ReadBackError> {
         let file = input::open(path, Kind::Picture).map_err(|error| failed(path, error))?.file;
         let reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
@@ -50,10 +49,10 @@ impl Picture {
         Ok(Self { width: picture.width(), height: picture.height(), rgb: picture.into_raw() })
     }
 
-    /// Of the frame at `path`, encoded as a preview with this `look` is: the three `channels` that are red, green and blue.
+    /// Reads the frame at `path`, and encodes it as a preview with this `look`. `channels` names its red,
+    /// green and blue.
     ///
-    /// # Errors
-    /// It is no EXR that can be read, or has no such channels.
+    /// # Errors It is no EXR that can be read, or has no such channels.
     pub fn of_exr(path: &Path, channels: [&str; 3], look: Look) -> Result<Self, ReadBackError> {
         let parts = openexr::part_count(path).map_err(|error| failed(path, error))?;
         for part in 0..parts {
@@ -77,8 +76,8 @@ impl Picture {
         Err(failed(path, format!("it has no {}", channels.join(" "))))
     }
 
-    /// At most `width` pixels wide and `height` high, in the same proportions; each pixel is the mean of those that it covers, of
-    /// their light. Never larger than it was.
+    /// Scales the picture to at most `width` by `height` pixels in the same proportions, never to more than
+    /// it has. Each pixel is the mean of the light of those that it covers.
     #[must_use]
     pub fn within(&self, width: u32, height: u32) -> Self {
         let factor =

@@ -12,7 +12,7 @@ use crate::film::{Film, Plane};
 use crate::input::{self, Kind};
 use crate::settings::Look;
 
-/// Why there is no preview.
+/// Reason why there is no preview.
 #[derive(Debug)]
 pub enum PreviewError {
     /// The file could not be written.
@@ -43,10 +43,9 @@ pub fn write_png(path: &Path, film: &Film) -> Result<(), PreviewError> {
     write_colors(path, [film.width, film.height], colors(film)?, Look::default(), None)
 }
 
-/// The planes that a preview of `film` shows.
+/// Planes that a preview of `film` shows.
 ///
-/// # Errors
-/// One is missing.
+/// # Errors One is missing.
 pub fn colors(film: &Film) -> Result<[&Plane; 3], PreviewError> {
     let plane = |name: &'static str| film.plane(name).ok_or(PreviewError::NoPlane(Cow::Borrowed(name)));
     Ok([plane("R")?, plane("G")?, plane("B")?])
@@ -76,7 +75,7 @@ pub fn file_of(film: &Film, look: Look) -> Result<Vec<u8>, PreviewError> {
     file_of_bytes(size, &encoded(size, colors(film)?, look)?, None)
 }
 
-/// Red, green and blue of each pixel, encoded.
+/// Encodes red, green and blue of each pixel.
 fn encoded(size: [u32; 2], planes: [&Plane; 3], look: Look) -> Result<Vec<u8>, PreviewError> {
     let pixels = size[0] as usize * size[1] as usize;
     if let Some(plane) = planes.iter().find(|plane| plane.values.len() != pixels) {
@@ -91,7 +90,7 @@ fn encoded(size: [u32; 2], planes: [&Plane; 3], look: Look) -> Result<Vec<u8>, P
     Ok(bytes)
 }
 
-/// What the preview at `path` was made from; `None` for what does not say, or is no PNG.
+/// Reads the fingerprint of the preview at `path`; `None` if it has none, or is no PNG.
 pub fn fingerprint(path: &Path) -> Option<Fingerprint> {
     let input = input::open(path, Kind::Picture).ok()?;
     let reader = png::Decoder::new(BufReader::new(input.file)).read_info().ok()?;
@@ -145,7 +144,7 @@ fn encode(
     writer.finish()
 }
 
-/// Linear light to an sRGB byte: IEC 61966-2-1, its linear piece included; NaN becomes 0.
+/// Encodes linear light as an sRGB byte: IEC 61966-2-1, its linear piece included; NaN becomes 0.
 #[must_use]
 pub fn srgb_byte(linear: f32) -> u8 {
     let linear = linear.clamp(0.0, 1.0); // leaves a NaN alone

@@ -1,4 +1,5 @@
-//! Whole files or none, what killed runs leave of them, and an early look at whether a folder takes files.
+//! Writes whole files or none, removes leftovers of killed runs, and tests early whether a folder takes
+//! files.
 //!
 //! A file is written under a hidden name of its own, `.NAME.RANDOM.part`, beside its final one (a rename is
 //! atomic within one file system only), and locked as long as its writer lives. A killed run leaves such a
@@ -14,16 +15,16 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{FlockOperation, flock};
 use tempfile::NamedTempFile;
 
-/// Ends the names of files that are not whole yet.
+/// Ending of the names of unfinished files.
 const UNFINISHED: &str = ".part";
 
-/// Letters and digits in the name of a file that is not whole yet: no word has as many by chance.
+/// Number of random letters and digits in the name of an unfinished file: no word has as many by chance.
 const RANDOM_LETTERS: usize = 12;
 
-/// Files that are created, at most, until one is not removed by another run before it is locked.
+/// Maximum number of attempts to create a file that no other run removes before it is locked.
 const MOST_TEMPORARIES: usize = 100;
 
-/// What a new file may be used for before the user's mask takes its share, as everywhere.
+/// Permissions of a new file before the user's mask applies, as for most programs.
 const NEW_FILE_MODE: u32 = 0o666;
 
 /// A file or folder that could not be written. Its text names it and says what to do.
@@ -31,7 +32,7 @@ const NEW_FILE_MODE: u32 = 0o666;
 pub struct WriteError {
     /// The file or folder, under its final name.
     pub path: PathBuf,
-    /// What the operating system answered.
+    /// Answer of the operating system.
     pub source: io::Error,
 }
 
@@ -80,7 +81,8 @@ pub fn ensure_writable(file: &Path) -> Result<(), WriteError> {
     tempfile::tempfile_in(folder).and_then(|mut probe| probe.write_all(b"probe")).map_err(refused)
 }
 
-/// Has `fill` write a file that gets the name `path` when its data is on the disk. On an error nothing is left.
+/// Lets `fill` write a file that gets the name `path` when its data is on the disk. After an error no file is
+/// left.
 pub fn write_whole<E: From<WriteError>>(path: &Path, fill: impl Fn(&File) -> Result<(), E>) -> Result<(), E> {
     let outcome = match write_once(path, &fill)? {
         // another run took it for a leftover, where locks are not seen by all machines
@@ -90,12 +92,12 @@ pub fn write_whole<E: From<WriteError>>(path: &Path, fill: impl Fn(&File) -> Res
     outcome.map_err(|error| WriteError::new(path, error).into())
 }
 
-/// [`write_whole`] of bytes.
+/// Writes bytes by [`write_whole`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_whole(path, |mut file| file.write_all(bytes).map_err(|error| WriteError::new(path, error)))
 }
 
-/// Writes `bytes` to a file that must not be there yet: what is there stays, and is an error.
+/// Writes `bytes` to a new file. An existing file stays, and is an error.
 pub fn write_new_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let write = || -> io::Result<()> {
         let staged = stage(path)?;
@@ -107,7 +109,7 @@ pub fn write_new_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write().map_err(|error| WriteError::new(path, error))
 }
 
-/// The outer result is that of `fill`, the inner one that of the operating system.
+/// Makes one attempt. The outer result is that of `fill`, the inner one that of the operating system.
 fn write_once<E>(path: &Path, fill: &impl Fn(&File) -> Result<(), E>) -> Result<io::Result<()>, E> {
     let staged = match stage(path) {
         Ok(staged) => staged,
@@ -117,7 +119,7 @@ fn write_once<E>(path: &Path, fill: &impl Fn(&File) -> Result<(), E>) -> Result<
     Ok(publish(staged, path))
 }
 
-/// An empty, locked file that is removed when it is dropped.
+/// Creates an empty, locked file that is removed when it is dropped.
 fn stage(path: &Path) -> io::Result<NamedTempFile> {
     for _ in 1..MOST_TEMPORARIES {
         let staged = create(path)?;
@@ -147,8 +149,8 @@ fn create(path: &Path) -> io::Result<NamedTempFile> {
         .tempfile_in(folder_of(path))
 }
 
-/// Data first, then the name, then the folder that holds the name: in this order nothing but a whole file
-/// is found under it even after the power fails.
+/// Writes the data to the disk first, then the name, then the folder that holds the name: in this order only
+/// a whole file is ever found under it, even after a power failure.
 fn publish(staged: NamedTempFile, path: &Path) -> io::Result<()> {
     staged.as_file().sync_all()?;
     staged.persist(path).map_err(|refused| refused.error)?;
@@ -157,7 +159,8 @@ fn publish(staged: NamedTempFile, path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes what killed runs left in `folder` of files whose names `is_ours` takes. What it may not remove stays.
+/// Removes leftovers of killed runs in `folder`, if `is_ours` accepts the names of their final files. Files
+/// that must not be removed stay.
 pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.filter_map(Result::ok) {
@@ -168,8 +171,8 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     }
 }
 
-/// The name that the file `name` would have had when whole: `a.exr` of `.a.exr.X.part`, where X is twelve letters
-/// and digits now, and was `PID` or `PID-COUNT`.
+/// Final name of the unfinished file `name`: `a.exr` for `.a.exr.X.part`, where X is twelve letters and
+/// digits now, and was `PID` or `PID-COUNT`.
 fn finished_name(name: &str) -> Option<&str> {
     let (finished, tag) = name.strip_prefix('.')?.strip_suffix(UNFINISHED)?.rsplit_once('.')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -186,7 +189,7 @@ fn remove_unless_locked(path: &Path) {
     }
 }
 
-/// The folder of `file`, which has a name.
+/// Folder of `file`, which has a name.
 pub(crate) fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

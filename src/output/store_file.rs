@@ -1,9 +1,11 @@
-//! Sample stores in files: with one a later run goes on where this one ends, as if it were the same.
+//! Sample stores in files: with one a later run continues where this one ends, with the same results as in
+//! one run.
 //!
-//! A file is [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a block for each tile of each
-//! level of each picture that the frame is made of (of two eyes, and of exposures that keep samples of their own), with its length before it. After the header and after each block there is a checksum of all that is before it.
-//! Numbers are little-endian. Nothing of a file is believed: no list is longer than what the shot itself needs, and what names
-//! something that is not there is refused.
+//! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a
+//! block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep samples
+//! of their own), with its length before it. After the header and after each block there is a checksum of
+//! everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot itself
+//! needs, and references to things that do not exist are refused.
 
 use std::cell::Cell;
 use std::fmt;
@@ -25,34 +27,34 @@ use crate::scene::Scene;
 /// The first bytes of a store.
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
-/// Of the format. It counts up whenever what a sample keeps changes, or means something else.
+/// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
 pub const VERSION: u32 = 2;
 
-/// Bytes of a header, at most.
+/// Maximum length of a header, bytes.
 const MOST_HEADER: u32 = 1 << 16;
 
-/// Bytes of tiles that are made into bytes, or out of them, at once.
+/// Bytes of tiles that are encoded, or decoded, at once.
 const AT_ONCE: usize = 32 << 20;
 
-/// More frames than this no run has rendered.
+/// Limit of the number of rendered frames: no run has as many.
 const MOST_RENDERED: u32 = 1 << 30;
 
-/// What a store is of.
+/// Description of a store's content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
-    /// The shot, and all that decides samples.
+    /// Fingerprint of the shot, and of everything that decides samples.
     pub fingerprint: Fingerprint,
-    /// The frame.
+    /// Number of the frame.
     pub frame: i32,
-    /// How many samples its pictures have, of which eyes and exposures, for people.
+    /// Sampling of its pictures in words: samples a pixel, eyes and exposures.
     pub sampling: String,
-    /// How the frame came about, in a word for whoever schedules frames.
+    /// Ancestry of the frame, in the words of the schedule.
     pub ancestry: String,
-    /// Frames that had been rendered in its chain: samples count their age from it.
+    /// Number of frames that had been rendered in its chain: samples count their age from it.
     pub rendered: u32,
 }
 
-/// As it is written.
+/// Header as written.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct HeaderText {
@@ -62,33 +64,33 @@ struct HeaderText {
     ancestry: String,
     rendered: u32,
     pictures: Vec<PictureName>,
-    /// Of each level of each of them.
+    /// Number of tiles of each level of each of them.
     tiles: Vec<u32>,
 }
 
-/// A file that nothing can be taken from. The text says why and what to do.
+/// A store that cannot be used. The text says why and what to do.
 #[derive(Debug)]
 pub struct StoreError {
     /// The file.
     pub path: PathBuf,
-    /// Why.
+    /// Kind of the error.
     pub kind: StoreErrorKind,
 }
 
-/// What is wrong with a store.
+/// Kind of error of a store.
 #[derive(Debug)]
 pub enum StoreErrorKind {
     /// It cannot be read.
     Unreadable(io::Error),
-    /// It is something else.
+    /// It is a different kind of file.
     NoStore,
-    /// Of another version of the format.
+    /// It has another version of the format.
     Version(u32),
-    /// Some of it is not as it was written.
+    /// Some of its bytes are not as they were written.
     Damaged,
-    /// Not all of it is there.
+    /// It ends too early.
     Short,
-    /// It has samples of what is not in the shot.
+    /// It has samples that do not fit the shot.
     Unfit,
 }
 
@@ -119,7 +121,8 @@ impl From<io::Error> for StoreErrorKind {
     }
 }
 
-/// Writes the samples of a frame, whose tiles keep what `layout` says, to `path`: a whole file, or none. Its bytes.
+/// Writes the samples of a frame, whose tiles keep the data that `layout` says, to `path`: a whole file, or
+/// none. Returns the number of bytes.
 pub fn write(
     path: &Path,
     header: &Header,
@@ -182,7 +185,7 @@ fn write_to(
     Ok(length)
 }
 
-/// The tiles of a level, each with the cells that were asked for.
+/// Tiles of a level, each with the cells that were asked for.
 fn tiles_of_level<'a>(
     level: &'a LevelSamples<&SampleStore>,
 ) -> impl Iterator<Item = (&'a Tile, Option<&'a CellMask>)> {
@@ -200,10 +203,10 @@ pub struct StoreFile {
     path: PathBuf,
     header: Header,
     pictures: Vec<PictureName>,
-    /// Of each level of each of them.
+    /// Number of tiles of each level of each of them.
     tiles: Vec<u32>,
     rest: BufReader<File>,
-    /// Of what has been read.
+    /// Checksum of everything read so far.
     sum: Digest,
 }
 
@@ -222,12 +225,12 @@ impl StoreFile {
         Ok(Self { path: path.to_owned(), header, pictures, tiles, rest, sum })
     }
 
-    /// What it is of.
+    /// Description of its content.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// The samples, which have a `shape` that those of frames of `scene` may have.
+    /// Reads the samples, whose `shape` must be one that frames of `scene` may have.
     pub fn read(
         mut self,
         shape: &Shape<'_>,
@@ -258,7 +261,7 @@ impl StoreFile {
         }
     }
 
-    /// The next level. If it `is_finer` than another, it says which of its cells were asked for.
+    /// Reads the next level. If it `is_finer` than another, it states which of its cells were asked for.
     fn level(
         &mut self,
         is_finer: bool,
@@ -289,7 +292,7 @@ impl StoreFile {
         Ok(LevelSamples { store, wanted })
     }
 
-    /// The next block, of `most` bytes at most.
+    /// Reads the next block, of `most` bytes at most.
     fn block(&mut self, most: usize) -> Result<Vec<u8>, StoreErrorKind> {
         let length = u32::from_le_bytes(take(&mut self.rest)?) as usize;
         if length > most {
@@ -311,7 +314,8 @@ fn take<const N: usize>(file: &mut impl Read) -> Result<[u8; N], StoreErrorKind>
     Ok(bytes)
 }
 
-/// The header, of which pictures samples follow, how many tiles of each level, and the checksum until there.
+/// Reads the header, the names of the pictures whose samples follow, the number of tiles of each level, and
+/// the checksum so far.
 fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u32>, Digest), StoreErrorKind> {
     let magic: [u8; MAGIC.len()] = match take(file) {
         Err(StoreErrorKind::Short) => return Err(StoreErrorKind::NoStore),

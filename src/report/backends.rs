@@ -1,4 +1,4 @@
-//! The same frames by several tracers: what each was measured at, and whether the pictures agree.
+//! Comparison of several tracers on the same frames: measurements of each, and the agreement of their pictures.
 
 use serde::Serialize;
 
@@ -6,31 +6,32 @@ use super::both_ways::{BothTotals, Saving};
 use crate::film::Film;
 use crate::stats::Totals;
 
-/// How far R, G or B (linear) of a pixel may be apart between two tracers: a share of the value, or of 1 where
-/// that is more. Rounding to half floats, and of hits that are a few roundings apart.
+/// Tolerance for R, G or B (linear) of a pixel between two tracers: a share of the value, or of 1 if that is
+/// more. It covers rounding to half floats, and hits that are a few roundings apart.
 pub const AGREEMENT: f32 = 5e-3;
 
-/// Percent of pixels that may be further apart than [`AGREEMENT`]: those where a ray grazes an edge, or where
-/// surfaces lie in the same place, and rounding decides what is seen.
+/// Maximum percentage of pixels that differ by more than [`AGREEMENT`]: those where a ray grazes an edge, or
+/// where surfaces lie in the same place, and rounding decides which is seen.
 const MOST_APART: f64 = 1.0;
 
-/// The same, where samples gather light by so many paths: one of them that meets something else is enough.
+/// Maximum percentage of pixels that differ if each sample gathers light by so many paths: one path that
+/// meets something else is enough.
 pub fn most_apart(paths: u32) -> f64 {
     let alike = 1.0 - MOST_APART / 100.0;
     100.0 * (1.0 - alike.powf(1.0 + f64::from(paths)))
 }
 
-/// How many pixels two tracers made alike.
+/// Numbers of pixels that two tracers made alike or not.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Agreement {
-    /// Compared.
+    /// Number of pixels compared.
     pub pixels: u64,
-    /// Further apart than [`AGREEMENT`].
+    /// Number of pixels that differ by more than [`AGREEMENT`].
     pub apart: u64,
 }
 
 impl Agreement {
-    /// Of two films of the same size.
+    /// Compares two films of the same size.
     pub fn between(a: &Film, b: &Film) -> Self {
         let planes: Vec<_> =
             ["R", "G", "B"].iter().filter_map(|name| a.values(name).zip(b.values(name))).collect();
@@ -41,12 +42,12 @@ impl Agreement {
         Self { pixels: pixels as u64, apart: (0..pixels).filter(apart).count() as u64 }
     }
 
-    /// Percent of the pixels that are apart.
+    /// Percentage of the pixels that differ.
     pub fn percent_apart(&self) -> f64 {
         if self.pixels == 0 { 0.0 } else { 100.0 * self.apart as f64 / self.pixels as f64 }
     }
 
-    /// Whether the tracers made the same pictures, of samples that gather light by so many paths.
+    /// Returns true if the tracers made the same pictures, from samples that gather light by so many paths.
     pub fn holds(&self, paths: u32) -> bool {
         self.percent_apart() <= most_apart(paths)
     }
@@ -59,19 +60,20 @@ impl std::ops::AddAssign for Agreement {
     }
 }
 
-/// Millions of rays a second, on one thread, while it is in the tracer; `None` where no ray was cast.
+/// Speed of each kind of ray: millions of rays a second, on one thread, while it is in the tracer; `None` if
+/// no ray was cast.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "one number a kind, by name")]
 pub struct RaySpeeds {
     pub primary: Option<f64>,
     pub verification: Option<f64>,
     pub shadow: Option<f64>,
-    /// Reflection, refraction and gathering.
+    /// Speed of rays of reflection, refraction and gathering.
     pub bounced: Option<f64>,
 }
 
 impl RaySpeeds {
-    /// Over all frames of `totals`.
+    /// Computes the speeds over all frames of `totals`.
     pub fn of(totals: &Totals) -> Self {
         let (rays, seconds) = (&totals.rays, &totals.tracing);
         let speed =
@@ -85,30 +87,32 @@ impl RaySpeeds {
     }
 }
 
-/// What one tracer was measured at.
+/// Measurements of one tracer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BackendRun {
-    /// Its name.
+    /// Name of the tracer.
     pub backend: &'static str,
-    /// Building its scene, once.
+    /// Seconds for building its scene, once.
     pub build_seconds: f64,
-    /// By how much the process grew meanwhile; 0 where the system does not tell.
+    /// Growth of the process's memory meanwhile, bytes; 0 if the system does not tell.
     pub build_bytes: u64,
-    /// Reprojected and in full.
+    /// Totals of the frames, reprojected and in full.
     pub totals: BothTotals,
-    /// Over all frames, reprojected against full.
+    /// Saving over all frames, reprojected against full.
     pub saved: Saving,
-    /// Of the reprojected frames.
+    /// Speeds in the reprojected frames.
     pub speeds: RaySpeeds,
-    /// Of the frames in full.
+    /// Speeds in the frames in full.
     pub full_speeds: RaySpeeds,
-    /// With the first tracer's pictures, reprojected and in full, over all frames; none for the first.
+    /// Agreement with the first tracer's pictures, reprojected and in full, over all frames; none for the
+    /// first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub agreement: Option<[Agreement; 2]>,
 }
 
 impl BackendRun {
-    /// Whether its pictures, of samples that gather light by so many paths, are the first tracer's.
+    /// Returns true if its pictures, from samples that gather light by so many paths, agree with the first
+    /// tracer's.
     pub fn agrees(&self, paths: u32) -> bool {
         self.agreement.is_none_or(|both| both.iter().all(|agreement| agreement.holds(paths)))
     }

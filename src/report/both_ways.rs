@@ -1,4 +1,4 @@
-//! Frames made in two ways, reprojected and traced in full: what was measured.
+//! Measurements of frames made in two ways, reprojected and traced in full.
 
 use serde::Serialize;
 
@@ -9,20 +9,20 @@ use crate::stats::{FrameStats, Totals, saved_percent};
 /// Values that are further apart than this, in any of R, G, B (linear), count as different.
 pub const THRESHOLD: f32 = 0.02;
 
-/// How far two pictures are apart.
+/// Difference between two pictures.
 ///
-/// A reprojected sample lies where it was carried to within its cell, and a sample traced anew where the
+/// A reprojected sample keeps the place in its cell to which it was carried, and a new sample lies where the
 /// pattern puts it. Both are right, so edges and textures differ a little; flat parts must not.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Difference {
     /// Mean of the absolute difference over R, G and B, linear.
     pub mean: f64,
-    /// Percent of pixels that differ by more than [`THRESHOLD`].
+    /// Percentage of pixels that differ by more than [`THRESHOLD`].
     pub percent_above: f64,
 }
 
 impl Difference {
-    /// Between two films of the same size. A plane that is missing counts as equal.
+    /// Compares two films of the same size. A plane that is missing counts as equal.
     pub fn between(a: &Film, b: &Film) -> Self {
         let planes: Vec<_> =
             ["R", "G", "B"].iter().filter_map(|name| a.values(name).zip(b.values(name))).collect();
@@ -47,41 +47,42 @@ impl Difference {
 /// One frame, made twice.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComparedFrame {
-    /// Its number.
+    /// Number of the frame.
     pub frame: i32,
-    /// Made as `render` makes it.
+    /// Statistics of the frame made as `render` makes it.
     pub reprojected: FrameStats,
-    /// Traced from nothing.
+    /// Statistics of the frame traced from nothing.
     pub full: FrameStats,
-    /// Of the two pictures.
+    /// Difference between the two pictures.
     pub difference: Difference,
-    /// Of each from a reference, if there is one.
+    /// Errors of both pictures against a reference, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<BothErrors>,
 }
 
 impl ComparedFrame {
-    /// Whether anything could be reused.
+    /// Returns true if any sample was reused.
     pub fn is_inferred(&self) -> bool {
         self.reprojected.samples.reused() > 0
     }
 }
 
-/// What reprojection saved over some frames.
+/// Saving of reprojection over some frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Saving {
-    /// How many.
+    /// Number of frames.
     pub frames: usize,
-    /// Percent of all rays of full tracing, of every kind, verification rays on our side.
+    /// Rays saved, as a percentage of all rays of full tracing, of every kind. Verification rays count
+    /// against reprojection.
     pub rays_percent: f64,
-    /// Percent of the seconds of full tracing, without writing files.
+    /// Time saved, as a percentage of the seconds of full tracing, without writing files.
     pub time_percent: f64,
     /// Seconds of full tracing over seconds with reprojection, without writing files.
     pub speed_up: f64,
 }
 
 impl Saving {
-    /// Over `frames`.
+    /// Computes the saving over `frames`.
     pub fn of<'a>(frames: impl IntoIterator<Item = &'a ComparedFrame>) -> Self {
         let frames: Vec<_> = frames.into_iter().collect();
         let ours = Totals::of(frames.iter().map(|frame| &frame.reprojected));
@@ -96,17 +97,17 @@ impl Saving {
     }
 }
 
-/// Two ways on the same frames.
+/// Totals of both ways on the same frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BothTotals {
-    /// Made as `render` makes them.
+    /// Totals of the frames made as `render` makes them.
     pub reprojected: Totals,
-    /// Traced from nothing.
+    /// Totals of the frames traced from nothing.
     pub full: Totals,
 }
 
 impl BothTotals {
-    /// The sums over `frames`.
+    /// Sums over `frames`.
     pub fn of(frames: &[ComparedFrame]) -> Self {
         Self {
             reprojected: Totals::of(frames.iter().map(|frame| &frame.reprojected)),

@@ -7,16 +7,16 @@ use std::fmt::Write;
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 100.0;
 
-/// Most frames' numbers below a chart; narrow pages leave out every other one.
+/// Maximum number of frame numbers below a chart; narrow pages leave out every other one.
 const MOST_NUMBERS: usize = 12;
 
-/// One thing over all frames.
+/// A quantity over all frames.
 pub struct Series {
-    /// For the legend and the tips.
+    /// Name, for the legend and the tips.
     pub name: &'static str,
-    /// As CSS writes it.
+    /// Colour in CSS.
     pub color: String,
-    /// One a frame.
+    /// Values, one a frame.
     pub values: Vec<f64>,
 }
 
@@ -83,12 +83,12 @@ pub fn lines(frames: &[i32], series: &[Series], unit: &str) -> String {
     close(svg, frames, &axis, series)
 }
 
-/// What a frame has of the width.
+/// Width of a frame in the drawing.
 fn slot(frames: &[i32]) -> f64 {
     WIDTH / frames.len().max(1) as f64
 }
 
-/// From 0 to a round number.
+/// An axis from 0 to a round number.
 struct Axis {
     top: f64,
     step: f64,
@@ -111,14 +111,14 @@ impl Axis {
         HEIGHT * (1.0 - (value / self.top).clamp(0.0, 1.0))
     }
 
-    /// Where lines go across.
+    /// Values at which lines go across.
     fn ticks(&self) -> impl Iterator<Item = f64> {
         let (step, count) = (self.step, (self.top / self.step).round() as usize);
         (0..=count).map(move |tick| step * tick as f64)
     }
 }
 
-/// The drawing of a chart, with lines across.
+/// Opens the drawing of a chart, with lines across.
 fn open(axis: &Axis) -> String {
     let mut svg = format!(
         r#"<div class="plot"><svg viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" role="img">"#
@@ -129,7 +129,7 @@ fn open(axis: &Axis) -> String {
     svg
 }
 
-/// Numbers beside the lines, frames' numbers below, and the legend.
+/// Closes a chart: numbers beside the lines, frames' numbers below, and the legend.
 fn close(mut svg: String, frames: &[i32], axis: &Axis, series: &[Series]) -> String {
     svg.push_str("</svg>");
     for value in axis.ticks() {
@@ -150,7 +150,7 @@ fn close(mut svg: String, frames: &[i32], axis: &Axis, series: &[Series]) -> Str
     svg
 }
 
-/// A number without needless zeros.
+/// Formats a number without needless zeros.
 fn short(value: f64) -> String {
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -12,49 +12,49 @@ use crate::stereo::Eye;
 /// A whole comparison, as `--json` writes it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The shot's file as it was named.
+    /// File of the shot as given on the command line.
     pub shot: String,
-    /// As the shot calls itself.
+    /// Title of the shot.
     pub title: String,
-    /// Of all; the backend is the first one, whose numbers all that follows up to `backends` are.
+    /// Settings of all renderings. The backend is the first one: all numbers before `backends` are its own.
     pub settings: RunSettings,
-    /// In the order of rendering.
+    /// Frames in the order of rendering.
     pub frames: Vec<ComparedFrame>,
     /// Sums over `frames`.
     pub totals: BothTotals,
-    /// Over all frames, base frames too.
+    /// Saving over all frames, base frames included.
     pub saved: Saving,
-    /// Over frames in which something was reused.
+    /// Saving over frames in which samples were reused.
     pub saved_inferred: Saving,
-    /// Of two eyes, what each of them cost with reuse, and what that saved the right one.
+    /// Costs of each of two eyes with reuse, and the right one's saving.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eyes: Option<ComparedEyes>,
-    /// What the pictures' errors are, if that was measured.
+    /// Errors of the pictures, if they were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// The reprojected renderer's store; both renderers share the process, and its peak.
+    /// Memory of the reprojected renderer's store; both renderers share the process, and its peak.
     pub memory: Memory,
-    /// Building the scene for one renderer.
+    /// Seconds for building the scene for one renderer.
     pub build_seconds: f64,
-    /// Every tracer on the same frames, the first one included.
+    /// Measurements of every tracer on the same frames, the first one included.
     pub backends: Vec<BackendRun>,
     /// The command line that made it.
     pub command: String,
-    /// What made it.
+    /// Versions of the program and its libraries.
     pub versions: Versions,
 }
 
-/// What is to be told of two eyes.
+/// Comparison of two eyes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComparedEyes {
-    /// With reuse.
+    /// Costs of each eye with reuse.
     pub reprojected: Eyes,
-    /// By the right eye, against tracing what it sees in full.
+    /// Saving of the right eye, against tracing its picture in full.
     pub saved_right: Saving,
 }
 
 impl ComparedEyes {
-    /// Of `frames`; `None` where there is one eye.
+    /// Computes it from `frames`; `None` with one eye.
     fn of(frames: &[ComparedFrame]) -> Option<Self> {
         let reprojected = Eyes::of(frames.iter().map(|frame| &frame.reprojected))?;
         let of_right = |frame: &&ComparedFrame| frame.reprojected.eye == Some(Eye::Right);
@@ -63,7 +63,7 @@ impl ComparedEyes {
 }
 
 impl Comparison {
-    /// Adds up what follows from `frames`.
+    /// Computes all values that follow from `frames`.
     pub fn sum_up(&mut self) {
         self.totals = BothTotals::of(&self.frames);
         self.saved = Saving::of(&self.frames);

@@ -1,4 +1,4 @@
-//! How far a picture is from a reference: the same frame with more samples.
+//! Error of a picture against a reference: the same frame with more samples.
 
 use serde::Serialize;
 
@@ -7,14 +7,15 @@ use crate::film::Film;
 /// Root mean square error over all pixels and R, G and B, linear.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct PictureError {
-    /// Of values clamped to 0 to 1, as a display shows them: no bright light or single sample dominates it.
+    /// Error of values clamped to 0 to 1, as a display shows them: no bright light or single sample dominates
+    /// it.
     pub display: f64,
-    /// Of the values as they are.
+    /// Error of the values as they are.
     pub linear: f64,
 }
 
 impl PictureError {
-    /// Of two films of the same size.
+    /// Compares two films of the same size.
     pub fn between(picture: &Film, reference: &Film) -> Self {
         let mut squares = [0.0_f64; 2];
         let mut count = 0;
@@ -31,7 +32,7 @@ impl PictureError {
         Self { display, linear }
     }
 
-    /// Over the pixels of several pictures of the same size.
+    /// Error over the pixels of several pictures of the same size.
     pub(super) fn over(errors: impl ExactSizeIterator<Item = Self>) -> Self {
         let count = errors.len().max(1) as f64;
         let [display, linear] = errors
@@ -43,12 +44,12 @@ impl PictureError {
     }
 }
 
-/// Of a frame that was made in both ways.
+/// Errors of a frame that was made in both ways.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct BothErrors {
-    /// Made as `render` makes it.
+    /// Error of the frame made as `render` makes it.
     pub reprojected: PictureError,
-    /// Traced from nothing.
+    /// Error of the frame traced from nothing.
     pub full: PictureError,
 }
 

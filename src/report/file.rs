@@ -1,4 +1,5 @@
-//! Reports at the paths that the user names: files are replaced whole or not at all; what is no file is written into.
+//! Writes reports to the paths that the user names: files are replaced whole or not at all; anything else is
+//! written into.
 
 use std::fs::{self, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -10,27 +11,26 @@ use serde::Serialize;
 
 use crate::output::{self, WriteError, folder_of};
 
-/// Symbolic links that lead from one to the next, at most: as many as Linux follows.
+/// Maximum number of symbolic links that lead from one to the next: as many as Linux follows.
 const MOST_LINKS: usize = 40;
 
-/// What a report is written to.
+/// Destination of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Destination {
     /// A regular file, or none yet: replaced whole. Links to it are followed, and stay.
     File(PathBuf),
     /// A device or a FIFO: written into.
     Stream(PathBuf),
-    /// What stdout goes to, a file too: the report follows what was printed.
+    /// Destination of stdout, even if that is a file: the report follows the printed output.
     Stdout,
-    /// The same for stderr.
+    /// Destination of stderr, even if that is a file.
     Stderr,
 }
 
 impl Destination {
-    /// What is there at `path` now. Opens nothing.
+    /// Finds the present destination at `path`. Opens nothing.
     ///
-    /// # Errors
-    /// A folder, a socket, links in a circle, a folder of the path that is none.
+    /// # Errors A folder, a socket, links in a circle, a folder of the path that is none.
     pub fn of(path: &Path) -> Result<Self, WriteError> {
         Self::found(path).map_err(|error| WriteError { path: path.to_owned(), source: error })
     }
@@ -59,7 +59,7 @@ impl Destination {
     }
 }
 
-/// Where the links lead that begin with `path`; `path` itself where it is none.
+/// Target of the links that begin with `path`; `path` itself if it is no link.
 fn end_of_links(path: &Path) -> PathBuf {
     let mut at = path.to_owned();
     for _ in 0..MOST_LINKS {

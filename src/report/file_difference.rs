@@ -1,7 +1,7 @@
-//! Two pictures in EXR files, channel by channel: how far they are apart, and where.
+//! Differences of two pictures in EXR files, channel by channel, and their places.
 //!
-//! A file is held as a whole, the other one is gone through line by line. Of the first one's values nothing is left then:
-//! they have become differences.
+//! One file is held as a whole, the other one is read line by line. The values of the first one are then
+//! replaced by the differences.
 
 use std::path::Path;
 
@@ -11,67 +11,68 @@ use rayon::prelude::*;
 use super::values::{layer_of, reading_order};
 use super::whole_file;
 
-/// Two files that were compared.
+/// Result of comparing two files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileDifference {
-    /// Pixels of the first one: columns and rows.
+    /// Size of the first one, pixels: columns and rows.
     pub size: [u32; 2],
-    /// First column and row, columns and rows of both, where they are not the same: no value was compared then.
+    /// Windows of both, as first column and row, columns and rows, if they are not the same: no value was
+    /// compared then.
     pub windows: Option<[[i64; 4]; 2]>,
     /// Layers of which both have channels.
     pub layers: Vec<LayerDifference>,
-    /// Channels of the first and of the second alone.
+    /// Channels that only the first, and only the second, file has.
     pub alone: [Vec<String>; 2],
-    /// Pixels in which some channel is further apart than the tolerance.
+    /// Number of pixels in which some channel differs by more than the tolerance.
     pub pixels_off: u64,
 }
 
-/// A layer over all pixels of one pair of files, or of several.
+/// Difference of a layer over all pixels of one pair of files, or of several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerDifference {
-    /// Its name; that of the channel where the channel has no layer, and empty for `R G B A`.
+    /// Name of the layer. That of the channel if the channel has no layer, and empty for `R G B A`.
     pub layer: String,
-    /// Whole names of the channels that both files have.
+    /// Full names of the channels that both files have.
     pub channels: Vec<String>,
-    /// Where it is largest; `None` where all is the same.
+    /// Largest difference; `None` if all values are the same.
     pub largest: Option<Largest>,
     squares: f64,
     finite: u64,
-    /// Values of which one is a NaN or infinite and the other one is not the same.
+    /// Number of values of which one is a NaN or infinite and the other one is not the same.
     pub unlike: u64,
-    /// Pixels in which a channel is further apart than the tolerance.
+    /// Number of pixels in which a channel differs by more than the tolerance.
     pub pixels_off: u64,
-    /// All pixels.
+    /// Number of all pixels.
     pub pixels: u64,
 }
 
 /// The largest difference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Largest {
-    /// Absolute; infinite where one of the values is a NaN or infinite.
+    /// Absolute difference; infinite if one of the values is a NaN or infinite.
     pub value: f32,
-    /// Whole name.
+    /// Full name of the channel.
     pub channel: String,
     /// Column and row, counted from 0 at the upper left.
     pub pixel: [u32; 2],
-    /// The frame, where there are several.
+    /// Number of the frame, if there are several.
     pub frame: Option<i32>,
 }
 
-/// Whole name and values of a channel.
+/// Full name and values of a channel.
 pub type NamedPlane = (String, Vec<f32>);
 
 /// Absolute differences, pixel by pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Columns and rows.
+    /// Size: columns and rows.
     pub size: [u32; 2],
-    /// Whole names, and values as long as the picture; infinite where one of two values is a NaN or infinite.
+    /// Full names, and differences of all pixels; infinite if one of two values is a NaN or infinite.
     pub planes: Vec<NamedPlane>,
 }
 
 impl FileDifference {
-    /// Whether anything differs.
+    /// Returns true if anything differs.
     pub fn differs(&self) -> bool {
         self.windows.is_some() || self.pixels_off > 0 || self.alone.iter().any(|alone| !alone.is_empty())
     }
@@ -148,7 +149,7 @@ fn alone(first: &ReadImage, second: &ReadImage) -> [Vec<String>; 2] {
     [without(first, second), without(second, first)]
 }
 
-/// Makes the values of `first` their differences from the file at `path`, of which the header comes back.
+/// Replaces the values of `first` by their differences from the file at `path`. Returns that file's header.
 fn subtract(first: &mut ReadImage, path: &Path) -> Result<ReadImage, openexr::Error> {
     let head = whole_file::header(path)?;
     let places: Vec<Option<usize>> = head
@@ -168,7 +169,7 @@ fn subtract(first: &mut ReadImage, path: &Path) -> Result<ReadImage, openexr::Er
     })
 }
 
-/// The absolute difference; infinite where it is not a number.
+/// Absolute difference; infinite if it is not a number.
 fn apart(a: f32, b: f32) -> f32 {
     if a == b || (a.is_nan() && b.is_nan()) {
         return 0.0;
@@ -178,7 +179,7 @@ fn apart(a: f32, b: f32) -> f32 {
 }
 
 impl Picture {
-    /// Each layer, and the pixels in which some channel is further apart than `tolerance`.
+    /// Measures each layer, and counts the pixels in which some channel differs by more than `tolerance`.
     fn measure(&self, tolerance: f64, frame: Option<i32>) -> (Vec<LayerDifference>, u64) {
         let mut layers: Vec<(String, Vec<&NamedPlane>)> = Vec::new();
         for plane in &self.planes {
@@ -256,7 +257,7 @@ fn pixels_off(planes: &[&NamedPlane], pixels: usize, tolerance: f64) -> u64 {
     (0..pixels).filter(is_off).count() as u64
 }
 
-/// What a channel counts with: its layer, the picture, or itself.
+/// Name under which a channel counts: its layer, the empty name for the picture, or its own.
 fn title(channel: &str) -> &str {
     match layer_of(channel) {
         "" if matches!(channel, "R" | "G" | "B" | "A") => "",

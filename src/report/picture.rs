@@ -18,13 +18,13 @@ const WIDEST: usize = 560;
 /// out the thin lines that they are looked at for.
 const WIDEST_MAP: usize = 320;
 
-/// A status, the plane's layer channel, its colour (sRGB), and what it means.
+/// A status: the plane's layer channel, its colour (sRGB), and its meaning.
 pub struct StatusKey {
-    /// As the contract names it.
+    /// Name in the contract.
     pub name: &'static str,
-    /// sRGB.
+    /// Colour, sRGB.
     pub color: [u8; 3],
-    /// In a sentence.
+    /// Meaning, in a sentence.
     pub meaning: &'static str,
 }
 
@@ -53,12 +53,13 @@ pub const STATUSES: [StatusKey; 5] = [
     },
 ];
 
-/// `#2ea44f`
+/// Formats a colour as `#2ea44f`.
 pub fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The picture as a viewer shows it with this `look`: the `denoised` one, if there is one. `None` where the film has no picture.
+/// Encodes the picture as a viewer shows it with this `look`: the `denoised` one, if there is one. `None` if
+/// the film has no picture.
 pub fn beauty(film: &Film, denoised: Option<&[Plane; 3]>, look: Look) -> Option<String> {
     let denoised = denoised.map(|planes| planes.each_ref().map(|plane| plane.values.to_floats()));
     let (planes, on_screen) = (denoised.or_else(|| colors(film))?, on_screen(look));
@@ -72,8 +73,8 @@ pub fn beauty(film: &Film, denoised: Option<&[Plane; 3]>, look: Look) -> Option<
     }))
 }
 
-/// How far the pictures of two films of the same size are apart, in false colours. `None` where one has no picture.
-/// Of each block of [`block_side`] it shows the pixel that is farthest apart.
+/// Draws the difference between the pictures of two films of the same size in false colours. `None` if one
+/// has no picture. Each block of [`block_side`] shows its largest difference.
 pub fn difference_map(a: &Film, b: &Film) -> Option<String> {
     let (a_planes, b_planes) = (colors(a)?, colors(b)?);
     let apart = |pixel: &usize| {
@@ -84,13 +85,14 @@ pub fn difference_map(a: &Film, b: &Film) -> Option<String> {
     Some(Blocks::of(a, WIDEST_MAP).png(|block| false_color::of_difference(largest(block))))
 }
 
-/// What is no number is larger than any.
+/// The larger value. A NaN is larger than any number.
 fn larger(a: f32, b: f32) -> f32 {
     if b.is_nan() || b > a { b } else { a }
 }
 
-/// Each pixel in the colours of its samples' statuses. `None` where the film has no statuses. Of each block of
-/// [`block_side`] it shows the worst pixel: that with most samples traced anew, then with most overlapped ones.
+/// Draws each pixel in the colours of its samples' statuses. `None` if the film has no statuses. Each block
+/// of [`block_side`] shows its worst pixel: that with most samples traced anew, then with most overlapped
+/// ones.
 pub fn status_map(film: &Film) -> Option<String> {
     let names = STATUSES.map(|status| format!("status_{}.V", status.name));
     let planes = names.iter().map(|name| film.values(name)).collect::<Option<Vec<_>>>()?;
@@ -112,7 +114,7 @@ pub fn status_map(film: &Film) -> Option<String> {
     }))
 }
 
-/// Pixels along an edge of the blocks that a map of a picture so wide shows as one.
+/// Pixels along an edge of the blocks that a map of a picture of this width shows as one pixel.
 pub fn block_side(width: u32) -> usize {
     side(width, WIDEST_MAP)
 }
@@ -128,17 +130,17 @@ fn colors(film: &Film) -> Option<[Vec<f32>; 3]> {
 /// A film in square blocks of pixels, cut off at its right and lower rim.
 struct Blocks {
     side: usize,
-    /// Of the film.
+    /// Size of the film.
     size: [usize; 2],
 }
 
 impl Blocks {
-    /// No more of them than `widest` in a row.
+    /// Divides a film into blocks, at most `widest` of them in a row.
     fn of(film: &Film, widest: usize) -> Self {
         Self { side: side(film.width, widest), size: [film.width, film.height].map(|edge| edge as usize) }
     }
 
-    /// A pixel for each block; `color` gives its sRGB of the numbers of the block's pixels.
+    /// Draws a pixel for each block; `color` gives its sRGB from the numbers of the block's pixels.
     fn png(&self, color: impl Fn(&[usize]) -> [u8; 3]) -> String {
         let [width, height] = self.size;
         let [columns, rows] = self.size.map(|edge| edge.div_ceil(self.side));
@@ -170,7 +172,7 @@ fn to_byte(linear: f32) -> u8 {
     (encoded(linear) * 255.0 + 0.5) as u8
 }
 
-/// sRGB's curve.
+/// Encodes linear light by sRGB's curve.
 fn encoded(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
@@ -180,7 +182,7 @@ fn linear(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// RFC 4648, section 4.
+/// Encodes bytes as base64: RFC 4648, section 4.
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -210,7 +212,7 @@ mod tests {
         film_of(width, height, &planes)
     }
 
-    /// The pixels of a data URI, and how many there are in a row.
+    /// Decodes the pixels of a data URI. Returns also the number of pixels in a row.
     fn decoded(uri: &str) -> (Vec<[u8; 3]>, u32) {
         let text = uri.strip_prefix("data:image/png;base64,").expect("a PNG");
         let digit = |byte: u8| match byte {
@@ -252,7 +254,7 @@ mod tests {
     const STATUS_PLANES: [&str; 5] =
         ["status_base.V", "status_good.V", "status_overlapped.V", "status_missed.V", "status_obscured.V"];
 
-    /// A film of one row in which pixels have these statuses.
+    /// Creates a film of one row in which pixels have these statuses.
     fn row_of(statuses: &[usize]) -> Film {
         let plane = |status| statuses.iter().map(|own| f32::from(u8::from(*own == status))).collect();
         let planes = [0, 1, 2, 3, 4].map(|status| (STATUS_PLANES[status], plane(status)));

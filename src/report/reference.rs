@@ -1,22 +1,23 @@
-//! What reprojected frames and frames in full were measured at against a reference.
+//! Errors of reprojected frames and of frames in full against a reference.
 
 use serde::Serialize;
 
 use super::both_ways::{BothTotals, ComparedFrame};
 use super::error::{BothErrors, PictureError};
 
-/// Over some frames.
+/// Errors over some frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ErrorTotals {
-    /// How many.
+    /// Number of frames.
     pub frames: usize,
-    /// Of both ways.
+    /// Errors of both ways.
     pub errors: BothErrors,
-    /// Reprojected over full, of `display`; none where one of them is zero.
+    /// Ratio of the `display` errors, reprojected over full; none if one of them is zero.
     pub ratio: Option<f64>,
-    /// How many times as fast reprojection is where both ways take as many samples as the same `display` error needs.
-    /// Monte Carlo's efficiency: variance goes with 1 / samples and time with samples, so that the time for an error
-    /// is as the product of error squared and seconds. Without writing files.
+    /// Speed of reprojection relative to full tracing if both ways take as many samples as the same `display`
+    /// error needs. By Monte Carlo's efficiency, variance goes with 1 / samples and time with samples, so
+    /// that the time for an error is proportional to the product of error squared and seconds. Without
+    /// writing files.
     pub speed_up_at_equal_error: Option<f64>,
 }
 
@@ -45,19 +46,19 @@ impl ErrorTotals {
     }
 }
 
-/// What both ways were measured at against a reference.
+/// Errors of both ways against a reference.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Reference {
     /// N, for N x N samples a pixel.
     pub samples: u32,
-    /// Over all frames, base frames too.
+    /// Errors over all frames, base frames included.
     pub all: ErrorTotals,
-    /// Over frames in which something was reused.
+    /// Errors over frames in which samples were reused.
     pub inferred: ErrorTotals,
 }
 
 impl Reference {
-    /// Over `frames`, which were compared with a reference of `samples`.
+    /// Computes the errors over `frames`, which were compared with a reference of `samples`.
     pub fn of(samples: u32, frames: &[ComparedFrame]) -> Self {
         Self {
             samples,

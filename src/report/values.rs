@@ -1,30 +1,30 @@
-//! What the values of a channel are: for files, ours and those of other programs.
+//! Statistics of the values of a channel: in our files and those of other programs.
 
-/// Least, greatest and mean of the finite values, and how many are not finite.
+/// Least, greatest and mean of the finite values, and numbers of those that are not finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Values {
-    /// Of the finite ones; infinity where there is none.
+    /// Least finite value; infinity if there is none.
     pub least: f32,
-    /// Of the finite ones; minus infinity where there is none.
+    /// Greatest finite value; minus infinity if there is none.
     pub greatest: f32,
     sum: f64,
-    /// How many are finite.
+    /// Number of finite values.
     pub finite: u64,
-    /// How many are no numbers.
+    /// Number of NaNs.
     pub nan: u64,
-    /// How many are infinite, either sign.
+    /// Number of infinite values, of either sign.
     pub infinite: u64,
 }
 
 impl Default for Values {
-    /// None.
+    /// Statistics of no values.
     fn default() -> Self {
         Self { least: f32::INFINITY, greatest: f32::NEG_INFINITY, sum: 0.0, finite: 0, nan: 0, infinite: 0 }
     }
 }
 
 impl Values {
-    /// Counts `values` in.
+    /// Adds `values`.
     pub fn add(&mut self, values: &[f32]) {
         for &value in values {
             if value.is_finite() {
@@ -39,23 +39,23 @@ impl Values {
         }
     }
 
-    /// Of the finite ones; `None` where there is none.
+    /// Mean of the finite values; `None` if there is none.
     pub fn mean(&self) -> Option<f64> {
         (self.finite > 0).then(|| self.sum / self.finite as f64)
     }
 }
 
-/// The layer of a channel: what stands before the last dot of its name; empty for channels of no layer.
+/// Layer of a channel: the part of its name before the last dot; empty for channels of no layer.
 pub fn layer_of(channel: &str) -> &str {
     channel.rsplit_once('.').map_or("", |(layer, _)| layer)
 }
 
-/// What a channel is called within its layer.
+/// Name of a channel within its layer.
 pub fn name_in_layer(channel: &str) -> &str {
     channel.rsplit_once('.').map_or(channel, |(_, name)| name)
 }
 
-/// The order in which people read channels: R G B A, X Y Z, others by name.
+/// Sorting key in the order in which people read channels: R G B A, X Y Z, others by name.
 pub fn reading_order(channel: &str) -> (usize, &str) {
     let name = name_in_layer(channel);
     ("RGBAXYZUV".find(name).filter(|_| name.len() == 1).unwrap_or(usize::MAX), name)

@@ -1,4 +1,4 @@
-//! What a result was made with.
+//! Versions of the program, its libraries and the machine, for results.
 
 use std::fmt;
 
@@ -7,19 +7,19 @@ use serde::Serialize;
 /// Versions of the program and its libraries, and the machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Versions {
-    /// `git describe` where the build knew it, otherwise the package's version.
+    /// Version of the program: `git describe` if the build knew it, otherwise the package's version.
     pub afterimage: &'static str,
-    /// Of the library that is loaded.
+    /// Version of the Embree library that is loaded.
     pub embree: String,
-    /// Of the library that is loaded.
+    /// Version of the OpenEXR library that is loaded.
     pub openexr: String,
-    /// As the system names it.
+    /// Name of the processor, from the system.
     pub cpu: String,
-    /// That work now.
+    /// Number of threads that work now.
     pub threads: usize,
 }
 
-/// Of this program.
+/// Version of this program.
 pub const AFTERIMAGE: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("AFTERIMAGE_GIT_DESCRIBE"), ")");
 
 impl Versions {

@@ -1,13 +1,13 @@
-//! The parts of an EXR file as one picture: which layers share a part says nothing about what they show.
+//! Reads the parts of an EXR file as one picture: the division of layers into parts says nothing about their
+//! content.
 
 use std::path::Path;
 
 use openexr::{Error, ReadChannel, ReadImage};
 
-/// What the header of the first part says, with the channels of all parts.
+/// Reads the header of the first part, with the channels of all parts.
 ///
-/// # Errors
-/// As [`openexr::read_header`], of any part; and a part of another size or place than the first.
+/// # Errors As [`openexr::read_header`], of any part; and a part of another size or place than the first.
 pub fn header(path: &Path) -> Result<ReadImage, Error> {
     let mut whole = openexr::read_header(path)?;
     for number in 1..openexr::part_count(path)? {

@@ -12,26 +12,27 @@ use crate::exposure::LensPose;
 pub struct CameraTrack {
     /// World space.
     pub eye: Track<DVec3>,
-    /// Where it looks.
+    /// Viewing direction.
     pub aim: Aim,
-    /// Vertical field of view, degrees, in 0..180 (both excluded); nothing to an orthographic camera.
+    /// Vertical field of view, degrees, in 0..180 (both excluded). Ignored by an orthographic camera.
     pub fov: Track<f64>,
-    /// What else there is to say of the lens.
+    /// Projection beyond the field of view: orthographic height, shift, depth of field.
     pub lens: Lens,
     /// Frames at which the shot cuts, rising: nothing is reused across one.
     pub cuts: Vec<i32>,
 }
 
-/// How a camera draws what it sees, beside its field of view.
+/// Projection and depth of field of a camera, beside its field of view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lens {
-    /// Of an orthographic camera: the height of what it sees, world units, above 0. None: a pinhole camera.
+    /// Height of the visible part of the world, world units, above 0: the camera is orthographic. None: a
+    /// pinhole camera.
     pub height: Option<Track<f64>>,
-    /// By how much the picture lies right of the view axis and above it, as shares of its longer side.
+    /// Offset of the picture from the view axis, to the right and up, as shares of the picture's longer side.
     pub shift: [Track<f64>; 2],
-    /// Radius of the opening, world units; none, or 0: everything is sharp.
+    /// Radius of the aperture, world units. None, or 0: everything is in focus.
     pub aperture: Option<Track<f64>>,
-    /// Distance along the view axis of what is sharp, world units; none: that of the target.
+    /// Distance of the plane in focus along the view axis, world units. None: the distance of the target.
     pub focus: Option<Track<f64>>,
 }
 
@@ -42,7 +43,7 @@ impl Default for Lens {
     }
 }
 
-/// How lines of sight run.
+/// Arrangement of the lines of sight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
@@ -54,13 +55,13 @@ pub enum Projection {
 }
 
 impl CameraTrack {
-    /// How lines of sight run, in all frames.
+    /// Projection of the camera, the same in all frames.
     pub fn projection(&self) -> Projection {
         if self.lens.height.is_some() { Projection::Orthographic } else { Projection::Perspective }
     }
 
-    /// Half the height of what is seen at `frame`: at distance 1, which is the tangent of half the vertical field of view, or of
-    /// an orthographic camera in world units.
+    /// Half the height of the view at `frame`. Perspective: at distance 1, the tangent of half the vertical
+    /// field of view. Orthographic: in world units.
     pub fn half_height(&self, frame: f64) -> f32 {
         match &self.lens.height {
             Some(height) => (height.at(frame) * 0.5) as f32,
@@ -68,7 +69,7 @@ impl CameraTrack {
         }
     }
 
-    /// Whether it is the same in all frames.
+    /// Returns true if the camera is the same in all frames.
     pub fn is_constant(&self) -> bool {
         let Lens { height, shift, aperture, focus } = &self.lens;
         let is_aim_constant = match &self.aim {
@@ -82,7 +83,7 @@ impl CameraTrack {
             && shift.iter().chain(optional).all(Track::is_constant)
     }
 
-    /// Whether it has a lens that anything may be out of focus before.
+    /// Returns true if the aperture is open at any key, so that things may be out of focus.
     pub fn has_lens(&self) -> bool {
         self.lens.aperture.as_ref().is_some_and(|radius| radius.values().any(|radius| radius > 0.0))
     }

@@ -1,37 +1,37 @@
-//! What can be wrong with a shot or its files: each message names the file, the line, and what to do.
+//! Errors and warnings of a shot and its files: each message names the file, the line, and what to do.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// Ends the load. The text says which file, where in it, what is wrong and what to do.
+/// An error that ends the load. The text says which file, where in it, what is wrong and what to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// The file at fault.
     pub path: PathBuf,
-    /// From 1, where known.
+    /// Line, from 1, if known.
     pub line: Option<usize>,
-    /// From 1, where known.
+    /// Column, from 1, if known.
     pub column: Option<usize>,
-    /// What is wrong, and what to do.
+    /// Description of the error, and of what to do.
     pub message: String,
 }
 
-/// Something that the picture shows a stand-in for.
+/// A defect for which the picture shows a stand-in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning(pub SceneError);
 
 impl SceneError {
-    /// About a whole file.
+    /// Creates an error about a whole file.
     pub fn new(path: impl Into<PathBuf>, message: impl Into<String>) -> Self {
         Self { path: path.into(), line: None, column: None, message: message.into() }
     }
 
-    /// The same, with the line (from 1) at fault.
+    /// Adds the line at fault (from 1).
     pub fn at_line(self, line: usize) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The same, with line and column (both from 1) at fault.
+    /// Adds the line and the column at fault (both from 1).
     pub fn at(self, line: usize, column: usize) -> Self {
         Self { line: Some(line), column: Some(column), ..self }
     }
@@ -56,17 +56,18 @@ impl fmt::Display for Warning {
     }
 }
 
-/// What a load has to say beside its result.
+/// Warnings collected by a load.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
-    /// Whether a stand-in in the picture is an error.
+    /// True if a stand-in in the picture is an error.
     pub strict: bool,
-    /// In the order of their discovery.
+    /// Warnings in the order of their discovery.
     pub warnings: Vec<Warning>,
 }
 
 impl Findings {
-    /// The picture will not be what the files ask for.
+    /// Records that the picture will not be what the files ask for: an error in a strict load, otherwise a
+    /// warning.
     pub fn stand_in(&mut self, finding: SceneError) -> Result<(), SceneError> {
         if self.strict {
             return Err(finding);

@@ -23,7 +23,7 @@ pub struct Frames {
 }
 
 impl Run {
-    /// How many frames.
+    /// Number of frames in the run.
     pub fn count(&self) -> u64 {
         (i64::from(self.last) - i64::from(self.first)) as u64 / u64::from(self.step) + 1
     }

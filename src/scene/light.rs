@@ -19,27 +19,27 @@ pub struct Light {
     /// Shadow rays that each sample sends to it, in a grid as wide as high: 1, 4 or [`MOST_SAMPLES`](Self::MOST_SAMPLES). Of use
     /// for areas alone.
     pub samples: u32,
-    /// Of the layer that shows what it adds to the picture.
+    /// Name of the light group, whose layer shows the contribution of its lights.
     pub group: Option<String>,
 }
 
 /// Lights by group: in the order in which the shot names them first, and at last those of no group.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LightGroups {
-    /// Of layers, without what all of them begin with.
+    /// Names of the groups' layers, without their common prefix.
     pub names: Vec<String>,
-    /// Of each light.
+    /// Index of each light's group.
     pub of: Vec<usize>,
 }
 
 impl LightGroups {
-    /// That a shot may have, those of no group included: each is three planes.
+    /// Maximum number of groups, that of the other lights included: each takes three planes.
     pub const MOST: usize = 8;
 
-    /// Lights of no group.
+    /// Name of the group of lights that have none.
     pub const OTHERS: &str = "others";
 
-    /// Those of `lights`.
+    /// Collects the groups of `lights`.
     pub fn of(lights: &[Light]) -> Self {
         let name = |light: &Light| light.group.clone().unwrap_or_else(|| Self::OTHERS.into());
         let (grouped, others): (Vec<_>, Vec<_>) = lights.iter().partition(|light| light.group.is_some());
@@ -58,7 +58,7 @@ impl Light {
     /// The most shadow rays that a sample sends to a light, and as many as it does unless the shot says otherwise.
     pub const MOST_SAMPLES: u32 = 16;
 
-    /// How many shadow rays each sample sends to it.
+    /// Number of shadow rays that each sample sends to the light.
     pub fn points(&self) -> usize {
         if self.kind.is_area() { self.samples as usize } else { 1 }
     }
@@ -123,7 +123,7 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// Whether it is more than a point, so that shadows are soft.
+    /// Returns true if the light is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
         match self {
             Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,

@@ -11,7 +11,7 @@ use super::{SceneError, turntable};
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 
-/// What a byte of a shot file takes while it is read: of a hundred thousand camera keys, measured.
+/// Memory for each byte of a shot file while it is read: measured with a hundred thousand camera keys.
 const READING_BYTES: u64 = 64;
 
 /// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.

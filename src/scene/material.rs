@@ -18,31 +18,31 @@ pub struct Material {
     pub emission: Vec3,
     /// Ns, the exponent of the highlight.
     pub shininess: f32,
-    /// How light bounces off beside diffuse and highlight.
+    /// Transport of light beside diffuse and highlight: opaque, mirror or glass.
     pub optics: Optics,
-    /// How a metal-rough surface reflects, in place of `specular` and `shininess`.
+    /// Metal-rough reflection, in place of `specular` and `shininess`.
     pub metal_rough: Option<MetalRough>,
     /// map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
 }
 
-/// How a metal-rough surface reflects: diffusely beneath a layer that reflects like glass, or like a metal, or in part.
+/// Metal-rough reflection: diffuse beneath a dielectric layer, or metallic, or a mixture of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetalRough {
-    /// Kd: the base colour; Ks of a metal whose Kd is black. Multiplied with the texture where there is one. Metals reflect in
-    /// it, other surfaces scatter it.
+    /// Base colour: Kd, or Ks of a metal whose Kd is black. Multiplied with the texture, if any. The
+    /// reflection colour of metals, the diffuse colour of other surfaces.
     pub base: Vec3,
-    /// Pr, from 0 to 1.
+    /// Roughness: Pr, from 0 to 1.
     pub roughness: f32,
-    /// Pm, from 0 to 1.
+    /// Share of metal: Pm, from 0 to 1.
     pub metallic: f32,
-    /// What the part that is no metal reflects at right angles: by Ni.
+    /// Reflectance of the part that is no metal at normal incidence, from Ni.
     pub head_on: f32,
-    /// The share `d` of the light that does not pass straight through.
+    /// Opacity `d`: the share of the light that does not pass straight through.
     pub solid: f32,
 }
 
-/// What a surface does with the ray from the eye.
+/// Effect of a surface on a ray from the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Optics {
     /// Nothing: the ray ends.
@@ -88,14 +88,14 @@ impl Material {
         }
     }
 
-    /// Whether it stands for the material that faces lack.
+    /// Returns true if it is the stand-in for faces without a material.
     pub fn is_fallback(&self) -> bool {
         self.name == FALLBACK
     }
 
-    /// What its texture is multiplied with for the reflectance that a sample keeps: by channel the larger of the
-    /// diffuse and the ambient one, so that both can be had of it where either is 0; and not less than the base colour of a
-    /// metal. Without a texture the diffuse one.
+    /// Factor of the texture in the reflectance that a sample keeps. By channel it is the larger of the
+    /// diffuse and the ambient reflectance, so that both can be derived from the product where either is 0;
+    /// and not less than the base colour of a metal. Without a texture it is the diffuse reflectance.
     pub fn painted(&self) -> Vec3 {
         let base = self.metal_rough.map_or(Vec3::ZERO, |metal_rough| metal_rough.base);
         match self.diffuse_map {
@@ -104,14 +104,15 @@ impl Material {
         }
     }
 
-    /// Whether, without a texture, it shows nothing: neither does it reflect or let light through, nor does it shine.
+    /// Returns true if, without a texture, it shows nothing: it neither reflects nor transmits nor emits
+    /// light.
     pub fn is_black(&self) -> bool {
         let colors = [self.diffuse, self.specular, self.emission];
         colors == [Vec3::ZERO; 3] && !self.has_secondary_rays()
     }
 
-    /// Whether shadow rays pass: clear glass casts no shadow, everything else a full one. Visibility
-    /// stays a yes or no that can be kept as a tag.
+    /// Returns true if shadow rays stop here: clear glass casts no shadow, everything else a full one.
+    /// Visibility stays a yes or no that can be kept as a tag.
     pub fn casts_shadow(&self) -> bool {
         match self.optics {
             Optics::Glass { transmission, .. } => transmission.max_element() < 0.5,
@@ -119,7 +120,7 @@ impl Material {
         }
     }
 
-    /// Whether what is seen at the surface depends on rays beyond it.
+    /// Returns true if the colour of the surface depends on rays beyond it.
     pub fn has_secondary_rays(&self) -> bool {
         self.optics != Optics::Opaque || self.metal_rough.is_some()
     }

@@ -1,4 +1,4 @@
-//! Triangles with what shading needs at their corners, or a quadric.
+//! Triangles with the vertex data that shading needs, or a quadric.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -29,26 +29,26 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// v = 0 at the bottom of the picture, as in OBJ.
     pub uvs: Vec<Vec2>,
-    /// How many of `triangles`, from the first on, cast shadows; the rest lets shadow rays pass.
+    /// Number of `triangles`, from the first on, that cast shadows. Shadow rays pass the rest.
     pub shadow_casting: usize,
     /// Index into [`Scene::materials`](super::Scene::materials) for each triangle.
     pub material_of: Vec<u16>,
-    /// What the file calls parts of it.
+    /// Names that the file gives to parts of the mesh.
     pub groups: Arc<Groups>,
-    /// What is seen instead of the triangles.
+    /// Quadric that is seen instead of the triangles.
     pub quadric: Option<Arc<Quadric>>,
-    /// Where its vertices are instead of at `positions`, if it deforms. Then these are the shape at rest: what is kept of a place on
-    /// the mesh is the point there.
+    /// Vertex positions by shape, if the mesh deforms. Then `positions` is the shape at rest: samples on the
+    /// mesh keep the point in that shape.
     pub shapes: Option<Arc<Shapes>>,
 }
 
 /// Names of a mesh's triangles, as OBJ files give with `g` and `o`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Groups {
-    /// Each once.
+    /// Distinct names.
     names: Vec<String>,
-    /// The first of triangles one after the other that are in the same group, and its number; in order, the first at
-    /// triangle 0.
+    /// Runs of consecutive triangles of the same group: the first triangle and the number of the group. In
+    /// order; the first run begins at triangle 0.
     begins: Vec<(u32, u32)>,
 }
 
@@ -94,12 +94,12 @@ impl Groups {
 }
 
 impl Mesh {
-    /// Whether its surface has texture coordinates.
+    /// Returns true if its surface has texture coordinates.
     pub fn has_uvs(&self) -> bool {
         self.quadric.is_some() || !self.uvs.is_empty()
     }
 
-    /// A quadric of one material.
+    /// Creates a quadric of one material.
     pub fn of_quadric(quadric: Quadric, material: u16, casts_shadow: bool) -> Self {
         let count = quadric.count();
         let corners = |piece| {
@@ -119,15 +119,15 @@ impl Mesh {
         }
     }
 
-    /// Where its vertices are, object space: in each of its shapes, if it deforms.
+    /// Vertex positions, object space: in each of its shapes, if it deforms.
     fn all_positions(&self) -> impl Iterator<Item = &[[f32; 3]]> {
         let own = self.shapes.is_none().then_some(self.positions.as_slice());
         let shapes = self.shapes.iter().flat_map(|shapes| shapes.list()).map(Vec::as_slice);
         own.into_iter().chain(shapes)
     }
 
-    /// The smallest box around the vertices that triangles use, object space, in all shapes: stray ones must not make the model
-    /// small.
+    /// The smallest box around the vertices that triangles use, object space, in all shapes. Unused vertices
+    /// must not make the model seem larger than it is.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let all = self.all_positions().map(|positions| self.bounds_of(positions));
         let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -1,7 +1,4 @@
-//! What is to be rendered, as plain data, and its loaders.
-//!
-//! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space.
-//! Units are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
+//! The scene as plain data, and its loaders.
 
 pub mod camera;
 pub mod environment;
@@ -50,57 +47,60 @@ use crate::layers::Layers;
 /// All that a shot shows. Ids are indices into these lists.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// What the camera sees and how it moves.
+    /// Camera and its motion.
     pub camera: CameraTrack,
-    /// Each moves as one.
+    /// Models; each moves as a rigid whole.
     pub models: Vec<Model>,
-    /// Of all models, one list.
+    /// Materials of all models.
     pub materials: Vec<Material>,
-    /// Of all materials, each file once.
+    /// Textures of all materials, each file once.
     pub textures: Vec<Texture>,
-    /// In the order of the shot.
+    /// Lights in the order of the shot.
     pub lights: Vec<Light>,
     /// Light that reaches everything: multiplies a material's `ambient`.
     pub ambient: Vec3,
-    /// Whether it reaches surfaces as far as these are open alone: ambient occlusion.
+    /// True if ambient light is dimmed by ambient occlusion.
     pub ambient_is_occluded: bool,
-    /// What a ray sees that meets nothing.
+    /// Radiance of rays that hit nothing.
     pub background: Background,
-    /// Light from all around; the eye sees it instead of the background where it is visible.
+    /// Light from all around. If it is visible, the camera sees it instead of the background.
     pub environment: Option<Environment>,
-    /// What the loader has done to the units and the origin of the files.
+    /// Change of units and origin that the loader made to the files.
     pub space: RenderSpace,
 }
 
 /// A mesh at a place that may change with time.
 #[derive(Debug, Clone)]
 pub struct Model {
-    /// As the shot names it, or the file's stem.
+    /// Name in the shot, or the file's stem.
     pub name: String,
-    /// Where the mesh came from, for messages.
+    /// File of the mesh, for messages.
     pub path: PathBuf,
-    /// In object space, which is world space for most models that stand still; models of the same file share it otherwise.
+    /// The mesh in object space. For most models that stand still this is world space; otherwise models of
+    /// the same file share it.
     pub mesh: Arc<Mesh>,
-    /// Object to world, per frame.
+    /// Transform from object to world space, per frame.
     pub track: TransformTrack,
-    /// Texels along an edge of the map in which its mirrors and glass look up what they show; none: they send rays.
+    /// Resolution of the reflection map in which its mirrors and glass look up their reflections, texels
+    /// along an edge. None: they send rays.
     pub reflection_map: Option<u32>,
 }
 
 impl Scene {
-    /// Whether occlusion dims ambient light that anything reflects.
+    /// Returns true if occlusion dims ambient light that any material reflects.
     pub fn occludes_ambient(&self) -> bool {
         self.ambient_is_occluded
             && self.ambient != Vec3::ZERO
             && self.materials.iter().any(|material| material.ambient != Vec3::ZERO)
     }
 
-    /// Whether somebody wants to know how open surfaces are: one of these layers, or the ambient light.
+    /// Returns true if the openness of surfaces is needed: for one of these layers, or for the ambient light.
     pub fn asks_openness(&self, layers: Layers) -> bool {
         layers.has(Layers::OCCLUSION) || self.occludes_ambient()
     }
 
-    /// The meshes that tracers build: one that stands or moves at several places is built once, and one that deforms for each model.
+    /// Meshes that tracers build. A mesh that stands or moves at several places is built once, one that
+    /// deforms for each model.
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
         let mut placed = HashSet::new();
         let is_own = |model: &Model| {
@@ -124,7 +124,7 @@ pub struct Background {
 }
 
 impl Background {
-    /// The same colour all around.
+    /// Creates a background of one colour all around.
     pub fn uniform(color: Vec3) -> Self {
         Self { zenith: color, horizon: color, ground: color }
     }

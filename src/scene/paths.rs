@@ -39,7 +39,8 @@ fn any_case(folder: &Path, name: &Path) -> Option<PathBuf> {
     may_be_read(&at).then_some(at)
 }
 
-/// What is there and no folder: whoever opens it says why it is not read, if it is no file.
+/// Returns true for anything that exists and is no folder. Opening it later reports why it cannot be read, if
+/// it is no file.
 fn may_be_read(path: &Path) -> bool {
     path.metadata().is_ok_and(|found| !found.is_dir())
 }

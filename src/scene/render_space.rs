@@ -36,30 +36,30 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// Of nothing.
+    /// The extent of nothing.
     pub const NONE: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
-    /// With `point` in it.
+    /// Extends it by `point`.
     pub fn with(self, point: DVec3) -> Self {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
-    /// How far from the origin it reaches along any axis.
+    /// Largest distance from the origin along any axis.
     pub fn reach(&self) -> f64 {
         self.low.abs().max(self.high.abs()).max_element()
     }
 
-    /// How far it is from one of its corners to the opposite one.
+    /// Length of the diagonal.
     pub fn diagonal(&self) -> f64 {
         (self.high - self.low).length()
     }
 
-    /// Its middle.
+    /// Centre of the box.
     pub fn center(&self) -> DVec3 {
         (self.low + self.high) * 0.5
     }
 
-    /// With a model in it, wherever its track's keys put it. `bounds`: of its mesh, object space.
+    /// Extends it by a model at all key frames of its track. `bounds`: of its mesh, object space.
     pub fn with_model(self, bounds: (DVec3, DVec3), track: &TransformTrack) -> Self {
         let frames = track.key_frames().into_iter();
         frames.fold(self, |extent, frame| extent.with_model_at(bounds, track, frame))
@@ -106,17 +106,17 @@ impl RenderSpace {
         Self { origin, scale }
     }
 
-    /// Lengths below this, in the units of the files, are too short for shadows; told where the shot was scaled down.
+    /// Minimum length that shadows need, in the units of the files. None unless the shot was scaled down.
     pub fn least_length(&self) -> Option<f64> {
         (self.scale < 1.0).then(|| USUAL.start() / self.scale)
     }
 
-    /// Whether the shot stays as it is.
+    /// Returns true if the shot is rendered in the space of its files.
     pub fn is_of_files(&self) -> bool {
         *self == Self::OF_FILES
     }
 
-    /// Units of the files become so many.
+    /// Factor from the units of the files to those of the render space.
     pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
@@ -131,7 +131,7 @@ impl RenderSpace {
         point.as_dvec3() / self.scale + self.origin
     }
 
-    /// The same of a point that a track has.
+    /// Converts a point of a track back to the space of the files.
     pub fn place_of_files(&self, place: DVec3) -> DVec3 {
         place / self.scale + self.origin
     }

@@ -1,4 +1,4 @@
-//! Meshes that deform: where their vertices are in each of their shapes, and which of these share a normal.
+//! Meshes that deform: vertex positions in each shape, and the vertices that share a normal.
 
 use std::collections::HashMap;
 
@@ -15,24 +15,25 @@ const NONE: u32 = u32::MAX;
 pub struct Shapes {
     /// By shape, the positions of the mesh's vertices: object space, finite. Never empty.
     list: Vec<Vec<[f32; 3]>>,
-    /// Of a mesh that has any.
+    /// Shared normals of a mesh that has any.
     normals: Option<SharedNormals>,
 }
 
-/// Which vertices share a normal, and of which triangles it is the mean.
+/// Vertices that share a normal, and the triangles of which that normal is the mean.
 #[derive(Debug, Clone)]
 struct SharedNormals {
-    /// By vertex, the number of its normal, or [`NONE`].
+    /// Number of each vertex's normal, or [`NONE`].
     of_vertex: Vec<u32>,
-    /// By normal, the first of its `triangles`, and at the end how many these are.
+    /// First entry of each normal in `triangles`; at the end the length of that list.
     begins: Vec<u32>,
-    /// Those around each normal, in order.
+    /// Triangles around each normal, in order.
     triangles: Vec<u32>,
 }
 
 impl Shapes {
-    /// Of a mesh without normals, or with the `normals` of its vertices in the shape at rest (zero: none). `places`: by vertex, a number
-    /// that tells its place; vertices of one place and one normal share their normal in all shapes.
+    /// Creates shapes of a mesh without normals, or with the `normals` of its vertices in the shape at rest
+    /// (zero: none). `places`: by vertex, a number that tells its place; vertices of one place and one normal
+    /// share their normal in all shapes.
     ///
     /// `list`: at least one shape, each with as many positions as there are `places`.
     pub fn new(list: Vec<Vec<[f32; 3]>>, triangles: &[[u32; 3]], normals: &[Vec3], places: &[u32]) -> Self {
@@ -41,14 +42,14 @@ impl Shapes {
         Self { list, normals }
     }
 
-    /// By shape, where the vertices are: object space.
+    /// Vertex positions of each shape, object space.
     pub fn list(&self) -> &[Vec<[f32; 3]>] {
         &self.list
     }
 
-    /// Where the vertices are in `shape`: object space. Has room for one more.
+    /// Vertex positions in `shape`, object space. The list has room for one more.
     ///
-    /// Tracers and whoever places samples take them from here: the same floats.
+    /// Tracers and the placement of samples both take them from here, so that the floats are the same.
     pub fn positions(&self, shape: &Shape) -> Vec<[f32; 3]> {
         let [from, to] = [shape.from, shape.to].map(|number| &self.list[number as usize]);
         let mut positions = Vec::with_capacity(from.len() + 1);

@@ -24,7 +24,7 @@ pub struct BlurArgs {
 }
 
 impl BlurArgs {
-    /// `settings` and `scene` of a shot with what is typed instead.
+    /// Applies the arguments to the `settings` and the `scene` of a shot.
     pub fn settle(&self, settings: Settings, scene: &mut Scene) -> Settings {
         if self.sharp {
             scene.camera.lens.aperture = None;

@@ -33,7 +33,7 @@ use crate::settings::{
 };
 use crate::trace::BackendKind;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct ShotArgs {
     /// A shot (TOML), or a model (OBJ), rendered on a turntable
@@ -72,7 +72,7 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub filter: Option<FilterArg>,
 
-    /// How far the filter reaches, in pixels, 0.5 to 4; not for the box [default: the shot's, or by the filter]
+    /// Radius of the filter, in pixels, 0.5 to 4; not for the box [default: the shot's, or by the filter]
     #[arg(long, value_name = "PIXELS", value_parser = filter_radius)]
     pub filter_radius: Option<f32>,
 
@@ -88,8 +88,8 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub caustics: Option<CausticsArg>,
 
-    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most (radiance, above 0): fewer sparks, and less
-    /// light; `none`: whatever it finds [default: the shot's]
+    /// Limit of the indirect radiance that a ray beyond the first surface, or a path, may bring (above 0):
+    /// fewer sparks, and less light; `none`: no limit [default: the shot's]
     #[arg(long, value_name = "RADIANCE|none", value_parser = clamp)]
     pub clamp: Option<ClampArg>,
 
@@ -102,8 +102,9 @@ pub struct ShotArgs {
     #[arg(long, value_name = "PATHS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PATHS)))]
     pub paths: Option<u32>,
 
-    /// What each frame spends on paths, so that kept samples get more of them: `full` for as many as a frame that is traced
-    /// in full, or a number of rays. A new sample gets its --paths-per-frame at once [default: the shot's]
+    /// Budget for the paths of each frame, so that kept samples get more of them: `full` for as many as a
+    /// frame that is traced in full, or a number of rays. A new sample gets its --paths-per-frame at once
+    /// [default: the shot's]
     #[arg(long, value_name = "full|RAYS", value_parser = Budget::parse)]
     pub budget: Option<Budget>,
 
@@ -115,8 +116,8 @@ pub struct ShotArgs {
     #[arg(long, value_name = "BOUNCES", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub bounces: Option<u32>,
 
-    /// How far away surfaces occlude, in the units of the models: for the layer `occlusion`, and for ambient light that is
-    /// `occluded` [default: the shot's]
+    /// Distance within which surfaces occlude, in the units of the models: for the layer `occlusion`, and for
+    /// ambient light that is `occluded` [default: the shot's]
     #[arg(long, value_name = "LENGTH", value_parser = radius)]
     pub occlusion_radius: Option<f64>,
 
@@ -153,7 +154,7 @@ pub struct ShotArgs {
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
     pub layers: Option<Layers>,
 
-    /// What becomes of the background where the camera sees it [default: the shot's]
+    /// Treatment of the background where the camera sees it [default: the shot's]
     #[arg(long, value_enum, value_name = "HOW")]
     pub background: Option<BackdropArg>,
 
@@ -182,7 +183,7 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub view: Option<ViewArg>,
 
-    /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    /// For a bare model: the axis of its file that points up [default: guessed from what the model stands on]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up: Option<UpArg>,
 
@@ -211,24 +212,25 @@ pub struct ShotArgs {
     pub quiet: bool,
 }
 
-/// A shot that is loaded, with settings and frames that are settled.
+/// A loaded shot with settled settings and frames: those of the command line, and the shot's for the rest.
 #[derive(Debug, Clone)]
 pub struct Job {
-    /// As it was named.
+    /// Path of the shot as given on the command line.
     pub path: PathBuf,
-    /// Its `settings`, `frames` and `output` are what the file says, not what holds.
+    /// The shot. Its `settings`, `frames` and `output` are those of the file, without the command line's
+    /// changes.
     pub shot: Shot,
-    /// What holds.
+    /// Settled settings.
     pub settings: Settings,
-    /// Asked for; the chains of a schedule need the runs.
+    /// Frames to render. The chains of a schedule need the runs.
     pub frames: Frames,
-    /// How files are made.
+    /// Format of the frames' files.
     pub format: FileFormat,
-    /// How pictures for screens show frames.
+    /// Exposure and view transform of pictures for screens.
     pub look: Look,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
-    /// With what quality frames are denoised as well, if they are.
+    /// Quality of the denoised pictures; none if frames are not denoised.
     pub denoise: Option<DenoiseQuality>,
 }
 
@@ -255,7 +257,8 @@ impl ShotArgs {
         })
     }
 
-    /// `settings` with what the command line says instead, but for how to build: that depends on the shot, too.
+    /// Settings of the shot, changed by the command line. The build quality stays: it depends on the shot,
+    /// too.
     fn settled(&self, settings: &Settings) -> Result<Settings, Failure> {
         let (width, height) = self.size.unwrap_or((settings.width, settings.height));
         let filter = self.filter.map(Filter::from);
@@ -322,7 +325,7 @@ impl Job {
 
 /// Loads a shot, or a model as a turntable.
 pub fn open(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, Failure> {
-    /// What any shot takes while it is loaded.
+    /// Minimum memory, bytes, for loading any shot.
     const LEAST_BYTES: u64 = 24 << 20;
     let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
     least.check(&memory::left()).map_err(Failure::of)?;
@@ -331,7 +334,7 @@ pub fn open(path: &Path, strict: bool, options: &turntable::Options) -> Result<S
     load(path).map_err(Failure::of)
 }
 
-/// Runs `work` on so many threads, all cores where none are given.
+/// Runs `work` on so many threads: one per core if no number is given.
 pub fn on_threads<T: Send>(
     threads: Option<NonZeroUsize>,
     work: impl FnOnce() -> Result<T, Failure> + Send,
@@ -339,7 +342,7 @@ pub fn on_threads<T: Send>(
     pool(threads)?.install(work)
 }
 
-/// So many threads, all cores where none are given.
+/// Creates a pool of so many threads: one per core if no number is given.
 pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Failure> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, NonZeroUsize::get))
@@ -351,13 +354,13 @@ pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Failure> {
     Ok(pool)
 }
 
-/// The names of a shot's frames where neither the shot nor the command line say them.
+/// Default names of a shot's frames, if neither the shot nor the command line names them.
 pub fn default_output(shot: &Path) -> String {
     let name = name_of(shot);
     format!("out/{name}/{name}.####.exr")
 }
 
-/// What a shot is called in file names: its own file's name without its ending.
+/// Name of a shot within file names: that of its own file without the ending.
 fn name_of(shot: &Path) -> String {
     let stem = shot.file_stem().map_or_else(|| "frame".into(), |stem| stem.to_string_lossy());
     // in a pattern, # and % stand for the number

@@ -9,13 +9,13 @@ const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 /// Samples along a pixel's edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SamplesArg {
-    /// In every pixel.
+    /// Samples along an edge of every pixel.
     pub fewest: u32,
-    /// In pixels that differ from their neighbours, if these get more.
+    /// Samples along an edge of pixels that differ from their neighbours, if these get more.
     pub most: Option<u32>,
 }
 
-/// `N`, or `MIN-MAX`.
+/// Reads `N`, or `MIN-MAX`.
 pub fn samples(text: &str) -> Result<SamplesArg, String> {
     let count = |text: &str| {
         let count = text.parse().ok().filter(|count| (1..=MOST_SAMPLES).contains(count));
@@ -27,13 +27,14 @@ pub fn samples(text: &str) -> Result<SamplesArg, String> {
     })
 }
 
-/// A contrast.
+/// Reads a contrast.
 pub fn threshold(text: &str) -> Result<f32, String> {
     let threshold = text.parse().ok().filter(|threshold| *threshold > 0.0 && *threshold < 1.0);
     threshold.ok_or_else(|| String::from("must be above 0 and below 1"))
 }
 
-/// N, for N x N samples a pixel, and what is refined: `samples` and `threshold` as typed, or what `settings` say.
+/// Settles N, for N x N samples a pixel, and the refinement: from `samples` and `threshold` as typed, or from
+/// `settings`.
 pub fn settled(
     samples: Option<SamplesArg>,
     threshold: Option<f32>,
@@ -60,7 +61,7 @@ pub fn settled(
     Ok((fewest, Some(refinement)))
 }
 
-/// Refuses pixels that are not there.
+/// Refuses pictures that are too large, and crops that lie outside of them.
 pub fn check_window(settings: &Settings) -> Result<(), Failure> {
     let Settings { width, height, overscan, crop, .. } = settings;
     if !settings.fits() {
@@ -80,7 +81,7 @@ pub fn check_window(settings: &Settings) -> Result<(), Failure> {
     )))
 }
 
-/// Refuses what no renderer can number. `option` is the one that says how many samples.
+/// Refuses more samples than a renderer can number. `option` is the one that states the samples.
 pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
     let PixelRect { width, height, .. } = settings.data_window();
     let samples = settings.levels().last().unwrap_or(settings.samples);

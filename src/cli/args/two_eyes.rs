@@ -34,7 +34,7 @@ pub struct StereoArgs {
 }
 
 impl StereoArgs {
-    /// Two eyes, if there are to be two; `of_shot`: what the file says.
+    /// Settles the two eyes, if there are any; `of_shot`: those of the file.
     pub fn settle(&self, of_shot: Option<Stereo>) -> Result<Option<Stereo>, Failure> {
         let is_asked_for = self.stereo || self.separation.is_some() || self.convergence.is_some();
         if self.mono || !is_asked_for && of_shot.is_none() {
@@ -55,9 +55,9 @@ impl StereoArgs {
     }
 }
 
-/// Refuses two eyes where `scene` has no place for them, or a file no names.
+/// Refuses two eyes if `scene` cannot have them, or if channels of a file would get names that are too long.
 pub fn check(settings: &Settings, scene: &Scene, is_multipart: bool) -> Result<(), Failure> {
-    /// Of a group of lights, in bytes: of 31, `light_` and `.right.R` take 14.
+    /// Maximum length of a light group's name, bytes: of 31, `light_` and `.right.R` take 14.
     const LONGEST_GROUP: usize = 17;
     if settings.stereo.is_none() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! What options take: names of ways to do something, and numbers in the forms in which they are typed.
+//! Values of options: named choices, and numbers in the forms in which they are typed.
 
 use std::num::NonZeroUsize;
 
@@ -59,7 +59,7 @@ impl From<CausticsArg> for Caustics {
     }
 }
 
-/// A limit to what single rays bring by indirect ways, or none.
+/// A limit to the indirect radiance of single rays, or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClampArg(pub Option<f32>);
 
@@ -137,7 +137,7 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     stops.ok_or_else(|| format!("must be from -{most} to {most} stops"))
 }
 
-/// How pictures for screens show light: as typed, if it is, or else as the shot says.
+/// Exposure and view transform of pictures for screens: as typed, if given, or else the shot's.
 pub fn settled_look((exposure, view): (Option<f32>, Option<ViewArg>), of_shot: Look) -> Look {
     Look { exposure: exposure.unwrap_or(of_shot.exposure), view: view.map_or(of_shot.view, View::from) }
 }
@@ -145,7 +145,7 @@ pub fn settled_look((exposure, view): (Option<f32>, Option<ViewArg>), of_shot: L
 /// Methods by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum CompressionArg {
-    /// Not at all: large files
+    /// No compression: large files
     None,
     /// Deflate, line by line
     Zips,
@@ -171,7 +171,7 @@ impl From<CompressionArg> for Compression {
 pub enum ReuseArg {
     /// The nearest to the cell's centre; the others are kept, up to a cap
     Target,
-    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped
+    /// The nearest to the eye of those in the cell, as in the paper; the others are dropped
     Paper,
 }
 
@@ -197,8 +197,8 @@ pub enum BuildArg {
 }
 
 impl BuildArg {
-    /// What holds for `shot`. (Not for the frames that are asked for: their pictures must not depend on which
-    /// others are rendered with them.)
+    /// Build quality for `shot`. It does not depend on the requested frames: their pictures must not depend
+    /// on which others are rendered with them.
     pub fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
         match self {
             Self::Auto => {
@@ -228,7 +228,7 @@ impl From<Backend> for BackendKind {
     }
 }
 
-/// Reads how far a filter reaches, in pixels.
+/// Reads the radius of a filter, in pixels.
 pub fn filter_radius(text: &str) -> Result<f32, String> {
     let range = Filter::LEAST_RADIUS..=Filter::LARGEST_RADIUS;
     let radius = text.trim().parse().ok().filter(|radius| range.contains(radius));

@@ -1,4 +1,4 @@
-//! What `compare` prints of several tracers: a column for each tracer and mode.
+//! The table that `compare` prints of several tracers: a column for each tracer and mode.
 
 use crate::cli::say::table;
 use crate::report::backends::{AGREEMENT, BackendRun, RaySpeeds};
@@ -8,9 +8,9 @@ use crate::stats::Totals;
 const COLUMN: usize = 16;
 const TITLE: usize = 24;
 
-/// One row of the seconds.
+/// A row of the seconds.
 type Seconds = fn(&Totals) -> f64;
-/// One row of the speeds.
+/// A row of the speeds.
 type Speed = fn(&RaySpeeds) -> Option<f64>;
 
 /// The lines, below an empty one.

@@ -71,7 +71,7 @@ is constant. Table of backends: million rays a second by kind, for one thread wh
 number of pixels that differ between backends (at edges, by rounding). Exit code: 0, 1 if something failed,
 --audit found a difference or backends disagree, 2 if the command line is invalid.";
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CompareArgs {
@@ -101,12 +101,12 @@ pub struct CompareArgs {
     report: Option<PathBuf>,
 }
 
-/// As it holds.
+/// Validated arguments.
 #[derive(Debug)]
 struct Options {
     job: Job,
     target: Option<Target>,
-    /// Samples along a pixel's edge.
+    /// Samples along a pixel's edge in the reference, if there is one.
     reference: Option<u32>,
     json: Option<PathBuf>,
     report: Option<PathBuf>,
@@ -115,12 +115,12 @@ struct Options {
 }
 
 impl CompareArgs {
-    /// The streams that it asks for.
+    /// Output streams for these arguments.
     pub fn terminal(&self) -> Terminal {
         Terminal::new(self.shot.progress, self.shot.quiet)
     }
 
-    /// Compares. `command` is what made it, for the report.
+    /// Compares. `command` is the command line, for the report.
     pub fn execute(self, command: String, terminal: &mut Terminal) -> Result<(), Failure> {
         let pool = args::pool(self.shot.threads)?;
         pool.install(|| compare(&self.settle(command)?, &pool, terminal))
@@ -156,10 +156,10 @@ fn reports<'a>(json: &'a Option<PathBuf>, report: &'a Option<PathBuf>) -> Vec<Re
 struct Pair<'s> {
     kind: BackendKind,
     ours: Renderer<'s>,
-    /// Where that is in its schedule.
+    /// Position of that renderer in its schedule.
     walk: Walk,
     full: Renderer<'s>,
-    /// By how much building the first of them let the process grow.
+    /// Growth of the process's memory, bytes, while the first of the two was built.
     build_bytes: u64,
 }
 
@@ -174,7 +174,7 @@ impl<'s> Pair<'s> {
         Ok(Self { kind, ours, walk: Walk::default(), full, build_bytes })
     }
 
-    /// Both ways of what `eye` sees of one frame.
+    /// Renders a frame for `eye` in both ways.
     fn render(&mut self, eye: Eye, step: Step, ours_first: bool) -> Result<(Finished, Finished), Failure> {
         if ours_first {
             let ours = self.infer(eye, step)?;
@@ -185,7 +185,7 @@ impl<'s> Pair<'s> {
         }
     }
 
-    /// What `eye` sees of a frame, with reuse.
+    /// Renders a frame for `eye`, with reuse.
     fn infer(&mut self, eye: Eye, step: Step) -> Result<Finished, Failure> {
         self.walk.render(&mut self.ours, eye, step, |_| Ok(()))
     }
@@ -195,7 +195,7 @@ fn in_full(settings: &Settings) -> Settings {
     Settings { mode: Mode::Full, audit: false, ..settings.clone() }
 }
 
-/// What all renderers together will need, and a frame that is being written.
+/// Memory needed by all renderers together, and by a frame that is being written.
 fn need(options: &Options, made_by: &Settings, denoising: &Denoising, steps: &[Step]) -> Need {
     let Options { job, reference, .. } = options;
     let need = |settings: &Settings, kind: BackendKind| {
@@ -216,12 +216,12 @@ fn need(options: &Options, made_by: &Settings, denoising: &Denoising, steps: &[S
     denoising.need(need, made_by)
 }
 
-/// Which tracers are compared, the first one first.
+/// Tracers to compare; the first one leads.
 fn kinds(job: &Job) -> Vec<BackendKind> {
     job.backend.map_or_else(|| vec![BackendKind::Embree, BackendKind::Rust], |kind| vec![kind])
 }
 
-/// `pool` is that of which the caller is a thread.
+/// Compares the frames. `pool` is the thread pool of the calling thread.
 fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Result<(), Failure> {
     let job = &options.job;
     warn_about(job, terminal);
@@ -267,7 +267,8 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
     outcome.and(reports).and_then(|()| verdict(&comparison.backends, comparison.settings.picture.paths))
 }
 
-/// What denoises, if it is to be done and there is a library: what is measured here needs none.
+/// Denoiser, if it is asked for and the library is there. A missing library is no failure: the measurements
+/// need none.
 fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
     Denoising::of(job).unwrap_or_else(|error| {
         terminal.warn(&format!("pictures are shown as traced: {error}"));
@@ -275,7 +276,8 @@ fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
     })
 }
 
-/// Nothing may differ when it is traced again, by any tracer, and tracers must agree about samples of so many paths.
+/// Fails if the audit of any tracer found samples that differ, or if tracers disagree; `paths`: those of each
+/// sample.
 fn verdict(runs: &[BackendRun], paths: u32) -> Result<(), Failure> {
     runs.iter()
         .try_for_each(|run| audit_verdict(run.totals.reprojected.audit.map(|audit| audit.differing)))?;
@@ -291,15 +293,15 @@ fn verdict(runs: &[BackendRun], paths: u32) -> Result<(), Failure> {
     }
 }
 
-/// What is kept of the frames.
+/// Results of the frames.
 struct Made {
-    /// By tracer; those of the first one come when they are written.
+    /// Measurements by tracer; those of the first one come when the frames are written.
     frames: Vec<Vec<ComparedFrame>>,
-    /// How many were made in both ways.
+    /// Number of frames that were made in both ways.
     count: usize,
-    /// By tracer: with the first one's pictures, reprojected and in full.
+    /// Agreement of each tracer with the first one's pictures, reprojected and in full.
     agreements: Vec<[Agreement; 2]>,
-    /// For the report.
+    /// Pictures for the report.
     shown: Option<Shown>,
 }
 
@@ -309,7 +311,7 @@ impl Made {
         Self { frames: vec![Vec::new(); pairs.len()], count: 0, agreements, shown }
     }
 
-    /// What each tracer was measured at.
+    /// Measurements of each tracer.
     fn runs(&self, pairs: &[Pair]) -> Vec<BackendRun> {
         let runs = pairs.iter().zip(&self.frames).zip(&self.agreements).enumerate();
         runs.map(|(number, ((pair, frames), agreement))| {
@@ -329,16 +331,16 @@ impl Made {
     }
 }
 
-/// All that renders.
+/// All renderers of a comparison, and the denoiser.
 struct Contest<'p, 's> {
     pairs: &'p mut [Pair<'s>],
     judge: Option<Judge<'s>>,
-    /// Has its turn when all have rendered a frame.
+    /// The denoiser, which runs when all have rendered a frame.
     denoising: &'p mut Denoising,
 }
 
 impl Contest<'_, '_> {
-    /// Has `watcher` be told of all tiles that are done.
+    /// Reports all finished tiles to `watcher`.
     fn watch(&mut self, watcher: Option<&Watcher>) {
         for pair in &mut *self.pairs {
             pair.ours.watch(watcher.cloned());
@@ -349,21 +351,21 @@ impl Contest<'_, '_> {
         }
     }
 
-    /// How many tiles there are to a frame that is made in all ways.
+    /// Number of tiles of a frame that is made in all ways.
     fn tiles(&self) -> usize {
         let pairs = self.pairs.iter().map(|pair| pair.ours.tiles_a_frame() + pair.full.tiles_a_frame());
         pairs.sum::<usize>() + self.judge.as_ref().map_or(0, Judge::tiles_a_frame)
     }
 }
 
-/// Where frames go that are done.
+/// Destination of finished frames.
 struct Out<'b, 'w> {
-    /// Before each frame what was measured of it, of each eye; nothing of run-up.
+    /// Receives the measurements of each frame, by eye, before the frame itself; empty for run-up.
     measured: Sender<Vec<ComparedFrame>>,
     behind: &'b mut Behind<'w>,
-    /// Whether there are files.
+    /// True if files are written.
     writes: bool,
-    /// Is told of tiles that are left out.
+    /// Receives the tiles that are left out.
     watcher: Option<Watcher>,
 }
 
@@ -402,7 +404,8 @@ fn compare_step(
     out.behind.take_and_pack(seen, out.writes)
 }
 
-/// What `eye` sees of a frame, in both ways by each tracer: the first one's with reuse, and what was measured.
+/// Renders a frame for `eye` in both ways with each tracer. Returns the first tracer's picture with reuse,
+/// and the measurements.
 fn compare_eye(
     eye: Eye,
     step: Step,
@@ -435,7 +438,8 @@ fn compare_eye(
     Ok((ours, frame))
 }
 
-/// Writes a frame if it is to be written, and tells of it. Its seconds have all that writing takes, waited for or not.
+/// Writes a frame if it is to be written, and reports it. Its seconds include the whole time of writing, even
+/// if nothing waited for it.
 fn write(
     frame: &mut Frame,
     target: Option<&Target>,

@@ -1,4 +1,4 @@
-//! `compare --reference N`: how far both ways are from frames of more samples.
+//! `compare --reference N`: the error of both ways against frames of more samples.
 
 use std::sync::Arc;
 
@@ -14,10 +14,10 @@ use crate::settings::{MOST_SAMPLES, Mode, Settings};
 use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
-/// Of the columns that the table has with a reference.
+/// Titles of the columns that the table has with a reference.
 pub const TITLES: &str = "  error   full ratio";
 
-/// A reference of no more samples than what is compared with it would tell nothing.
+/// Refuses a reference that has no more samples than the pictures it is compared with: it would tell nothing.
 pub fn check(settings: &Settings, samples: u32) -> Result<(), Failure> {
     let own = settings.levels().last().unwrap_or(settings.samples);
     if samples <= own {
@@ -29,35 +29,36 @@ pub fn check(settings: &Settings, samples: u32) -> Result<(), Failure> {
     check_samples(&Settings { samples, refinement: None, ..settings.clone() }, "--reference")
 }
 
-/// How a reference is rendered.
+/// Settings of the reference.
 pub fn settings(job: &Job, samples: u32) -> Settings {
     let settings = job.settings.clone();
     Settings { samples, refinement: None, mode: Mode::Full, audit: false, layers: Layers::NONE, ..settings }
 }
 
-/// Renders what pictures are compared with: one frame after the other, so that memory holds the samples of one.
+/// Renders the reference frames. They are made one after the other, so that memory holds the samples of one.
 pub struct Judge<'s> {
     renderer: Renderer<'s>,
 }
 
 impl<'s> Judge<'s> {
-    /// Builds its own scene in the tracer.
+    /// Creates a judge with its own scene in the tracer.
     pub fn new(kind: BackendKind, job: &'s Job, samples: u32) -> Result<Self, Failure> {
         let settings = settings(job, samples);
         Ok(Self { renderer: Renderer::with(kind, &job.shot.scene, &settings).map_err(Failure::of)? })
     }
 
-    /// Has `watcher` be told of tiles that are done.
+    /// Reports finished tiles to `watcher`.
     pub fn watch(&mut self, watcher: Option<Watcher>) {
         self.renderer.watch(watcher);
     }
 
-    /// Of how many in each frame.
+    /// Number of tiles in each frame.
     pub fn tiles_a_frame(&self) -> usize {
         self.renderer.tiles_a_frame()
     }
 
-    /// Of what `eye` sees of a frame that was made in both ways, reprojected first. And the reference.
+    /// Renders the reference of a frame as seen by `eye`. Returns the errors of `both` pictures against it,
+    /// reprojected first, and the reference.
     pub fn errors(&mut self, eye: Eye, both: [&Finished; 2]) -> Result<(BothErrors, Arc<Film>), Failure> {
         let frame = both[0].stats.frame;
         let reference = self.renderer.render_eye(eye, frame, false);
@@ -68,14 +69,14 @@ impl<'s> Judge<'s> {
     }
 }
 
-/// The values below [`TITLES`].
+/// Formats the values below [`TITLES`].
 pub fn columns(error: &BothErrors) -> String {
     let (ours, full) = (error.reprojected.display, error.full.display);
     let ratio = if full > 0.0 { format!("{:.2}", ours / full) } else { String::from("-") };
     format!(" {ours:>6.4} {full:>6.4} {ratio:>5}")
 }
 
-/// What equal samples do not tell: whether they make equal pictures.
+/// Lines about the error. Equal numbers of samples do not tell whether they make equal pictures.
 pub fn lines(reference: Option<&Reference>) -> Vec<String> {
     let Some(Reference { samples, all, inferred }) = reference else {
         return vec![String::from(

@@ -1,7 +1,8 @@
-//! Which frames the report of `compare` shows: some that reused samples, spread evenly from the first to the last.
+//! Chooses the frames that the report of `compare` shows: some that reused samples, spread evenly from the
+//! first to the last.
 //!
-//! That is known when a frame is done: with `--mode auto` a frame that could be inferred may have been traced in full. The next one
-//! that was inferred stands in for it.
+//! A frame's reuse is known only when it is done: with `--mode auto` a frame that could be inferred may have
+//! been traced in full. The next one that was inferred replaces it.
 
 use std::collections::VecDeque;
 
@@ -12,30 +13,30 @@ use crate::frame::Finished;
 use crate::report::html::Pictures;
 use crate::settings::Look;
 
-/// How many.
+/// Maximum number of frames.
 const MOST: usize = 4;
 
-/// Chooses, and keeps the pictures.
+/// Chooses frames, and keeps their pictures.
 #[derive(Debug, Default)]
 pub struct Shown {
-    /// Which of the frames that are offered are to be shown, counted from 0, in rising order.
+    /// Numbers of the frames to show, in rising order: offered frames count from 0.
     due: VecDeque<usize>,
-    /// Of the pictures.
+    /// Exposure and view transform of the pictures.
     look: Look,
-    /// How many were offered.
+    /// Number of frames offered so far.
     offered: usize,
     pictures: Vec<Pictures>,
-    /// Of the first frame, where no frame was inferred until now.
+    /// Pictures of the first frame, until a frame was inferred.
     base: Option<Pictures>,
 }
 
 impl Shown {
-    /// Of the frames that `steps` write, with a `look`.
+    /// Chooses among the frames that `steps` write; `look` is that of the pictures.
     pub fn new(steps: &[Step], look: Look) -> Self {
         Self { due: due(steps), look, ..Self::default() }
     }
 
-    /// Whether pictures are taken of the frame that is offered next, which was made like this.
+    /// Returns true if pictures are taken of the frame that is offered next; `ours` is that frame.
     pub fn takes(&self, ours: &Finished) -> bool {
         if ours.stats.samples.reused() == 0 { self.offered == 0 } else { self.is_due() }
     }
@@ -44,7 +45,8 @@ impl Shown {
         self.due.front().is_some_and(|due| *due <= self.offered)
     }
 
-    /// One of those frames, in their order, made in both ways, and as a `reference`, if there is one.
+    /// Offers a frame, made in both ways, and its `reference`, if there is one. All written frames are
+    /// offered in their order.
     pub fn offer(&mut self, ours: &Seen, full: &Seen, reference: Option<&Film>) {
         if self.takes(&ours.finished) {
             let films = [&*ours.finished.film, &*full.finished.film];
@@ -63,7 +65,7 @@ impl Shown {
         self.offered += 1;
     }
 
-    /// Those of the chosen frames; of the first one where none was inferred.
+    /// Pictures of the chosen frames; of the first one if none was inferred.
     pub fn into_pictures(self) -> Vec<Pictures> {
         if self.pictures.is_empty() { self.base.into_iter().collect() } else { self.pictures }
     }

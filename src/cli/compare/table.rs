@@ -1,4 +1,4 @@
-//! What `compare` prints of frames that were made in both ways.
+//! The table that `compare` prints of frames that were made in both ways.
 
 use super::{backend_table, reference};
 use crate::cli::say::table;
@@ -14,7 +14,7 @@ pub fn header(has_two_eyes: bool, has_errors: bool) -> String {
     format!("frame{eye} mode      seconds    full speed-up rays M  full saved% reused%{apart} audit")
 }
 
-/// Both ways of a frame.
+/// Formats both ways of a frame.
 pub fn row(frame: &ComparedFrame) -> String {
     let (ours, full) = (&frame.reprojected, &frame.full);
     let seconds = (ours.seconds.rendering(), full.seconds.rendering());
@@ -36,12 +36,12 @@ pub fn row(frame: &ComparedFrame) -> String {
     )
 }
 
-/// How far both pictures are apart, where there is no reference to say how far each is from the truth.
+/// Formats the difference between both pictures, for lack of a reference that would tell the error of each.
 fn apart(difference: &Difference) -> String {
     format!(" {:>10.5} {:>6.2}", difference.mean, difference.percent_above)
 }
 
-/// What all frames amount to.
+/// Formats the totals of all frames.
 pub fn summary(comparison: &Comparison) -> String {
     let (ours, full) = (&comparison.totals.reprojected, &comparison.totals.full);
     let mut lines =
@@ -93,8 +93,8 @@ pub fn summary(comparison: &Comparison) -> String {
     lines.join("\n")
 }
 
-/// What a run takes from its start to its last file. Denoising and writing take both ways the same time; they were
-/// measured once.
+/// Formats the time of a run from its start to its last file. Denoising and writing take the same time in
+/// both ways; they were measured once.
 fn in_short(comparison: &Comparison) -> String {
     let (ours, full) = (&comparison.totals.reprojected.seconds, &comparison.totals.full.seconds);
     let beside = ours.denoise + ours.write + comparison.build_seconds;
@@ -121,7 +121,7 @@ fn saving(name: &str, saving: &Saving) -> String {
     )
 }
 
-/// Nothing is saved where more was taken than a percentage can say.
+/// Formats a saving; empty if more was taken than a percentage can say.
 fn saved(percent: f64, of: &str) -> String {
     match Saved::of_percent(percent) {
         Saved::Percent(percent) => format!("{percent} % of the {of}"),

@@ -1,6 +1,6 @@
 //! Numbers of frames in words.
 
-/// `1-4, 7`; the numbers rise.
+/// Formats numbers that rise, as `1-4, 7`.
 pub fn runs(frames: &[i32]) -> String {
     let mut runs: Vec<[i32; 2]> = Vec::new();
     for &frame in frames {
@@ -17,7 +17,7 @@ pub fn runs(frames: &[i32]) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// `frame 7`, `frames 1-4, 7`.
+/// Formats frames, as `frame 7`, `frames 1-4, 7`.
 pub fn frames(frames: &[i32]) -> String {
     format!("{} {}", if frames.len() == 1 { "frame" } else { "frames" }, runs(frames))
 }

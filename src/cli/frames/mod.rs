@@ -1,4 +1,4 @@
-//! Files of frames: where they go, how they are written, and which are there already.
+//! Files of frames: their places, their writing, and those that exist already.
 
 pub mod frame_list;
 pub mod paths;

@@ -1,4 +1,4 @@
-//! Files that a run would write over one another, or over what it reads: told before it begins.
+//! Refuses, before a run begins, files that it would write over one another or over its own inputs.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::report::file::{self, Destination};
 /// An option that names a report, such as `--stats`, and the report's path.
 pub type Report<'a> = (&'static str, &'a Path);
 
-/// That `reports`, the frames of `target`, and what `job` reads are different files.
+/// Checks that `reports`, the frames of `target`, and the inputs of `job` are different files.
 pub fn check(job: &Job, target: Option<&Target>, reports: &[Report<'_>]) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = job.shot.files.iter().map(|file| place(file)).collect();
     let replaced = inputs.iter().find(|input| target.is_some_and(|target| is_frame(target, input)));
@@ -53,12 +53,13 @@ fn is_frame(target: &Target, place: &Path) -> bool {
     name.is_some_and(|name| target.has_name(name)) && place.parent() == Some(&self::place(target.folder()))
 }
 
-/// One path for each file, there or not: absolute, and without links.
+/// Resolves a path to one that is the same for each name of a file, existing or not: absolute, and without
+/// links.
 fn place(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| link_place(path))
 }
 
-/// The same, but the last part of the path may be a link.
+/// Resolves the folder of a path alone: its last part may be a link.
 fn link_place(path: &Path) -> PathBuf {
     let Some(_) = path.parent() else { return path.to_owned() };
     let mut place = place(folder_of(path));

@@ -1,8 +1,8 @@
-//! Which frames of an earlier run are those that this run would make: they are kept by `--resume`.
+//! Finds frames of an earlier run that equal those of this run: `--resume` keeps them.
 //!
-//! Each frame has a [`Fingerprint`] of what it was made from. Its settings are those that change pixels, and how the frame
-//! came about: which base frame it was inferred from, and in which steps. So kept and new frames are, pixel by pixel, those of
-//! one run without an interruption.
+//! Each frame has a [`Fingerprint`] of what it was made from. Its settings are those that change pixels, and
+//! the frame's ancestry: the base frame from which it was inferred, and the steps. So kept and new frames
+//! are, pixel by pixel, those of one run without an interruption.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -19,23 +19,23 @@ use crate::report::versions;
 use crate::settings::{Budget, FileFormat, Mode, Settings};
 use crate::trace::BackendKind;
 
-/// What each frame of a run is made from.
+/// Fingerprints of the frames of a run.
 #[derive(Debug, Clone)]
 pub struct Fingerprints {
-    /// But for the ancestry.
+    /// Fingerprint without the ancestry, common to all frames.
     all: Fingerprint,
     ancestries: BTreeMap<i32, Ancestry>,
 }
 
 impl Fingerprints {
-    /// Of the frames that `job` asks for, by the schedule's `rule`.
+    /// Computes the fingerprints of the frames that `job` asks for, by the schedule's `rule`.
     pub fn of(job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
         let ancestries = schedule::ancestries(job.frames.runs(), rule);
         let ancestries = ancestries.map_err(|error| Failure::Usage(error.to_string()))?;
         Ok(Self { all: Self::of_all_frames(job), ancestries })
     }
 
-    /// What all frames of `job` have in common.
+    /// Fingerprint that all frames of `job` have in common.
     pub fn of_all_frames(job: &Job) -> Fingerprint {
         Fingerprint {
             version: version(job.backend.unwrap_or_default()),
@@ -45,12 +45,12 @@ impl Fingerprints {
         }
     }
 
-    /// How a frame that was asked for comes about.
+    /// Ancestry of a requested frame.
     pub fn ancestry(&self, frame: i32) -> Ancestry {
         self.ancestries.get(&frame).copied().unwrap_or(Ancestry::Base)
     }
 
-    /// Of a frame that was asked for.
+    /// Fingerprint of a requested frame.
     pub fn at(&self, frame: i32) -> Fingerprint {
         let ancestry = self.ancestry(frame).to_string();
         let settings = Digest::of_all([self.all.settings, Digest::of(ancestry.as_bytes())]);
@@ -66,8 +66,8 @@ fn version(backend: BackendKind) -> Digest {
     Digest::of(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
 }
 
-/// What changes pixels, the header's frame rate, or how files are made. Each setting is named here, or left out for a reason: a new one does not
-/// compile until somebody has decided.
+/// Digest of all settings that change pixels, the header's frame rate, or the format of files. Each setting
+/// is named here, or left out for a reason: a new one does not compile until somebody has decided.
 fn settings(job: &Job) -> Digest {
     let Settings {
         width,
@@ -120,21 +120,21 @@ fn settings(job: &Job) -> Digest {
     Digest::of(text.as_bytes())
 }
 
-/// Looks at frames of an earlier run, and remembers why some of them are not kept.
+/// Reviews the frames of an earlier run, and remembers why some of them are not kept.
 pub struct Review<'a> {
     target: &'a Target,
     fingerprints: &'a Fingerprints,
-    /// Frames by reason.
+    /// Frames that are not kept, by reason.
     refused: RefCell<BTreeMap<String, Vec<i32>>>,
 }
 
 impl<'a> Review<'a> {
-    /// Of what lies at `target`.
+    /// Creates a review of the frames at `target`.
     pub fn new(target: &'a Target, fingerprints: &'a Fingerprints) -> Self {
         Self { target, fingerprints, refused: RefCell::default() }
     }
 
-    /// Whether `frame` is there, whole, and what this run would make.
+    /// Returns true if `frame` exists, is whole, and equals the frame that this run would make.
     pub fn keeps(&self, frame: i32) -> bool {
         let why = match self.target.left(frame, &self.fingerprints.at(frame)) {
             Left::Nothing => return false,
@@ -153,7 +153,7 @@ impl<'a> Review<'a> {
         false
     }
 
-    /// Why frames that are there are rendered again, each reason once.
+    /// Note on existing frames that are rendered again, with each reason once.
     pub fn note(self) -> Option<String> {
         let refused = self.refused.into_inner();
         let reasons = refused.into_iter().map(|(why, mut frames)| {

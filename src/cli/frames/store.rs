@@ -21,7 +21,7 @@ use crate::report::file::Destination;
 use crate::settings::{BasePlace, Mode, Refinement, Settings};
 use crate::stereo::Stereo;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct StoreArgs {
     /// Write the samples of the last frame to this file at the end: a run with --load-store goes on from them
@@ -34,7 +34,7 @@ pub struct StoreArgs {
     load_store: Option<PathBuf>,
 }
 
-/// A store that a run goes on from.
+/// A store that a run continues from.
 #[derive(Debug)]
 pub struct Loaded {
     path: PathBuf,
@@ -43,18 +43,18 @@ pub struct Loaded {
 }
 
 impl StoreArgs {
-    /// The file that is written, as a report.
+    /// File that is written, as a report.
     pub fn report(&self) -> Option<(&'static str, &Path)> {
         Some(("--save-store", self.save_store.as_deref()?))
     }
 
-    /// The file that is read, if it is there and not the one that is written: no other may replace it.
+    /// File that is read, if it exists and is not the one that is written: no other output may replace it.
     pub fn input(&self) -> Option<(&'static str, &Path)> {
         let load = self.load_store.as_deref().filter(|load| self.save_store.as_deref() != Some(*load));
         Some(("--load-store", load.filter(|load| load.is_file())?))
     }
 
-    /// That what is asked for makes sense.
+    /// Checks that the arguments make sense.
     pub fn check(&self, job: &Job) -> Result<(), Failure> {
         let option = match (&self.save_store, &self.load_store) {
             (None, None) => return Ok(()),
@@ -72,7 +72,8 @@ impl StoreArgs {
         }
     }
 
-    /// The store that is to be gone on from, if there is one: of this shot, with these settings, in a chain of `rule`.
+    /// Opens the store to continue from, if there is one, and checks that it is of this shot, with these
+    /// settings, in a chain of `rule`.
     pub fn open(&self, job: &Job, rule: &Rule<'_>) -> Result<Option<Loaded>, Failure> {
         let Some(path) = &self.load_store else { return Ok(None) };
         let file = StoreFile::open(path).map_err(Failure::of)?;
@@ -105,7 +106,7 @@ impl StoreArgs {
         Ok(Some(loaded))
     }
 
-    /// Whether the file that is to be written is there already, with the samples of `frame`.
+    /// Returns true if the file to write exists already, with the samples of `frame`.
     pub fn has(&self, job: &Job, fingerprints: &Fingerprints, frame: i32) -> bool {
         let file = self.save_store.as_deref().and_then(|path| StoreFile::open(path).ok());
         file.is_some_and(|file| {
@@ -116,12 +117,12 @@ impl StoreArgs {
         })
     }
 
-    /// Whether a store is gone on from.
+    /// Returns true if the run continues from a store.
     pub fn loads(&self) -> bool {
         self.load_store.is_some()
     }
 
-    /// Whether a store is to be written.
+    /// Returns true if the run writes a store.
     pub fn saves(&self) -> bool {
         self.save_store.is_some()
     }
@@ -157,12 +158,12 @@ fn destination(path: &Path) -> Result<PathBuf, Failure> {
 }
 
 impl Loaded {
-    /// For the schedule.
+    /// Description of the store for the schedule.
     pub fn saved(&self) -> Saved {
         Saved { frame: self.header.frame, ancestry: self.ancestry }
     }
 
-    /// Has `renderer` go on from it.
+    /// Loads the samples into `renderer`.
     pub fn give(&self, job: &Job, renderer: &mut Renderer<'_>) -> Result<(), Failure> {
         let file = StoreFile::open(&self.path).map_err(Failure::of)?;
         if *file.header() != self.header {
@@ -182,7 +183,7 @@ impl Loaded {
         Ok(())
     }
 
-    /// What to say where no frame is made of it.
+    /// Note for a store from which no frame is made.
     pub fn unused_note(&self) -> String {
         format!(
             "--load-store {}: nothing is taken from it, because no frame of this run follows from its frame {}, or it is rendered \
@@ -193,13 +194,13 @@ impl Loaded {
     }
 }
 
-/// What decides the samples of a job's frames, but for their ancestry.
+/// Fingerprint of everything that decides the samples of a job's frames, without their ancestry.
 fn fingerprint(job: &Job) -> Fingerprint {
     let of_frames = Fingerprints::of_all_frames(job);
     Fingerprint { settings: settings(job), ..of_frames }
 }
 
-/// How many samples a job's pictures have, of which eyes and exposures, for people.
+/// Sampling of a job's pictures in words: samples a pixel, eyes and exposures.
 fn sampling(job: &Job) -> String {
     let Settings { samples, refinement, shutter, stereo, .. } = &job.settings;
     let mut parts = vec![match refinement {
@@ -218,8 +219,8 @@ fn sampling(job: &Job) -> String {
     parts.join(", ")
 }
 
-/// Settings that decide what samples there are and what they keep. Each is named here, or left out for a reason, as in
-/// [`resume`](crate::cli::frames::resume).
+/// Digest of the settings that decide the samples and their content. Each is named here, or left out for a
+/// reason, as in [`resume`](crate::cli::frames::resume).
 fn settings(job: &Job) -> Digest {
     let Settings {
         width,

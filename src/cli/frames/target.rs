@@ -1,4 +1,4 @@
-//! Where frames go: one EXR each, and a preview beside it if wanted.
+//! Destination of frames: one EXR each, and a preview beside it if wanted.
 
 use std::fs::FileType;
 use std::path::{Path, PathBuf};
@@ -17,14 +17,14 @@ use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 use crate::settings::{FileFormat, Look, Settings};
 use crate::stereo::Eye;
 
-/// Names that are fit for the frames of a run.
+/// Valid file names for the frames of a run.
 #[derive(Debug, Clone)]
 pub struct Target {
     pattern: OutputPattern,
-    /// One for each eye.
+    /// Names of previews, one for each eye.
     previews: Vec<OutputPattern>,
     has_two_eyes: bool,
-    /// In rising order.
+    /// Requested frames, in rising order.
     frames: Vec<i32>,
     text: String,
     shot: String,
@@ -35,7 +35,7 @@ pub struct Target {
     look: Look,
 }
 
-/// What is there of a frame before a run.
+/// State of a frame's files before a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Left {
     /// No file.
@@ -53,10 +53,10 @@ pub enum Left {
 }
 
 impl Target {
-    /// `text` names the files, with `####` or `%04d` for the frame's number (see [`OutputPattern`]) or just
-    /// their folder; `shot` is the name of the shot; `frames` are those asked for, in rising order; `rate` is
-    /// frames a second; `settings` say which layers and pixels are written, `format` how, and `look` what
-    /// previews show of them.
+    /// Creates a target. `text` names the files, with `####` or `%04d` for the frame's number (see
+    /// [`OutputPattern`]), or just their folder. `shot` is the name of the shot, `frames` are the requested
+    /// ones, in rising order, and `rate` is frames a second. `settings` decide which layers and pixels are
+    /// written, `format` how, and `look` the exposure and view transform of previews.
     pub fn new(
         text: &str,
         shot: &str,
@@ -86,12 +86,12 @@ impl Target {
         Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format, look })
     }
 
-    /// As it was named.
+    /// Name of the output as given.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Those asked for, in rising order.
+    /// Requested frames, in rising order.
     pub fn frames(&self) -> &[i32] {
         &self.frames
     }
@@ -101,22 +101,23 @@ impl Target {
         self.rate
     }
 
-    /// Where a contact sheet goes that nobody has named.
+    /// Default path of a contact sheet.
     pub fn contact_sheet(&self) -> PathBuf {
         self.folder().join(format!("{}.contact.png", self.shot))
     }
 
-    /// Where a coarse picture of the first frame goes.
+    /// Path of the coarse picture of the first frame.
     pub fn coarse(&self) -> PathBuf {
         self.folder().join(format!("{}.coarse.png", self.shot))
     }
 
-    /// Whether previews are written.
+    /// Returns true if previews are written.
     pub fn has_previews(&self) -> bool {
         !self.previews.is_empty()
     }
 
-    /// A frame that is finished, as its preview shows it, whether it has one or not: of two eyes the left one's.
+    /// Reads a finished frame as its preview shows it, whether it has a preview or not. With two eyes, that
+    /// of the left one.
     pub fn picture(&self, frame: i32, is_denoised: bool) -> Result<Picture, Failure> {
         let picture = match self.previews.first() {
             Some(preview) => Picture::of_png(&preview.at(frame)),
@@ -133,26 +134,26 @@ impl Target {
         picture.map_err(Failure::of)
     }
 
-    /// The EXR of `frame`.
+    /// Path of the EXR of `frame`.
     pub fn exr(&self, frame: i32) -> PathBuf {
         self.pattern.at(frame)
     }
 
-    /// Where all of them lie.
+    /// Folder of all files.
     pub fn folder(&self) -> &Path {
         let folder = self.pattern.folder();
         if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
     }
 
-    /// Whether `name` in the folder is that of a frame asked for, or of its preview.
+    /// Returns true if `name` in the folder is that of a requested frame, or of its preview.
     pub fn has_name(&self, name: &str) -> bool {
         let frame = |pattern: &OutputPattern| pattern.frame_of(name);
         let frame = frame(&self.pattern).or_else(|| self.previews.iter().find_map(frame));
         frame.is_some_and(|frame| self.frames.binary_search(&frame).is_ok())
     }
 
-    /// That nothing but files stands under the names of frames: others cannot be read to see whether a frame
-    /// is finished (a FIFO may never end), nor replaced without loss.
+    /// Checks that only regular files exist under the names of frames. Others cannot be read to see whether a
+    /// frame is finished (a FIFO may never end), nor replaced without loss.
     pub fn check(&self) -> Result<(), Failure> {
         let Ok(entries) = self.folder().read_dir() else { return Ok(()) };
         for entry in entries.filter_map(Result::ok) {
@@ -170,8 +171,8 @@ impl Target {
         Ok(())
     }
 
-    /// That all files of all frames asked for are there, when the run has ended. A folder may be removed or unmounted while frames
-    /// are written into it; then each of them was whole, and some are gone.
+    /// Checks, when the run has ended, that all files of all requested frames exist. A folder may be removed
+    /// or unmounted while frames are written into it; then each of them was whole, and some are gone.
     pub fn check_all_there(&self) -> Result<(), Failure> {
         let patterns = || [&self.pattern].into_iter().chain(&self.previews);
         let is_there = |path: &PathBuf| path.metadata().is_ok_and(|found| found.is_file() && found.len() > 0);
@@ -190,8 +191,8 @@ impl Target {
         )))
     }
 
-    /// Makes the folder and tries it, so that nothing is rendered for a folder that cannot be written; and
-    /// removes what killed runs left of these frames.
+    /// Creates the folder and tries it, so that nothing is rendered for a folder that cannot be written.
+    /// Removes leftovers of killed runs for these frames.
     pub fn prepare(&self) -> Result<(), Failure> {
         let first = self.frames.first().copied().unwrap_or(0);
         output::ensure_writable(&self.exr(first)).map_err(Failure::of)?;
@@ -199,7 +200,8 @@ impl Target {
         Ok(())
     }
 
-    /// What an earlier run left of `frame`, if it is to be what `wanted` says. Pixels are read only where all else fits.
+    /// State of `frame`'s files after an earlier run; `wanted` is the fingerprint of the frame to make.
+    /// Pixels are read only if all else fits.
     pub fn left(&self, frame: i32, wanted: &Fingerprint) -> Left {
         let path = self.exr(frame);
         if path.symlink_metadata().is_err() {
@@ -219,9 +221,9 @@ impl Target {
         if exr::is_whole(&path) { Left::Finished } else { Left::Damaged }
     }
 
-    /// Writes a frame as one eye or two have `seen` it, with denoised pictures if there are any, and adds the time this took to
-    /// the statistics of the last one. Returns the EXR's path. Previews show denoised pictures. All files say what the frame was
-    /// `made_from`.
+    /// Writes a frame as `seen` by one eye or two, with denoised pictures if there are any. Adds the time
+    /// that this took to the statistics of the last eye. Returns the EXR's path. Previews show denoised
+    /// pictures. All files hold the fingerprint `made_from`.
     ///
     /// Previews come first: a frame counts as finished by its EXR.
     pub fn write(
@@ -263,7 +265,8 @@ impl Target {
             .map_err(Failure::of)
     }
 
-    /// Of the previews of a frame that is made from this: what they are made from. Nothing is added to it without a look.
+    /// Fingerprint of the previews of a frame with the fingerprint `made_from`. The default look adds nothing
+    /// to it.
     fn of_preview(&self, made_from: Fingerprint) -> Fingerprint {
         if self.look == Look::default() {
             return made_from;
@@ -272,7 +275,7 @@ impl Target {
         Fingerprint { settings: Digest::of_all([made_from.settings, look]), ..made_from }
     }
 
-    /// What goes into the file of what an eye has seen.
+    /// Content of a frame's file for one eye.
     fn view<'s>(
         &'s self,
         Seen { finished, denoised }: &'s Seen,
@@ -297,7 +300,7 @@ impl Target {
     }
 }
 
-/// Or to nothing, and is then replaced itself.
+/// Returns true if a link leads to a file, or to nothing: then the link itself is replaced.
 fn leads_to_file(link: &Path) -> bool {
     link.metadata().map_or(true, |found| found.is_file())
 }

@@ -1,7 +1,8 @@
-//! Frames go into their files behind the renderer's back: while one is packed and written, the next one is rendered.
+//! Writes frames in the background: while one is packed and written, the next one is rendered.
 //!
-//! One thread leads a frame into its files; what takes the processor's time is done by the threads that render. It has a copy of
-//! the film, because the renderer goes on with its own. No more than one frame is on its way, and frames come in order.
+//! One thread writes the frame's files; the costly work of packing is done by the threads that render. It has
+//! a copy of the film, because the renderer goes on with its own. No more than one frame is on its way, and
+//! frames come in order.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,12 +14,12 @@ use crate::film::{Film, Plane};
 use crate::frame::Finished;
 use crate::layers::Layers;
 
-/// How long a thread that finds nothing to do for the others sleeps before it looks again.
+/// Pause of a thread that finds no work for the others, before it looks again.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// What an eye sees of a frame.
+/// Picture of a frame as seen by one eye.
 pub struct Seen {
-    /// With a film that has what is to be written.
+    /// The rendering, with a film that holds all layers to write.
     pub finished: Finished,
     /// The denoised picture, if there is one.
     pub denoised: Option<[Plane; 3]>,
@@ -30,24 +31,24 @@ impl From<Finished> for Seen {
     }
 }
 
-/// A rendering that is done.
+/// A finished frame on its way to the writer.
 pub struct Frame {
-    /// By one eye, or by the left and the right one.
+    /// Pictures of one eye, or of the left and the right one.
     pub seen: Vec<Seen>,
-    /// Otherwise it is only to be told of.
+    /// True if it is written; otherwise it is only reported.
     pub write: bool,
-    /// Seconds that its copy took.
+    /// Seconds that copying its film took.
     pub copying: f64,
-    /// Is to be told when it is packed, and only the disk is waited for.
+    /// Receives a message when the frame is packed, and only the disk is waited for.
     pub packed: Option<Sender<()>>,
 }
 
-/// Since when rendering has been waiting for a frame to be written, if it does.
+/// Start of the current wait of the renderer for a frame to be written, if it waits.
 #[derive(Default)]
 pub struct Waiting(Mutex<Option<Instant>>);
 
 impl Waiting {
-    /// How many of the seconds since `start` it has waited.
+    /// Seconds of the current wait that lie after `start`.
     pub fn seconds(&self, start: Instant) -> f64 {
         let since = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
         since.map_or(0.0, |since| since.max(start).elapsed().as_secs_f64())
@@ -58,18 +59,19 @@ impl Waiting {
     }
 }
 
-/// Takes frames, one after the other.
+/// Accepts frames for writing, one after the other.
 pub struct Behind<'w> {
     waiting: &'w Waiting,
     frames: Sender<Frame>,
     back: Receiver<Result<Vec<Film>, Failure>>,
     layers: Layers,
-    /// The second films, one for each eye when there was a frame. `None` while they are on their way.
+    /// Second films, one for each eye once there was a frame. `None` while they are with the writer.
     films: Option<Vec<Film>>,
 }
 
-/// Has `work` give frames to a [`Behind`], and `write` write them on a thread of its own; `layers` of them are kept for that.
-/// The first failure ends both: that of an earlier frame first.
+/// Runs `work`, which gives frames to a [`Behind`], while `write` writes them on a thread of its own;
+/// `layers` of them are kept for that. The first failure ends both. If both fail, that of the earlier frame
+/// is returned.
 pub fn behind(
     layers: Layers,
     write: impl FnMut(&mut Frame, &Waiting) -> Result<(), Failure> + Send,
@@ -112,8 +114,8 @@ impl Behind<'_> {
         self.send(seen, write, None)
     }
 
-    /// The same, and waits until the frame is packed: for who measures what comes next, which then shares the processors with
-    /// nothing while the disk is waited for.
+    /// Takes a frame like [`take`](Self::take), and waits until it is packed. For callers that measure what
+    /// comes next: it then shares the processors with nothing while the disk is waited for.
     pub fn take_and_pack(&mut self, seen: Vec<Seen>, write: bool) -> Result<(), Failure> {
         let (done, packed) = mpsc::channel();
         self.send(seen, write, Some(done))?;
@@ -163,7 +165,8 @@ fn ended() -> Failure {
     Failure::Failed(String::from("the thread that writes frames has ended"))
 }
 
-/// What comes next. This thread is one of those that pack frames, and may be the only one: meanwhile it does their work.
+/// Receives the next value. This thread is one of those that pack frames, and may be the only one: it does
+/// their work while it waits.
 fn wait_for<T>(channel: &Receiver<T>) -> Option<T> {
     loop {
         let pause = if rayon::yield_now() == Some(rayon::Yield::Executed) { Duration::ZERO } else { PAUSE };
@@ -208,10 +211,11 @@ pub(crate) mod tests {
         }
     }
 
-    /// A frame's number, how many planes were written of it, and a value.
+    /// Frames that were written: number, number of planes, and a value of the film.
     type Written = Vec<(i32, usize, f32)>;
 
-    /// Frames 1 to 5, of which `bad` cannot be written and 2 is not to be; what was written of each, and the outcome.
+    /// Renders frames 1 to 5, of which `bad` cannot be written and 2 is not to be. Returns the written frames
+    /// and the outcome.
     fn run(bad: i32, threads: usize) -> (Written, Result<(), Failure>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut written = Written::new();

@@ -1,4 +1,4 @@
-//! What `afterimage info` says of an EXR file, ours or another program's.
+//! Description of an EXR file, ours or another program's, for `afterimage info`.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -107,8 +107,8 @@ fn time_code(time_and_flags: u32) -> String {
     format!("{:02}:{:02}:{:02}:{:02}", digits(24, 3), digits(16, 7), digits(8, 7), digits(0, 3))
 }
 
-/// Where the camera is, where it looks, and its vertical field of view (or, of an orthographic one, what height it sees) if the
-/// header has both matrices.
+/// Position and direction of the camera, and its vertical field of view (or, of an orthographic one, the
+/// height of its view), if the header has both matrices.
 fn camera(image: &ReadImage) -> Option<String> {
     let matrix = |name: &str| match image.attribute(name) {
         // rows of a matrix for row vectors are columns of one for column vectors

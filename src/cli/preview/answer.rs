@@ -1,4 +1,4 @@
-//! What requests get.
+//! Answers to requests.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use super::request::{Door, Request};
 use super::response::Answer;
 use crate::scene::CameraTrack;
 
-/// The page, what it looks like, what it does, and its icon.
+/// Files of the page: itself, its style, its scripts, and its icon.
 const PAGE: [(&str, &str, &str); 5] = [
     ("", "text/html; charset=utf-8", include_str!("page.html")),
     ("page.css", "text/css; charset=utf-8", include_str!("page.css")),
@@ -17,10 +17,10 @@ const PAGE: [(&str, &str, &str); 5] = [
     ("icon.svg", "image/svg+xml", include_str!("icon.svg")),
 ];
 
-/// How long a request waits for a picture. The page asks again.
+/// Maximum time that a request waits for a picture. The page asks again.
 const PATIENCE: Duration = Duration::from_secs(25);
 
-/// What the request with this `head` gets.
+/// Answer to the request with this `head`.
 pub fn answer(head: &[u8], door: &Door, board: &Board) -> Answer {
     let Some(request) = Request::parse(head) else {
         return Answer::text("400 Bad Request", "this is no request of HTTP/1.1\n");
@@ -35,7 +35,7 @@ pub fn answer(head: &[u8], door: &Door, board: &Board) -> Answer {
     }
 }
 
-/// What is at `path`, behind the token.
+/// Answer for `path`, behind the token.
 fn answer_path(path: &str, board: &Board) -> Answer {
     if let Some((_, kind, text)) = PAGE.iter().find(|(name, _, _)| *name == path) {
         return Answer::of_kind(kind, "200 OK", *text);
@@ -77,7 +77,7 @@ fn answer_path(path: &str, board: &Board) -> Answer {
     }
 }
 
-/// What `answer` makes of the shot's camera at a frame, if that can be shown, or says is wrong.
+/// Answer of `answer` for the shot's camera at a frame, if that can be shown; an error is a bad request.
 fn of_camera(
     board: &Board,
     [version, frame]: [&str; 2],

@@ -50,7 +50,7 @@ pub struct PreviewArgs {
     #[arg(long, value_enum)]
     pub view: Option<ViewArg>,
 
-    /// Of a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    /// For a bare model: the axis of its file that points up [default: guessed from what the model stands on]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up: Option<UpArg>,
 
@@ -60,7 +60,7 @@ pub struct PreviewArgs {
 }
 
 impl PreviewArgs {
-    /// How pictures show light where the shot says that it is to be `of_shot`.
+    /// Exposure and view transform of pictures; `of_shot` is that of the shot.
     pub fn look(&self, of_shot: Look) -> Look {
         settled_look((self.exposure, self.view), of_shot)
     }

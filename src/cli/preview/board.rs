@@ -1,4 +1,4 @@
-//! What the worker and the threads that answer the page tell one another.
+//! State that the worker and the threads that answer the page share.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -20,29 +20,29 @@ const MOST_BYTES: usize = 256 << 20;
 pub struct Shown {
     /// The bytes of a PNG file.
     pub png: Arc<Vec<u8>>,
-    /// Of rendering it.
+    /// Seconds that rendering it took.
     pub seconds: f64,
 }
 
-/// How good a picture is to be.
+/// Quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detail {
-    /// Small and there at once.
+    /// Small, and available at once.
     Coarse,
-    /// As good as the shot's frames.
+    /// Quality of the shot's frames.
     Full,
 }
 
-/// A frame from elsewhere.
+/// A frame seen by a free camera.
 #[derive(Debug, Clone)]
 pub struct View {
     pub frame: i32,
-    /// In the space of the shot's files.
+    /// The camera, in the space of the shot's files.
     pub camera: CameraTrack,
     pub detail: Detail,
 }
 
-/// What the worker does next.
+/// Next task of the worker.
 #[derive(Debug, Clone)]
 pub enum Job {
     /// A frame of the shot.
@@ -59,17 +59,17 @@ pub struct Loaded<'a> {
     pub rate: (i32, u32),
     pub notes: Vec<String>,
     pub camera: ShotCamera,
-    /// Of its pictures, pixels.
+    /// Size of its pictures, pixels.
     pub size: [u32; 2],
 }
 
-/// A view that somebody waits for.
+/// A requested view.
 struct Wish {
     number: u64,
-    /// Who waits: a page wants one view at a time.
+    /// Number of the page that waits: a page wants one view at a time.
     page: u64,
     view: Arc<View>,
-    /// The picture, or why there is none.
+    /// The picture, or the reason why there is none.
     shown: Option<Result<Shown, String>>,
 }
 
@@ -84,26 +84,26 @@ struct State {
     /// Counts what was loaded, with success or without.
     version: u64,
     title: String,
-    /// Of the shot; empty as long as it has never been loaded.
+    /// Frames of the shot; empty as long as it has never been loaded.
     runs: Vec<Run>,
     rate: f64,
-    /// What is odd about the shot, and what was decided for the user.
+    /// Warnings about the shot, and decisions made for the user.
     notes: Vec<String>,
     error: Option<String>,
     pictures: BTreeMap<i32, Shown>,
     bytes: usize,
-    /// Frames that are waited for, oldest first.
+    /// Requested frames, oldest first.
     wanted: VecDeque<i32>,
-    /// Views that are waited for, oldest first, or that are there.
+    /// Views that are requested, oldest first, or finished.
     wishes: Vec<Wish>,
-    /// Of views, ever.
+    /// Number of views ever requested.
     numbers: u64,
     camera: Option<Arc<ShotCamera>>,
     size: [u32; 2],
 }
 
 impl State {
-    /// Whether `frame` of `version` is one that can be shown.
+    /// Returns true if `frame` of `version` can be shown.
     fn has(&self, version: u64, frame: i32) -> bool {
         let is_frame = self.runs.iter().any(|run| (run.first..=run.last).contains(&frame));
         self.version == version && self.error.is_none() && is_frame
@@ -111,7 +111,7 @@ impl State {
 }
 
 impl Board {
-    /// Of a shot that is yet to be loaded.
+    /// Creates a board for a shot that is yet to be loaded.
     pub fn new(shot: &Path) -> Self {
         let title = shot.display().to_string();
         Self { state: Mutex::new(State { title, ..State::default() }), changed: Condvar::new() }
@@ -122,7 +122,7 @@ impl Board {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The shot was loaded anew: what was rendered of the old one goes.
+    /// Replaces the shot by a newly loaded one, and drops the old one's pictures.
     pub fn loaded(&self, loaded: Loaded) {
         let (above, below) = loaded.rate;
         let mut state = self.state();
@@ -140,7 +140,8 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// The shot could not be loaded, or a frame of it not rendered: the page keeps what it shows.
+    /// Records that the shot could not be loaded, or a frame of it not rendered. The page keeps what it
+    /// shows.
     pub fn failed(&self, error: &str) {
         let mut state = self.state();
         if state.error.as_deref() == Some(error) {
@@ -155,8 +156,8 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// What somebody waits for; `None` if nobody wants anything for so long. Coarse views are in the way of nothing for long: they
-    /// come first.
+    /// Waits for the next task; `None` if nothing is requested for `patience`. Coarse views come first: they
+    /// delay other tasks only for a short time.
     pub fn next_job(&self, patience: Duration) -> Option<Job> {
         let waits = |wish: &&Wish| wish.shown.is_none();
         let idle =
@@ -205,8 +206,8 @@ impl Board {
         }
     }
 
-    /// Whether nobody wants what the worker is at: the full view with this number is not waited for, or the frame is in the way of a
-    /// coarse view, which is to be there soon.
+    /// Returns true if the worker's current task is not needed any more: nobody waits for the full view with
+    /// this number, or the frame delays a coarse view, which is to be shown soon.
     pub fn is_over(&self, job: &Job) -> bool {
         let state = self.state();
         match job {

@@ -1,4 +1,5 @@
-//! Cameras that the page leads around: where they begin, what the renderer makes of them, and how a shot file says where one is.
+//! Cameras that the page moves: their initial poses, their tracks for the renderer, and their keys for a shot
+//! file.
 
 use std::fmt::Write;
 
@@ -12,26 +13,28 @@ use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::turntable::text::number;
 use crate::scene::{CameraTrack, RenderSpace, Shot};
 
-/// Coordinates and heights, in the units of the files: as far as shots reach, and as small as they get.
+/// Bounds of coordinates and heights, in the units of the files: those of shot files.
 const FARTHEST: f64 = 1e18;
 const LEAST: f64 = 1e-18;
-/// Degrees: the least field of view of shot files.
+/// Minimum field of view of shot files, degrees.
 const LEAST_FOV: f64 = 1e-6;
-/// Where a camera that is within what it sees, or beside it, has its target: as a share of the diagonal of all models.
+/// Minimum distance of the target of a camera that is inside the models, or beside them: as a share of the
+/// diagonal of all models.
 const NEAREST_TARGET: f64 = 0.05;
 
-/// Places in keys are as fine as this share of the distance to the target needs: less than a pixel moves by.
+/// Precision of places in keys, as a share of that which the distance to the target needs: a pixel moves by
+/// less.
 const FINER: f64 = 0.01;
 
 /// A camera at one place, in the space of the shot's files.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeCamera {
     eye: DVec3,
-    /// Where it looks, and what it is led around.
+    /// Point that it looks at, and orbits.
     target: DVec3,
-    /// Degrees, clockwise.
+    /// Roll in degrees, clockwise.
     roll: f64,
-    /// Vertical field of view in degrees; of an orthographic camera the height of what it sees.
+    /// Vertical field of view in degrees; for an orthographic camera the height of its view.
     lens: f64,
 }
 
@@ -56,12 +59,12 @@ pub struct ShotCamera {
     track: CameraTrack,
     space: RenderSpace,
     says_orbit: bool,
-    /// Of all models in the shot's first frame, world space: their middle, and how large they are.
+    /// Centre and diagonal of all models in the shot's first frame, world space.
     models: (DVec3, f64),
 }
 
 impl ShotCamera {
-    /// That of `shot`.
+    /// Reads the camera of `shot`.
     pub fn of(shot: &Shot) -> Self {
         let track = shot.scene.camera.clone();
         // who has a target needs no other
@@ -76,7 +79,7 @@ impl ShotCamera {
         self.track.projection() == Projection::Orthographic
     }
 
-    /// Where it is at `frame`.
+    /// Pose at `frame`.
     pub fn at(&self, frame: i32) -> FreeCamera {
         let (track, time) = (&self.track, f64::from(frame));
         let eye = track.eye.at(time);
@@ -92,7 +95,7 @@ impl ShotCamera {
         FreeCamera { eye, target, roll, lens }
     }
 
-    /// A point on the view axis, as far away as the models are, and the roll of a camera that looks there.
+    /// Target on the view axis, as far away as the models are, and the roll of a camera that looks there.
     fn ahead(&self, eye: DVec3, pose: &CameraPose) -> (DVec3, f64) {
         let [right, forward] = [pose.right, pose.forward].map(|axis| axis.as_dvec3());
         let (middle, diagonal) = self.models;
@@ -103,7 +106,7 @@ impl ShotCamera {
         (eye + depth * forward, roll)
     }
 
-    /// What the page begins with at `frame`.
+    /// Initial pose at `frame` for the page, as JSON.
     pub fn told(&self, frame: i32) -> Value {
         let FreeCamera { eye, target, roll, lens } = self.at(frame);
         json!({
@@ -112,8 +115,8 @@ impl ShotCamera {
         })
     }
 
-    /// `free` at `frame`, for the renderer: in the space of the files, with the shift that the shot has there. `None` if there is no
-    /// such lens.
+    /// Track of `free` at `frame` for the renderer: in the space of the files, with the lens shift that the
+    /// shot has there. `None` if there is no such lens.
     pub fn track(&self, free: &FreeCamera, frame: i32) -> Option<CameraTrack> {
         let is_lens = if self.is_orthographic() {
             (LEAST..=FARTHEST).contains(&free.lens)
@@ -131,7 +134,7 @@ impl ShotCamera {
         })
     }
 
-    /// `free` as a key at `frame`, in the words of the shot's other keys.
+    /// Key of `free` at `frame` for the shot file, in the words of the shot's other keys.
     pub fn key(&self, free: &FreeCamera, frame: i32) -> String {
         let FreeCamera { eye, target, roll, lens } = *free;
         let (way, time) = (target - eye, f64::from(frame));

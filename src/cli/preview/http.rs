@@ -1,7 +1,7 @@
-//! Connections: as much of HTTP/1.1 as one page on this machine needs, a request each.
+//! Connections: as much of HTTP/1.1 as one page on this machine needs, one request each.
 //!
-//! Whoever connects may be anybody on this machine. A request has one deadline, however it is sent, and those that are slow make room
-//! for others.
+//! Any program on this machine may connect. A request has one deadline, however it is sent, and slow ones
+//! make room for others.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -29,11 +29,11 @@ const ANSWER_PATIENCE: Duration = Duration::from_secs(10);
 /// For a client to end a connection that is answered.
 const LAST_PATIENCE: Duration = Duration::from_millis(500);
 
-/// What all connections share.
+/// State that all connections share.
 struct Server {
     door: Door,
     board: Arc<Board>,
-    /// Oldest first.
+    /// Connections whose requests are being read, oldest first.
     waiting: Mutex<VecDeque<Arc<TcpStream>>>,
     answered: AtomicUsize,
 }

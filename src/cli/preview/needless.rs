@@ -1,4 +1,4 @@
-//! Says of the picture at work when nobody needs it any more.
+//! Tells when nobody needs the picture at work any more.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -6,19 +6,19 @@ use std::time::{Duration, Instant};
 use super::board::{Board, Job};
 use super::watch::Watch;
 
-/// What would make a picture needless.
+/// Events that make a picture needless.
 pub struct Needless {
     board: Arc<Board>,
-    /// The files that the shot is made of.
+    /// Files that the shot is made of.
     files: Watch,
-    /// Between two looks at these.
+    /// Pause between two checks of the files.
     pause: Duration,
     now: Mutex<Now>,
 }
 
 struct Now {
     job: Option<Job>,
-    /// When files were looked at last.
+    /// Time of the last check of the files.
     looked: Instant,
 }
 
@@ -34,7 +34,7 @@ impl Needless {
         self.now.lock().unwrap_or_else(PoisonError::into_inner).job = Some(job.clone());
     }
 
-    /// Whether the picture at work is needless: the camera was led on, or a file has changed.
+    /// Returns true if the picture at work is needless: the camera was moved on, or a file has changed.
     pub fn is_at_work(&self) -> bool {
         let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         if now.job.as_ref().is_some_and(|job| self.board.is_over(job)) {

@@ -1,4 +1,4 @@
-//! A request of HTTP/1.1 (RFC 9112), and whether it may be answered.
+//! A request of HTTP/1.1 (RFC 9112), and the check whether it may be answered.
 
 use super::response::Answer;
 use super::token::Token;
@@ -45,7 +45,7 @@ pub struct Door {
 }
 
 impl Door {
-    /// What `request` asks for, behind the token; or why it gets nothing.
+    /// Path that `request` asks for, behind the token; or the refusal.
     pub fn admit<'a>(&self, request: &Request<'a>) -> Result<&'a str, Answer> {
         let hosts: Vec<&str> = request.values("Host").collect();
         let [host] = hosts[..] else {
@@ -71,7 +71,7 @@ impl Door {
         rest.ok_or_else(|| Answer::moved(format!("/{}/", self.token)))
     }
 
-    /// Whether `host` is what the address of the page begins with.
+    /// Returns true if `host` is the one in the page's address.
     fn is_own(&self, host: &str) -> bool {
         let (name, port) = host.split_once(':').unwrap_or((host, "80"));
         let is_name = name == "127.0.0.1" || name.eq_ignore_ascii_case("localhost");
@@ -89,7 +89,7 @@ mod tests {
         Door { port: PORT, token: Token::random().expect("random numbers") }
     }
 
-    /// What a request with these lines behind its first one gets: the code, or what is behind the token.
+    /// Result of a request with these lines behind its first one: the code, or the path behind the token.
     fn admitted(door: &Door, target: &str, headers: &str) -> Result<String, String> {
         let head = format!("GET {target} HTTP/1.1\r\n{headers}\r\n");
         let request = Request::parse(head.as_bytes()).ok_or("unread")?;

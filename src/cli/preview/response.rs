@@ -1,4 +1,4 @@
-//! Answers, and how they are sent.
+//! Answers, and their transmission.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -16,7 +16,7 @@ const HEADERS: &str = "Cache-Control: no-store\r\n\
     connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\
     Connection: close\r\n";
 
-/// What is answered.
+/// An answer to a request.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Answer {
     /// Code and reason.
@@ -27,7 +27,7 @@ pub struct Answer {
     body: Body,
 }
 
-/// Of an answer.
+/// Body of an answer.
 #[derive(Debug, PartialEq, Eq)]
 enum Body {
     Text(String),
@@ -35,7 +35,7 @@ enum Body {
 }
 
 impl Answer {
-    /// A sentence for people.
+    /// Creates an answer of one sentence for people.
     pub fn text(status: &'static str, text: impl Into<String>) -> Self {
         Self::of_kind("text/plain; charset=utf-8", status, text)
     }
@@ -44,12 +44,12 @@ impl Answer {
         Self { status, kind, header: String::new(), body: Body::Text(text.into()) }
     }
 
-    /// The same with this header line.
+    /// Adds a header line.
     pub fn with_header(self, header: String) -> Self {
         Self { header, ..self }
     }
 
-    /// What is asked for is elsewhere.
+    /// Creates a redirection to `target`.
     pub fn moved(target: String) -> Self {
         let header = format!("Location: {target}\r\n");
         Self::text("308 Permanent Redirect", "").with_header(header)
@@ -60,7 +60,7 @@ impl Answer {
         Self { status: "200 OK", kind: "image/png", header, body: Body::Picture(shown.png) }
     }
 
-    /// All of it, as it is sent.
+    /// Writes the whole answer as it is sent.
     pub fn write(&self, mut out: impl Write) -> io::Result<()> {
         let Self { status, kind, header, body } = self;
         let body = match body {

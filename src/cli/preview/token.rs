@@ -1,13 +1,13 @@
-//! What the address of the page has in it and nobody else knows.
+//! The secret word in the address of the page.
 
 use std::hint::black_box;
 use std::{fmt, io};
 
-/// Bytes of a token: nobody guesses so many.
+/// Bytes of a token: too many to guess.
 const BYTES: usize = 16;
 
-/// A word of the address that is another one in each run. Whoever may read what the program prints knows it; other users of the
-/// machine, and pages from elsewhere, do not.
+/// A word of the address that differs in each run. Only readers of the program's output know it: other users
+/// of the machine, and pages from elsewhere, do not.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Token(String);
 
@@ -22,7 +22,7 @@ impl Token {
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Whether `word` is the token; it takes as long for every word of its length.
+    /// Returns true if `word` is the token. It takes as long for every word of its length.
     pub fn is(&self, word: &str) -> bool {
         let differing = self.0.bytes().zip(word.bytes()).fold(0, |all, (a, b)| black_box(all | (a ^ b)));
         self.0.len() == word.len() && differing == 0

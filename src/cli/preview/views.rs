@@ -1,4 +1,4 @@
-//! What cameras see that the page leads around: soon and coarse, and in full when there is time.
+//! Views of cameras that the page moves: coarse ones soon, and full ones when there is time.
 
 use std::sync::Arc;
 
@@ -11,21 +11,21 @@ use crate::scene::Shot;
 use crate::settings::Settings;
 use crate::trace::BackendKind;
 
-/// By which sides of pictures are divided; 1: the full picture.
+/// Divisors of the sides of pictures; 1: the full picture.
 const DIVISORS: [u32; 4] = [1, 2, 4, 8];
-/// Samples of the first coarse picture, at most.
+/// Maximum number of samples of the first coarse picture.
 const FIRST_SAMPLES: u64 = 20_000;
 /// A coarse picture that takes longer, in seconds, is made coarser; one that takes less is made finer.
 const TOO_LONG: f64 = 0.4;
 const SHORT: f64 = 0.05;
 
-/// Pictures of a shot from elsewhere.
+/// Renders views of a shot by free cameras.
 pub struct Views<'s> {
     shot: &'s Shot,
     settings: Settings,
-    /// One for each of the [`DIVISORS`], once it is asked for: each goes on with its own samples.
+    /// One size for each of the [`DIVISORS`], once it is asked for: each continues with its own samples.
     sizes: [Option<Size<'s>>; DIVISORS.len()],
-    /// Which of them is coarse.
+    /// Index of the coarse size.
     coarse: usize,
 }
 
@@ -36,7 +36,7 @@ struct Size<'s> {
 }
 
 impl<'s> Views<'s> {
-    /// Of `shot`, with the `settings` of its frames.
+    /// Creates views of `shot`, with the `settings` of its frames.
     pub fn new(shot: &'s Shot, settings: &Settings) -> Self {
         let settings = Settings { exposures: 1, shutter: None, ..settings.clone() };
         let is_quick = |divisor: &u32| smaller(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
@@ -44,10 +44,9 @@ impl<'s> Views<'s> {
         Self { shot, settings, sizes: [const { None }; DIVISORS.len()], coarse: first }
     }
 
-    /// What `view` shows; nothing if that was stopped.
+    /// Renders `view`; nothing if that was stopped.
     ///
-    /// # Errors
-    /// There is not enough memory for it, or the tracer failed.
+    /// # Errors There is not enough memory for it, or the tracer failed.
     pub fn render(&mut self, renderer: &mut Renderer<'s>, view: &View) -> Result<Option<Arc<Film>>, String> {
         let place = match view.detail {
             Detail::Full => 0,
@@ -91,7 +90,7 @@ fn next_coarse(place: usize, seconds: f64) -> usize {
     }
 }
 
-/// Whether the shot cuts between two frames.
+/// Returns true if the shot cuts between two frames.
 pub fn is_cut(cuts: &[i32], a: i32, b: i32) -> bool {
     cuts.iter().any(|cut| a.min(b) < *cut && *cut <= a.max(b))
 }

@@ -1,10 +1,10 @@
-//! Whether files have changed since they were looked at.
+//! Detects changes of files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// When a file was written, and how long it is; `None` for a file that is not there.
+/// Time at which a file was written, and its length in bytes; `None` for a file that is not there.
 type Stamp = Option<(Option<SystemTime>, u64)>;
 
 /// Files as they were found.
@@ -21,12 +21,12 @@ impl Watch {
         Self(files.into_iter().map(stamped).collect())
     }
 
-    /// The same files as they are now.
+    /// Watch of the same files with their present stamps.
     pub fn now(&self) -> Self {
         Self(self.0.keys().map(|path| (path.clone(), stamp(path))).collect())
     }
 
-    /// Whether any of them has changed.
+    /// Returns true if any of them has changed.
     pub fn has_changed(&self) -> bool {
         self.0.iter().any(|(path, found)| stamp(path) != *found)
     }

@@ -23,25 +23,25 @@ use crate::scene::{self, Shot};
 use crate::settings::{Build, Settings};
 use crate::trace::BackendKind;
 
-/// Between two looks at the files.
+/// Pause between two checks of the files.
 const PAUSE: Duration = Duration::from_millis(250);
-/// After which a shot that could not be loaded is loaded again, at least.
+/// Maximum time until a shot that could not be loaded is loaded again.
 const RETRY: Duration = Duration::from_secs(2);
-/// Longer side of pictures where nobody says their size, pixels.
+/// Longer side of pictures, pixels, if their size is not given.
 const USUAL_SIDE: u32 = 640;
-/// What makes pictures better and slow, at most.
+/// Limits for settings that improve pictures at the cost of time.
 const MOST_RAYS: u32 = 4;
-/// Exposures of a frame, at most.
+/// Maximum number of exposures of a frame.
 const MOST_EXPOSURES: u32 = 4;
 
-/// The thread that renders, and its threads.
+/// The worker: the thread that renders, with its thread pool.
 pub struct Worker {
     pub args: PreviewArgs,
     pub board: Arc<Board>,
 }
 
 impl Worker {
-    /// Never ends.
+    /// Serves requests for ever.
     pub fn work(&self) {
         let mut watch = Watch::of([self.args.shot.clone()], &Watch::default());
         loop {
@@ -79,7 +79,7 @@ impl Worker {
         }
     }
 
-    /// The shot and how it is rendered; or what is wrong, and with which file if that is known.
+    /// Loads the shot and its settings. Fails with a message, and the file at fault if that is known.
     fn load(&self) -> Result<(Shot, Settings), (String, Option<PathBuf>)> {
         let PreviewArgs { shot: path, up, size, .. } = &self.args;
         let other = |error: Failure| (error.to_string(), None);
@@ -95,7 +95,7 @@ impl Worker {
         Ok((shot, settings))
     }
 
-    /// Quick ones.
+    /// Settings of quick pictures.
     fn settings(&self, of_shot: &Settings) -> Settings {
         let PreviewArgs { size, samples, paths, .. } = &self.args;
         let [width, height] = size.map_or_else(|| small(of_shot), |(width, height)| [width, height]);
@@ -117,7 +117,7 @@ impl Worker {
         }
     }
 
-    /// Renders frames and views as they are wanted, until a file has changed.
+    /// Renders frames and views as they are requested, until a file has changed.
     fn render(&self, shot: &Shot, settings: &Settings, watch: &Watch) -> Result<(), String> {
         let kind = BackendKind::default();
         // as if all frames were looked at once

@@ -1,4 +1,4 @@
-//! What `render` makes of finished frames beside their files: a contact sheet, a movie.
+//! Files that `render` makes of finished frames: a contact sheet, a movie.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::output::picture::Picture;
 use crate::output::{WriteError, contact_sheet, png};
 use crate::report::file::Destination;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct ExtrasArgs {
     /// Also write one PNG with small pictures of the run's frames (60 at most, evenly chosen), each with its number
@@ -28,7 +28,7 @@ pub struct ExtrasArgs {
     movie: Option<PathBuf>,
 }
 
-/// As it holds.
+/// Validated arguments.
 #[derive(Debug, Clone)]
 pub struct Extras {
     contact_sheet: Option<PathBuf>,
@@ -36,7 +36,7 @@ pub struct Extras {
 }
 
 impl ExtrasArgs {
-    /// For the frames of `target`.
+    /// Validates the arguments for the frames of `target`.
     pub fn settle(self, target: &Target) -> Result<Extras, Failure> {
         let sheet = self.contact_sheet.map(|path| path.unwrap_or_else(|| target.contact_sheet()));
         if let Some(path) = sheet.as_ref().filter(|path| ending(path) != "png") {
@@ -59,7 +59,7 @@ impl Extras {
         sheet.chain(self.movie.iter().map(|(path, _)| ("--movie", path.as_path())))
     }
 
-    /// What would fail after the last frame fails before the first.
+    /// Fails before the first frame if the files could not be made after the last one.
     pub fn prepare(&self) -> Result<(), Failure> {
         for (option, path) in self.reports() {
             if !matches!(Destination::of(path).map_err(Failure::of)?, Destination::File(_)) {
@@ -72,7 +72,7 @@ impl Extras {
         if self.movie.is_some() { movie::ensure_ffmpeg().map_err(Failure::of) } else { Ok(()) }
     }
 
-    /// Makes them of the frames of `target`, all of which are there.
+    /// Writes the files from the frames of `target`, which all exist.
     pub fn write(&self, target: &Target, is_denoised: bool, terminal: &mut Terminal) -> Result<(), Failure> {
         if let Some(path) = &self.contact_sheet {
             let small = |frame| Ok((frame, contact_sheet::thumbnail(&target.picture(frame, is_denoised)?)));

@@ -56,10 +56,10 @@ Files are written under a hidden temporary name (.NAME….part) and renamed when
 same frames removes what a killed run left. Exit code: 0 if every requested frame exists and is complete, 1 if
 something failed, 2 if the command line is invalid.";
 
-/// What makes run-ups shorter.
+/// Advice on shorter run-ups.
 const FEWER_STEPS: &str = "--mode full needs no run-up, --base-every makes it shorter";
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RenderArgs {
@@ -136,7 +136,7 @@ impl From<QualityArg> for DenoiseQuality {
     }
 }
 
-/// As it holds.
+/// Validated arguments.
 #[derive(Debug)]
 struct Options {
     job: Job,
@@ -150,7 +150,7 @@ struct Options {
 }
 
 impl RenderArgs {
-    /// The streams that it asks for.
+    /// Output streams for these arguments.
     pub fn terminal(&self) -> Terminal {
         Terminal::new(self.shot.progress, self.shot.quiet)
     }
@@ -192,7 +192,7 @@ impl From<ModeArg> for Mode {
     }
 }
 
-/// What makes base frames of a job.
+/// Rule that decides the base frames of a job.
 fn rule(job: &Job, full: bool) -> Rule<'_> {
     Rule {
         shot_first: job.shot.frames.first(),
@@ -204,7 +204,7 @@ fn rule(job: &Job, full: bool) -> Rule<'_> {
     }
 }
 
-/// The schedule of a job's frames; `saved`: what there is a store of.
+/// Schedule of a job's frames; `saved`: the frame of which there is a store.
 pub fn plan(
     job: &Job,
     full: bool,
@@ -215,7 +215,7 @@ pub fn plan(
     steps.map_err(|error| Failure::Usage(error.to_string()))
 }
 
-/// Says what the loader found odd.
+/// Prints the loader's warnings.
 pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
@@ -235,7 +235,7 @@ fn reports(options: &Options) -> Vec<Report<'_>> {
     stats.into_iter().chain(options.extras.reports()).chain(options.store.report()).collect()
 }
 
-/// `pool` is that of which the caller is a thread.
+/// Renders the frames. `pool` is the thread pool of the calling thread.
 fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Result<(), Failure> {
     let Options { job, target, .. } = options;
     warn_about(job, terminal);
@@ -320,7 +320,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
 }
 
-/// Of a coarse picture that comes before the first frame, if there is to be one.
+/// Settings of the coarse picture before the first frame, if there is to be one.
 fn coarse_settings(options: &Options, terminal: &Terminal) -> Option<Settings> {
     let Options { job, target, store, coarse, resume, .. } = options;
     let run = coarse::Run {
@@ -331,7 +331,8 @@ fn coarse_settings(options: &Options, terminal: &Terminal) -> Option<Settings> {
     coarse.plan(run, &job.shot, &job.settings, rayon::current_num_threads())
 }
 
-/// The last frame, if it must be rendered whatever is there, because its samples are to be saved and are not.
+/// The last frame, if it must be rendered even though it exists, because its samples are to be saved and are
+/// not.
 fn to_save(
     options: &Options,
     fingerprints: &Fingerprints,
@@ -353,7 +354,8 @@ fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
     if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
 }
 
-/// Denoises what the eyes have seen of a frame, if there is a denoiser. It is written while the next one is rendered.
+/// Denoises the pictures of a frame, if there is a denoiser. The frame is written while the next one is
+/// rendered.
 fn denoise_step(
     step: Step,
     all_finished: Vec<Finished>,
@@ -367,16 +369,17 @@ fn denoise_step(
     behind.take(seen, step.write)
 }
 
-/// What frames go through on their way into files.
+/// Writes frames into their files.
 struct Writer<'a> {
     target: &'a Target,
     fingerprints: &'a Fingerprints,
-    /// The threads that render.
+    /// Pool of the threads that render.
     pool: &'a ThreadPool,
 }
 
 impl Writer<'_> {
-    /// Writes a frame if it is to be written, adds what rendering waits for that to its statistics, and tells of it.
+    /// Writes a frame if it is to be written, adds the time that rendering waits for that to its statistics,
+    /// and reports it.
     fn write(
         &self,
         frame: &mut Frame,
@@ -436,7 +439,7 @@ fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(),
     write_json(path, &stats).map_err(Failure::of)
 }
 
-/// A sample that does not hold breaks the program's promise, so the run has failed.
+/// Fails if samples differ from traced ones: that breaks the program's promise.
 pub fn audit_verdict(differing: Option<u64>) -> Result<(), Failure> {
     match differing {
         None | Some(0) => Ok(()),
@@ -447,7 +450,7 @@ pub fn audit_verdict(differing: Option<u64>) -> Result<(), Failure> {
     }
 }
 
-/// What the frames of a run cost.
+/// Costs of the frames of a run.
 #[derive(Default)]
 struct Record {
     frames: Vec<FrameStats>,

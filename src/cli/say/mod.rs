@@ -1,4 +1,4 @@
-//! What a run says while it works, and what it amounts to.
+//! Output of a run: its progress, and its totals.
 
 pub mod table;
 pub mod terminal;

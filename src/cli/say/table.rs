@@ -1,4 +1,4 @@
-//! The table on stdout: one line a frame, and what the run amounts to.
+//! The table on stdout: one line a frame, and the totals of the run.
 
 use super::terminal::duration;
 use crate::settings::Build;
@@ -10,7 +10,7 @@ use crate::stats::{
 #[cfg(test)]
 pub const COLUMNS: usize = 100;
 
-/// Title line of a render's table. Rays in millions. With two eyes each frame has two rows.
+/// Formats the title line of a render's table. Rays in millions. With two eyes each frame has two rows.
 pub fn header(has_two_eyes: bool) -> String {
     let eye = if has_two_eyes { " eye  " } else { "" };
     format!(
@@ -18,7 +18,7 @@ pub fn header(has_two_eyes: bool) -> String {
     )
 }
 
-/// One frame. `full` estimates what tracing every sample would cast.
+/// Formats one frame. `full` estimates the rays for tracing every sample.
 pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     let rays = &frame.rays;
     let saved = full.map(|full| saved_percent(rays.total() as f64, full.rays(frame)));
@@ -42,12 +42,12 @@ pub fn row(frame: &FrameStats, full: Option<FullEstimate>) -> String {
     )
 }
 
-/// A column for the eye, if there are two.
+/// Formats a column for the eye, if there are two.
 pub fn eye(frame: &FrameStats) -> String {
     frame.eye.map_or_else(String::new, |eye| format!(" {:<5}", eye.name()))
 }
 
-/// What the right eye took from the left one.
+/// Formats the share of its samples that the right eye took from the left one.
 pub fn eyes_line(eyes: &Eyes) -> String {
     let FromLeft { frames, percent, .. } = eyes.from_left;
     format!(
@@ -63,17 +63,18 @@ pub fn reused_percent(frame: &FrameStats) -> f64 {
     percent(frame.samples.reused(), frame.samples.total())
 }
 
-/// Percent; 0 of nothing.
+/// Percentage; 0 if `whole` is 0.
 pub fn percent(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { 100.0 * part as f64 / whole as f64 }
 }
 
-/// `12.34` for 12 340 000.
+/// Formats millions: `12.34` for 12 340 000.
 pub fn millions(rays: u64) -> String {
     format!("{:.2}", rays as f64 / 1e6)
 }
 
-/// The same in five characters, as long as there are fewer than 10^11: with as many decimals as there is room for.
+/// Formats millions in five characters, as long as there are fewer than 10^11: with as many decimals as there
+/// is room for.
 pub fn short_millions(rays: u64) -> String {
     let millions = rays as f64 / 1e6;
     let decimals = match millions {
@@ -84,7 +85,7 @@ pub fn short_millions(rays: u64) -> String {
     format!("{millions:.decimals$}")
 }
 
-/// `-`, `ok`, or how many samples do not hold.
+/// Formats the audit: `-`, `ok`, or the number of samples that differ.
 pub fn audit(counts: Option<AuditCounts>) -> String {
     match counts {
         None => String::from("-"),
@@ -93,29 +94,29 @@ pub fn audit(counts: Option<AuditCounts>) -> String {
     }
 }
 
-/// What a render amounts to.
+/// Totals of a render.
 pub struct Summary<'a> {
-    /// Frames written.
+    /// Number of frames written.
     pub frames: usize,
-    /// Of two eyes, what each of them cost.
+    /// Costs of each eye, if there are two.
     pub eyes: Option<Eyes>,
-    /// Their sum.
+    /// Sum of the frames written.
     pub totals: &'a Totals,
-    /// Rays that tracing every sample would have cast for them, estimated; 0: unknown.
+    /// Estimated rays for tracing every sample of these frames; 0: unknown.
     pub full_rays: f64,
     /// Frames that were rendered but not written, and their sum.
     pub run_up: Option<(usize, &'a Totals)>,
-    /// At the end.
+    /// Memory at the end.
     pub memory: Memory,
-    /// How the acceleration structure was built.
+    /// Build quality of the acceleration structure.
     pub build: Build,
-    /// How long that took.
+    /// Seconds that building it took.
     pub build_seconds: f64,
-    /// The whole run, from the first frame on.
+    /// Seconds of the whole run, from the first frame on.
     pub wall_seconds: f64,
 }
 
-/// What is to be said where a scene was not built with care.
+/// Remark on a scene that was built quickly.
 pub fn quickly(build: Build) -> &'static str {
     match build {
         Build::Best => "",
@@ -123,12 +124,12 @@ pub fn quickly(build: Build) -> &'static str {
     }
 }
 
-/// With a comma, if there was any.
+/// Formats the time of denoising with a comma, if there was any.
 pub fn denoising(seconds: f64) -> String {
     if seconds > 0.0 { format!(" denoising {},", duration(seconds)) } else { String::new() }
 }
 
-/// The lines below the table.
+/// Formats the lines below the table.
 pub fn summary(sum: &Summary<'_>) -> String {
     let totals = sum.totals;
     let mut lines = vec![
@@ -183,7 +184,7 @@ fn samples_line(totals: &Totals) -> String {
     )
 }
 
-/// All kinds, and their sum.
+/// Formats the rays of all kinds, and their sum.
 pub fn rays_text(rays: &RayCounts) -> String {
     format!(
         "{} M: primary {}, verification {}, shadow {}, reflection {}, refraction {}, gathering {}",
@@ -197,7 +198,7 @@ pub fn rays_text(rays: &RayCounts) -> String {
     )
 }
 
-/// What the audit found over all frames.
+/// Formats the result of the audit over all frames.
 pub fn audit_line(audit: AuditCounts) -> String {
     format!(
         "{:<9}{} samples traced again: {} differ; {} hold within the tolerance for edges",
@@ -205,7 +206,7 @@ pub fn audit_line(audit: AuditCounts) -> String {
     )
 }
 
-/// Peak and store.
+/// Formats peak memory and the size of the store.
 pub fn memory_line(memory: &Memory) -> String {
     format!(
         "{:<9}{} at most; sample store {}, {:.1} bytes a sample",
@@ -216,7 +217,7 @@ pub fn memory_line(memory: &Memory) -> String {
     )
 }
 
-/// `812.0 MiB`
+/// Formats bytes, as `812.0 MiB`.
 pub fn bytes(count: u64) -> String {
     let mib = count as f64 / f64::from(1 << 20);
     if mib < 1024.0 { format!("{mib:.1} MiB") } else { format!("{:.2} GiB", mib / 1024.0) }

@@ -1,5 +1,5 @@
-//! What a run says while it works: the table on stdout; progress and warnings on stderr. Names come from files
-//! that others wrote: nothing in them reaches the terminal as a command to it (see [`visible`]).
+//! Output streams of a run: the table on stdout; progress and warnings on stderr. Names come from files of
+//! other authors: no control sequence in them reaches the terminal (see [`visible`]).
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -16,7 +16,7 @@ use crate::frame::Watcher;
 use crate::stats::FrameStats;
 use crate::visible::visible;
 
-/// What goes to stderr while frames are rendered.
+/// Kind of the progress on stderr while frames are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum ProgressKind {
     /// A bar when stderr is a terminal, otherwise nothing
@@ -37,8 +37,8 @@ enum Progress {
     Bar(ProgressBar),
 }
 
-/// The two streams. Results are dropped without a word once nobody reads them any more (a closed pipe
-/// is no error: the frames are what was asked for).
+/// The two streams. Results are silently dropped once nobody reads them any more: a closed pipe is no error,
+/// because the frames are the real result.
 pub struct Terminal {
     progress: Progress,
     quiet: bool,
@@ -49,7 +49,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// `quiet` leaves errors and warnings.
+    /// Creates the streams. `quiet` leaves errors and warnings.
     pub fn new(kind: ProgressKind, quiet: bool) -> Self {
         let progress = match kind {
             ProgressKind::Json => Progress::Json, // warnings and errors are events, even when quiet
@@ -61,7 +61,7 @@ impl Terminal {
         Self { progress, quiet, stdout_open: true, started: Instant::now(), done: 0, of: 0 }
     }
 
-    /// Lines of the result.
+    /// Prints lines of the result.
     pub fn result(&mut self, text: &str) {
         if self.quiet || !self.stdout_open {
             return;
@@ -77,7 +77,7 @@ impl Terminal {
         self.stdout_open = outcome.is_ok();
     }
 
-    /// Text that is ours throughout, as it is: for files.
+    /// Prints our own text unchanged, to be redirected into files.
     pub fn raw(&mut self, text: &[u8]) -> io::Result<()> {
         let mut stdout = io::stdout().lock();
         match stdout.write_all(text).and_then(|()| stdout.flush()) {
@@ -86,19 +86,19 @@ impl Terminal {
         }
     }
 
-    /// Something that the picture shows a stand-in for, or that is not as the user may think.
+    /// Warns of a defect for which the picture shows a stand-in, or that the user may not expect.
     pub fn warn(&self, message: &str) {
         self.say("warning", message);
     }
 
-    /// Something good to know.
+    /// Prints useful information.
     pub fn note(&self, message: &str) {
         if !self.quiet {
             self.say("note", message);
         }
     }
 
-    /// What ended the run.
+    /// Prints the error that ended the run.
     pub fn error(&self, message: &str) {
         self.say("error", message);
     }
@@ -112,7 +112,7 @@ impl Terminal {
         }
     }
 
-    /// Who shows how far frames are, if anybody does: told of tiles that are done.
+    /// Watcher of finished tiles for the progress display, if there is one.
     pub fn watcher(&self) -> Option<Watcher> {
         let Progress::Bar(bar) = &self.progress else { return None };
         let bar = bar.clone();
@@ -120,12 +120,12 @@ impl Terminal {
         Some(Arc::new(move |tiles| bar.inc(tiles as u64)))
     }
 
-    /// Whether somebody may look at a bar while frames are rendered.
+    /// Returns true if a progress bar is shown while frames are rendered.
     pub fn has_bar(&self) -> bool {
         matches!(self.progress, Progress::Bar(_))
     }
 
-    /// So many renderings are to come, each of so many tiles.
+    /// Begins the progress of so many renderings, each of so many tiles.
     pub fn begin(&mut self, renderings: usize, tiles: usize) {
         (self.started, self.done, self.of) = (Instant::now(), 0, renderings);
         match &self.progress {
@@ -145,7 +145,7 @@ impl Terminal {
         }
     }
 
-    /// One rendering is done, and in `file` if it was to be written.
+    /// Reports a finished rendering, and its `file` if it was written.
     pub fn frame_done(&mut self, stats: &FrameStats, file: Option<&Path>) {
         self.done += 1;
         let left = self.seconds_left();
@@ -172,7 +172,7 @@ impl Terminal {
         }
     }
 
-    /// No more frames.
+    /// Ends the progress.
     pub fn end(&mut self) {
         match &self.progress {
             Progress::Bar(bar) => bar.finish_and_clear(),
@@ -189,14 +189,14 @@ impl Terminal {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// By the mean of what is done.
+    /// Estimated remaining seconds, by the mean of the finished renderings.
     fn seconds_left(&self) -> f64 {
         let mean = self.elapsed() / self.done.max(1) as f64;
         mean * self.of.saturating_sub(self.done) as f64
     }
 }
 
-/// `0.42 s`, `12 s`, `3 min 05 s`, `2 h 07 min`.
+/// Formats a duration: `0.42 s`, `12 s`, `3 min 05 s`, `2 h 07 min`.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -207,7 +207,8 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// Of a bar over the tiles of all frames, so many in each: frames that are done, and tiles of the one at work.
+/// Style of a bar over the tiles of all frames, so many in each: finished frames, and tiles of the one at
+/// work.
 fn style(tiles: u64) -> ProgressStyle {
     let template =
         "{bar:32.green/dim} {prefix} frames, {tiles} tiles  {elapsed_precise} gone, {eta_precise} to go";
@@ -219,12 +220,12 @@ fn style(tiles: u64) -> ProgressStyle {
     style.with_key("tiles", at_work).progress_chars("━╸─")
 }
 
-/// Nobody may be there to read it.
+/// Prints a line to stderr. Nobody may be there to read it.
 fn err_line(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", visible(text));
 }
 
-/// JSON has escapes of its own.
+/// Prints a JSON value to stderr. JSON has escapes of its own.
 fn json_line(value: &Value) {
     let _ = writeln!(io::stderr().lock(), "{value}");
 }

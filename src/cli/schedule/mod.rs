@@ -1,4 +1,4 @@
-//! Which frames are rendered, in which order, and which of them are base frames.
+//! Decides which frames are rendered, in which order, and which of them are base frames.
 //!
 //! The invariant that farms rely on: whether a frame is a base frame, and which frame it is inferred
 //! from, follow from its absolute number, the shot, and the step of its run. Where a chunk starts never
@@ -20,35 +20,35 @@ use std::str::FromStr;
 use crate::scene::frames::Run;
 use crate::settings::BasePlace;
 
-/// More steps than this are taken for a mistake.
+/// Maximum number of steps: more are taken for a mistake.
 const MOST_STEPS: usize = 1_000_000;
 
-/// What makes a base frame.
+/// Rule that decides base frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Rule<'a> {
-    /// The shot's first frame. Nothing is inferred from what is before it: earlier frames that were
-    /// asked for are base frames, each of them.
+    /// The shot's first frame. Nothing is inferred from earlier frames: those that are requested are all base
+    /// frames.
     pub shot_first: i32,
     /// The shot's last frame, if it says which frames it has: a segment ends there.
     pub shot_last: Option<i32>,
-    /// A segment is so many frames, counted from `shot_first`; 0: no border but cuts.
+    /// Number of frames of a segment, counted from `shot_first`. 0: cuts are the only borders.
     pub base_every: u32,
-    /// Where in its segment the base frame is.
+    /// Position of the base frame in its segment.
     pub base_place: BasePlace,
-    /// Each is the first frame after a cut of the camera.
+    /// First frame after each cut of the camera.
     pub cuts: &'a [i32],
-    /// Every frame is traced from nothing (`--mode full`).
+    /// True if every frame is traced from nothing (`--mode full`).
     pub full: bool,
 }
 
-/// From what a frame is inferred.
+/// Source of the samples from which a frame is inferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// From nothing: it is a base frame.
+    /// No source: it is a base frame.
     Nothing,
     /// The step before it in the schedule.
     Before,
-    /// The last base frame, of whose samples a copy was kept if there were steps since: backwards in time.
+    /// The last base frame, backwards in time. If there were steps since, a copy of its samples was kept.
     Base,
     /// A store that an earlier run has saved.
     Saved,
@@ -57,25 +57,25 @@ pub enum Origin {
 /// One frame to render.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
-    /// Its number.
+    /// Number of the frame.
     pub frame: i32,
-    /// From what it is made.
+    /// Source of its samples.
     pub origin: Origin,
-    /// A copy of its samples is needed later: see [`Origin::Base`].
+    /// True if a copy of its samples is needed later: see [`Origin::Base`].
     pub keep: bool,
-    /// Asked for, and not finished by an earlier run. Other frames are run-up.
+    /// True if it is requested, and not finished by an earlier run. Other frames are run-up.
     pub write: bool,
 }
 
 impl Step {
-    /// Whether it is inferred from another frame.
+    /// Returns true if it is inferred from another frame.
     pub fn reuses(&self) -> bool {
         self.origin != Origin::Nothing
     }
 }
 
-/// How the samples of a frame come about: which base frame they began in, and how many frames lie between one step and the
-/// next. Frames of one ancestry and one number are the same, whatever else is rendered with them.
+/// Origin of a frame's samples: the base frame in which they began, and the number of frames from one step to
+/// the next. Frames of one ancestry and one number are the same, whatever else is rendered with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ancestry {
     /// The frame is a base frame itself.
@@ -101,7 +101,7 @@ impl fmt::Display for Ancestry {
 impl FromStr for Ancestry {
     type Err = ();
 
-    /// What [`Display`](fmt::Display) gave.
+    /// Parses the text that [`Display`](fmt::Display) gives.
     fn from_str(text: &str) -> Result<Self, ()> {
         if text == "base" {
             return Ok(Self::Base);
@@ -214,12 +214,12 @@ pub fn schedule(
 pub struct Saved {
     /// The frame.
     pub frame: i32,
-    /// Of the frame.
+    /// Ancestry of the frame.
     pub ancestry: Ancestry,
 }
 
 impl Saved {
-    /// Whether the frame comes about in this way by `rule`, too.
+    /// Returns true if the frame has this ancestry by `rule`, too.
     pub fn holds(&self, rule: &Rule<'_>) -> Result<bool, TooLong> {
         match self.ancestry {
             // whether it is one depends on the step of the run
@@ -228,7 +228,7 @@ impl Saved {
         }
     }
 
-    /// Whether frames of `chain` may be inferred from it.
+    /// Returns true if frames of `chain` may be inferred from it.
     fn fits(&self, chain: Chain, rule: &Rule<'_>) -> bool {
         chain.phase_of(self.frame, rule.shot_first) == chain.phase
             && rule.ancestry(self.frame, chain.stride).is_ok_and(|ancestry| ancestry == self.ancestry)
@@ -239,9 +239,9 @@ impl Saved {
 struct Segment {
     base: i32,
     stride: u32,
-    /// At least one.
+    /// Frames to make; at least one.
     frames: BTreeSet<i32>,
-    /// A frame of the chain of which there is a store.
+    /// Frame of the chain of which there is a store.
     saved: Option<i32>,
 }
 
@@ -271,14 +271,14 @@ impl Segment {
         self.walk(steps, saved.unwrap_or(self.base), earliest, first);
     }
 
-    /// Whether the store of frame `saved`, if it is `on_this_side` of the base frame, lies on the way to all of the frames that are
-    /// wanted `of` this side.
+    /// Returns true if the store of frame `saved` lies on the way from the base frame to all wanted frames in
+    /// the range `of`. `on_this_side`: the frame lies on the same side of the base frame as that range.
     fn spares(&self, saved: i32, on_this_side: bool, of: std::ops::RangeInclusive<i32>) -> bool {
         let distance = saved.abs_diff(self.base);
         on_this_side && self.frames.range(of).all(|frame| frame.abs_diff(self.base) > distance)
     }
 
-    /// The steps after frame `after` to frame `to`, the first of them made from `first`.
+    /// Appends the steps from behind frame `after` to frame `to`. The first of them is made from `first`.
     fn walk(&self, steps: &mut Vec<Step>, after: i32, to: i32, first: Origin) {
         let count = i64::from(after.abs_diff(to)) / i64::from(self.stride);
         let step = if to < after { -i64::from(self.stride) } else { i64::from(self.stride) };
@@ -295,7 +295,7 @@ impl Segment {
 }
 
 impl Rule<'_> {
-    /// How `frame` of a chain with that step comes about.
+    /// Ancestry of `frame` in a chain with that step.
     fn ancestry(&self, frame: i32, stride: u32) -> Result<Ancestry, TooLong> {
         let from = self.base_of(frame, stride)?;
         Ok(if from == frame { Ancestry::Base } else { Ancestry::Inferred { from, stride } })
@@ -343,7 +343,8 @@ fn chains(runs: &[Run], shot_first: i32) -> Vec<(Chain, BTreeSet<i32>)> {
     chains
 }
 
-/// What to say about the frames that are rendered without being written, if there are any. `remedy` says how to have fewer.
+/// Note on the frames that are rendered without being written, if there are any. `remedy` says how to have
+/// fewer.
 pub fn run_up_note(steps: &[Step], remedy: &str) -> Option<String> {
     let count = steps.iter().filter(|step| !step.write).count();
     let first = steps.iter().find(|step| !step.write)?;

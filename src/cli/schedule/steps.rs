@@ -1,4 +1,5 @@
-//! Takes a renderer through a schedule: samples of base frames are kept and returned to, and stores of earlier runs taken.
+//! Leads a renderer through a schedule: keeps samples of base frames, returns to them, and loads stores of
+//! earlier runs.
 
 use std::time::Instant;
 
@@ -7,7 +8,7 @@ use crate::cli::failure::{Failure, one_line};
 use crate::frame::{Finished, Renderer, Snapshot};
 use crate::stereo::Eye;
 
-/// Where a renderer is in its schedule.
+/// Position of a renderer in its schedule.
 #[derive(Debug, Default)]
 pub struct Walk {
     /// Samples of the last base frame, if they are needed again.
@@ -15,8 +16,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// Renders what `eye` sees in the frame of `step`, which comes after those of the steps before; the left eye comes first.
-    /// `load` gives the renderer the samples that an earlier run has saved.
+    /// Renders the frame of `step` for `eye`. Steps must come in the schedule's order; the left eye comes
+    /// first. `load` gives the renderer the samples that an earlier run has saved.
     pub fn render(
         &mut self,
         renderer: &mut Renderer<'_>,

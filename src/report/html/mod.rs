@@ -90,7 +90,8 @@ fn cards(comparison: &Comparison) -> String {
     format!("<div class=\"cards\">{}</div>", cards.concat())
 }
 
-/// What was saved in all frames and in inferred ones: `saved_of` says of what, `times` how much more there was.
+/// Card of the saving in all frames and in inferred ones. Its text is `saved_of`, or `times` if reuse took
+/// more instead of less.
 fn saved_card(
     card: impl Fn(&str, String, String) -> String,
     saved_of: &str,

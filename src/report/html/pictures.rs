@@ -1,4 +1,4 @@
-//! What frames look like: both ways, how far they are apart, and where samples came from.
+//! Pictures of frames on the page: both ways, their difference, and the statuses of samples.
 
 use std::fmt::Write;
 
@@ -12,38 +12,38 @@ use crate::report::picture::{self, STATUSES, hex};
 use crate::settings::Look;
 use crate::stats::Percent;
 
-/// Differences of which the page says the colour.
+/// Differences whose colours the page explains.
 const DIFFERENCES: [f32; 5] = [0.0, 0.001, 0.01, 0.1, 1.0];
 
-/// One frame to look at; each a `data:` URI.
+/// Pictures of one frame; each a `data:` URI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pictures {
-    /// The frame's number.
+    /// Number of the frame.
     pub frame: i32,
     /// Made by reprojection.
     pub reprojected: String,
     /// Traced in full.
     pub full: String,
-    /// Whether both are without their noise. Maps tell of what was traced.
+    /// True if both are denoised. Maps show the pictures as traced.
     pub is_denoised: bool,
-    /// How far they are from each other, or from the truth.
+    /// Difference between them, or errors of both.
     pub maps: Maps,
-    /// Where the samples of the first came from, in the colours of the statuses.
+    /// Statuses of the first one's samples, in their colours.
     pub statuses: Option<String>,
 }
 
 /// Distances in false colours, each a `data:` URI.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Maps {
-    /// Of both ways from each other, where there is no reference.
+    /// Difference between both ways, without a reference.
     Difference(String),
-    /// Of each from the reference: made by reprojection, traced in full.
+    /// Errors against the reference: made by reprojection, traced in full.
     Errors([String; 2]),
 }
 
 impl Pictures {
-    /// Of a frame that was made in both ways, `denoised` perhaps, and as a `reference`, if there is one; `None` where there is
-    /// nothing to see.
+    /// Makes the pictures of a frame that was made in both ways, perhaps `denoised`, and as a `reference`, if
+    /// there is one. `None` if the films have no picture.
     pub fn of(
         frame: i32,
         [reprojected, full]: [&Film; 2],
@@ -103,7 +103,7 @@ pub fn section(comparison: &Comparison, pictures: &[Pictures]) -> String {
     html
 }
 
-/// Says why both ways do not show the same, and that neither is wrong, if that is known.
+/// Explains the difference of both ways, and that neither is wrong, if that is known.
 fn what_differs(comparison: &Comparison) -> String {
     let audit = match comparison.totals.reprojected.audit {
         None => String::from(
@@ -143,7 +143,7 @@ fn what_differs(comparison: &Comparison) -> String {
     format!("{samples} {audit} {maps} Maps have the largest of R, G and B (linear).")
 }
 
-/// Below each picture, what was measured of it.
+/// Captions with the measurements of each picture.
 fn figures(pictures: &Pictures, compared: Option<&ComparedFrame>) -> String {
     let mut html = format!("<h3>Frame {}</h3><div class=\"figures\">", pictures.frame);
     let mut figure = |class: &str, uri: &str, text: String| {

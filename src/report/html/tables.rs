@@ -6,13 +6,13 @@ use crate::report::both_ways::THRESHOLD;
 use crate::report::comparison::Comparison;
 use crate::stats::{Saved, Seconds, Totals};
 
-/// Of what all frames cost.
+/// Reads a count from the totals of all frames.
 type Count = fn(&Totals) -> u64;
 
-/// Of what frames took.
+/// Reads a phase from the seconds of frames.
 type Phase = fn(&Seconds) -> f64;
 
-/// How the column of what was saved is read.
+/// Explanation of the column of savings.
 const TIMES_AS_MUCH: &str = "Where reuse cost more than tracing in full, it is said how many times as much.";
 
 /// Sums of rays, by kind.
@@ -67,12 +67,12 @@ fn two_sided(name: &str, ours: &str, full: &str, values: (f64, f64)) -> String {
     format!("<tr{class}><td>{name}</td><td>{ours}</td><td>{full}</td><td>{saved}</td></tr>")
 }
 
-/// What was saved; a dash where there is nothing to compare with.
+/// Formats a saving; a dash if there is nothing to compare with.
 fn or_dash(saved: Option<Saved>) -> String {
     saved.map_or_else(|| String::from("–"), |saved| saved.to_string())
 }
 
-/// Where the pictures were compared with a reference.
+/// Table of errors, if the pictures were compared with a reference.
 pub fn errors_table(comparison: &Comparison) -> String {
     let Some(reference) = &comparison.reference else {
         return String::new();
@@ -159,7 +159,7 @@ pub fn frames_table(comparison: &Comparison) -> String {
     )
 }
 
-/// What the tracers were measured at; nothing where there is but one.
+/// Table of the tracers' measurements; empty with only one.
 pub fn backends_table(comparison: &Comparison) -> String {
     if comparison.backends.len() < 2 {
         return String::new();
@@ -206,7 +206,7 @@ pub fn backends_table(comparison: &Comparison) -> String {
     )
 }
 
-/// Scrolls in its own box where the page is too narrow for it; the first column stays.
+/// Formats a table. It scrolls in its own box if the page is too narrow for it; the first column stays.
 fn table(titles: &str, rows: &[String]) -> String {
     format!("<div class=\"scroll\"><table><tr>{titles}</tr>{}</table></div>", rows.concat())
 }

@@ -7,37 +7,40 @@ use rayon::prelude::*;
 
 use super::steps::Steps;
 
-/// Of all samples, about this share is spread evenly over what is not black. So a step of a cumulative distribution
-/// is larger than the rounding of a float near 1, up to 32768 steps: whatever shines can be found.
+/// Share of the samples that is spread evenly over all cells that are not black. It keeps each step of a
+/// cumulative distribution larger than the rounding of a float near 1, up to 32768 steps: nothing that shines
+/// is missed.
 const EVEN_SHARE: f64 = 1.0 / 64.0;
 
-/// Cells take in up to so many texels along each edge, a power of two.
+/// Maximum number of texels along each edge of a cell, a power of two.
 const LARGEST_BLOCK: usize = 16;
 
-/// As few cells stay within the first caches: larger ones would gain nothing.
+/// Number of cells below which they are not merged further: so few stay within the first caches, and larger
+/// cells would gain nothing.
 const FEW_CELLS: usize = 4096;
 
-/// By how much larger cells may raise the second moment of what one sample brings, of which the variance is a part.
+/// Relative amount by which larger cells may raise the second moment of a sample's contribution. The variance
+/// is a part of that moment.
 const RISE: f64 = 0.01;
 
 /// A density over the sphere. Its space is the grid's: rows from +Y down to -Y, columns as in [`Grid`](super::grid::Grid).
 #[derive(Clone, PartialEq)]
 pub(super) struct Distribution {
     rows: Steps,
-    /// Of the columns within each row.
+    /// Distribution of the columns within each row.
     columns: Vec<Steps>,
     /// Cosines of the angles to +Y of the edges of rows, from 1 to -1: one more than there are rows.
     edges: Vec<f64>,
-    /// A cell has so many texels along each edge.
+    /// Number of texels along each edge of a cell.
     block: usize,
-    /// Integral over the sphere of what the density follows.
+    /// Integral over the sphere of the function that the density follows.
     integral: f64,
 }
 
 impl Distribution {
-    /// In proportion to a function that is not negative, known by its mean in each texel of a grid with this many columns and
-    /// rows: `means` gives those of a row. Cells are the largest that follow them well enough: where neighbours are alike, one
-    /// for all of them is found sooner.
+    /// Creates a density in proportion to a function that is not negative, given by its mean in each texel of
+    /// a grid with this many columns and rows: `means` writes those of a row. Cells are the largest that
+    /// follow the texels well enough: where neighbours are alike, one cell for all of them is found sooner.
     pub fn of([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> Self {
         let block = largest_block([width, height], means);
         let texel_edges = edges(height);
@@ -105,8 +108,8 @@ fn largest_block([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f
     worth.find(|block| second_moment([width, height], means, *block) <= 1.0 + RISE).unwrap_or(1)
 }
 
-/// How much larger the mean square of what a sample brings is with cells of so many texels along each edge than with one for each
-/// texel: the mean of the square of both densities' quotient. 1 for black.
+/// Ratio of the mean square of a sample's contribution with cells of `block` texels along each edge to that
+/// with one cell for each texel: the mean of the square of both densities' quotient. 1 for black.
 fn second_moment(
     [width, height]: [usize; 2],
     means: &(impl Fn(usize, &mut Vec<f64>) + Sync),

@@ -74,7 +74,7 @@ impl Grid {
         LightFrom { radiance: self.radiance_at([x, y]), pdf: self.distribution.pdf(column, row) }
     }
 
-    /// Where `direction` (any length) falls, in texels from the left and from the top.
+    /// Position of `direction` (any length) on the grid, in texels from the left and from the top.
     fn place(&self, direction: Vec3) -> [f32; 2] {
         use std::f32::consts::{FRAC_1_PI, TAU};
         let u = 0.5 + direction.x.atan2(-direction.z) / TAU;

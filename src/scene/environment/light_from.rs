@@ -1,17 +1,17 @@
-//! What a look in a direction finds.
+//! Radiance and density of a direction.
 
 use glam::Vec3;
 
-/// Light from a direction, and how likely that direction is sampled.
+/// Radiance from a direction, and the probability density of sampling that direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightFrom {
     /// Linear RGB, scene-referred.
     pub radiance: Vec3,
-    /// Probability density in solid angle. Where it is 0, the radiance is, too.
+    /// Probability density in solid angle. Wherever it is 0, the radiance is 0 as well.
     pub pdf: f32,
 }
 
 impl LightFrom {
-    /// None, from where no light is looked for.
+    /// No light, from a direction that is never sampled.
     pub const NONE: Self = Self { radiance: Vec3::ZERO, pdf: 0.0 };
 }

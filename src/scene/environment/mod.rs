@@ -27,37 +27,38 @@ pub(super) use read::read;
 pub use sky::Sky;
 pub use sun::Sun;
 
-/// Where there is a sun beside something else, each gets at least this share of the samples.
+/// Minimum share of the samples for the sun and for the grid, if both shine.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Rows of the grid that is made of a [`Background`].
+/// Number of rows of the grid made from a [`Background`].
 const BACKGROUND_ROWS: u32 = 1024;
 
 /// Radiance from all directions, linear RGB, scene-referred. It does not change with time, and a clone shares the grid.
 ///
-/// [`Self::sample`] and [`Self::light`] treat grid and sun as one; the same of the grid alone and of [`Self::sun`] is there for
-/// those who sample them one by one.
+/// [`Self::sample`] and [`Self::light`] treat grid and sun as one. [`Self::sample_grid`],
+/// [`Self::grid_light`] and [`Self::sun`] serve callers that sample them one by one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {
-    /// Whether the eye sees it directly. Otherwise the eye sees the [`Background`] where it sees nothing else.
+    /// True if the camera sees the environment directly. Otherwise rays that hit nothing show the
+    /// [`Background`].
     pub visible: bool,
-    /// Rays that ask it for light where a path starts; 0: only paths that escape find it.
+    /// Number of rays towards the environment where a path starts. 0: only paths that escape find it.
     pub samples: u32,
     grid: Arc<Grid>,
-    /// Rotated, and with the factor on its radiance.
+    /// The sun, after rotation and with the radiance factor applied.
     sun: Option<Sun>,
     /// Probability of sampling the sun rather than the grid.
     sun_share: f32,
-    /// Degrees.
+    /// Rotation about Y, degrees.
     rotation: f64,
-    /// From the space of the grid to world space.
+    /// Rotation from the space of the grid to world space.
     turn: Turn,
     power: f32,
 }
 
 impl Environment {
-    /// Of a latitude-longitude picture: linear RGB, three values for each of `width` x `height` texels, row by row
-    /// from the top.
+    /// Creates an environment from a latitude-longitude picture: linear RGB, three values for each of `width`
+    /// x `height` texels, row by row from the top.
     ///
     /// # Errors
     /// A side of 0, another number of values, a value that is negative or not finite.
@@ -65,10 +66,7 @@ impl Environment {
         Ok(Self::new(Grid::new(width, height, texels)?, None))
     }
 
-    /// Of a clear sky with its sun.
-    ///
-    /// # Panics
-    /// With angles or a turbidity beyond the ranges that [`Sky`] states, where its formulas give no colour.
+    /// Creates a clear sky with its sun.
     pub fn from_sky(sky: &Sky) -> Self {
         let (width, height, texels) = sky.picture();
         let grid =
@@ -76,10 +74,7 @@ impl Environment {
         Self::new(grid, sky.sun())
     }
 
-    /// Of a gradient, which depends on the height alone.
-    ///
-    /// # Panics
-    /// With a colour that is negative or not finite.
+    /// Creates an environment from a gradient, which depends on the height alone.
     pub fn from_background(background: &Background) -> Self {
         let middle = |row| std::f32::consts::PI * (row as f32 + 0.5) / BACKGROUND_ROWS as f32;
         let row = |row| background.radiance(Vec3::new(0.0, middle(row).cos(), -middle(row).sin()));
@@ -100,8 +95,8 @@ impl Environment {
         Self { visible, samples: 1, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
     }
 
-    /// The same, turned further by `degrees` about Y: counter-clockwise as seen from above, as models turn. What was
-    /// at -Z is at -X after 90 degrees.
+    /// Rotates the environment further by `degrees` about Y: counter-clockwise as seen from above, as models
+    /// turn. A light at -Z is at -X after 90 degrees.
     #[must_use]
     pub fn rotated(self, degrees: f64) -> Self {
         let rotation = (self.rotation + degrees) % 360.0;
@@ -109,20 +104,22 @@ impl Environment {
         Self { rotation, turn: Turn::of(rotation), sun, ..self }
     }
 
-    /// The same with its radiance times `factor`, which is finite and not negative. Directions are sampled as before.
+    /// Multiplies the radiance by `factor`, which is finite and not negative. Directions are sampled as
+    /// before.
     #[must_use]
     pub fn times(self, factor: f32) -> Self {
         let sun = self.sun.map(|sun| Sun { radiance: scaled(sun.radiance, factor), ..sun });
         Self { power: (self.power * factor).min(f32::MAX), sun, ..self }
     }
 
-    /// Radiance from `direction` (world space, unit length): what a ray sees that leaves the scene.
+    /// Radiance from `direction` (world space, unit length), as seen by a ray that leaves the scene.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         self.light(direction).radiance
     }
 
-    /// What comes from `direction` (world space, unit length), and how likely [`Self::sample`] gives it. The integral of the
-    /// density over the sphere is 1, also of a black environment.
+    /// Radiance from `direction` (world space, unit length), and the density with which [`Self::sample`]
+    /// returns that direction. The integral of the density over the sphere is 1, also for a black
+    /// environment.
     pub fn light(&self, direction: Vec3) -> LightFrom {
         let of_grid = self.grid_light(direction);
         let Some(sun) = self.sun else { return of_grid };
@@ -133,8 +130,9 @@ impl Environment {
         }
     }
 
-    /// A direction from which light comes (world space, unit length). `random`: two numbers from 0 to 1; stratified ones give
-    /// stratified directions. At the rim of what is not black roundings may lead to where no light comes from.
+    /// Samples a direction from which light comes (world space, unit length). `random`: two numbers from 0 to
+    /// 1; stratified numbers give stratified directions. At the rim of lit texels, rounding may give a
+    /// direction without light.
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         let [choice, other] = random;
         let Some(sun) = self.sun else { return self.sample_grid(random) };
@@ -168,7 +166,7 @@ impl Environment {
         self.grid.size()
     }
 
-    /// Whether no light comes from anywhere.
+    /// Returns true if no light comes from any direction.
     pub fn is_black(&self) -> bool {
         let is_sun_black = self.sun.is_none_or(|sun| sun.radiance == Vec3::ZERO);
         is_sun_black && (self.power == 0.0 || self.grid.power() == 0.0)
@@ -180,8 +178,8 @@ impl Environment {
     }
 }
 
-/// About Y. Not a quaternion, whose roundings would be those of the long axis where a direction is nearly Y: columns of
-/// the grid are narrow there.
+/// A rotation about Y. Not a quaternion, whose rounding errors would be those of the long axis where a
+/// direction is nearly Y: columns of the grid are narrow there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Turn {
     sin: f32,

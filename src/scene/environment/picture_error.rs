@@ -1,11 +1,11 @@
-//! What is wrong with a picture that is to be an environment.
+//! Errors of pictures that cannot serve as an environment.
 
 use std::fmt;
 
-/// Why a picture is no environment.
+/// Reason why a picture cannot serve as an environment.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PictureError {
-    /// It has no texel, or not three values for each.
+    /// No texel at all, or not three values for each.
     #[allow(missing_docs, reason = "the names say it")]
     Size { width: u32, height: u32, values: usize },
     /// A value is negative, NaN or infinite.

@@ -113,7 +113,8 @@ fn worded(error: &openexr::Error) -> String {
     }
 }
 
-/// Whether a map of so many texels is worth decoding, if one takes `decoded` bytes at most.
+/// Checks the size of a map before it is decoded: it has texels, no edge is too long, and it fits into the
+/// memory that is `left` with `decoded` bytes for each texel while it is decoded.
 fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) -> Result<(), String> {
     let texels = u64::from(width) * u64::from(height);
     if texels == 0 {

@@ -12,24 +12,25 @@ use super::sun::Sun;
 /// 15 kcd/m² around noon.
 pub(super) const UNITS_A_KILO: f64 = 0.1;
 
-/// Of the sun's disk, degrees.
+/// Angular diameter of the sun's disk, degrees.
 const SUN_DIAMETER: f64 = 0.53;
 
 /// Columns and rows of the sky's grid. A row ends at the horizon.
 const SIZE: [u32; 2] = [512, 256];
 
-/// How much darker a degree below the horizon makes the sky, as a power of 10: outdoors it is about 700 lx when the
-/// sun sets, and 3.4 lx at -6 degrees, the end of civil twilight. The paper ends at the horizon.
+/// Loss of brightness for each degree of the sun below the horizon, as a power of 10: outdoors it is about
+/// 700 lx when the sun sets, and 3.4 lx at -6 degrees, the end of civil twilight. The paper ends at the
+/// horizon.
 const TWILIGHT: f64 = 0.385;
 
-/// What a clear sky is made of.
+/// Parameters of a clear sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sky {
-    /// Of the sun above the horizon, in degrees; within [`Sky::ELEVATIONS`].
+    /// Elevation of the sun above the horizon, degrees; within [`Sky::ELEVATIONS`].
     pub elevation: f64,
-    /// Of the sun, in degrees: 0 is -Z, 90 is +X.
+    /// Azimuth of the sun, degrees: 0 is -Z, 90 is +X.
     pub azimuth: f64,
-    /// How hazy the air is: 2 is very clear, 3 clear, 6 hazy; within [`Sky::TURBIDITIES`].
+    /// Haziness of the air: 2 is very clear, 3 clear, 6 hazy; within [`Sky::TURBIDITIES`].
     pub turbidity: f64,
     /// Albedo of the ground below the horizon, linear RGB from 0 to 1.
     pub ground: Vec3,

@@ -1,7 +1,4 @@
-//! Light of the sun by wavelength, what the air leaves of it, and the colour that this is.
-//!
-//! Formulas and the spectrum are those of appendix 1 of Preetham, Shirley and Smits (1999), which follow Iqbal's
-//! "An Introduction to Solar Radiation" (1983).
+//! Spectrum of the sun, its attenuation by the air, and the resulting colour.
 
 use glam::{DMat3, DVec3, Vec3};
 
@@ -31,8 +28,8 @@ impl Xyz {
     }
 }
 
-/// What the sun at `zenith_angle` degrees (at most 90) to the zenith shines with after its way through air of that
-/// turbidity: cd/m² of its disk for the Y.
+/// Colour of the sun at `zenith_angle` degrees (at most 90) from the zenith, after its light crossed air of
+/// that turbidity. Y is the luminance of the disk in cd/m².
 pub(super) fn sunlight(zenith_angle: f64, turbidity: f64) -> Xyz {
     /// Lumens a watt where the eye is most sensitive.
     const LUMENS: f64 = 683.0;
@@ -47,9 +44,9 @@ pub(super) fn sunlight(zenith_angle: f64, turbidity: f64) -> Xyz {
     Xyz(sum * (LUMENS * SQUARE_METRES * STEP))
 }
 
-/// What is on the way of the light.
+/// Air along the path of the light.
 struct Air {
-    /// How many times as much air as towards the zenith.
+    /// Relative air mass: 1 towards the zenith.
     mass: f64,
     /// Ångström's turbidity coefficient, of aerosols.
     beta: f64,
@@ -66,9 +63,9 @@ impl Air {
     fn transmittance(&self, wavelength: f64, ozone: f64, vapour: f64) -> f64 {
         /// Exponent of Ångström's law.
         const ALPHA: f64 = 1.3;
-        /// Of ozone, cm.
+        /// Thickness of the ozone layer, cm.
         const OZONE: f64 = 0.35;
-        /// Of water that could fall, cm.
+        /// Precipitable water, cm.
         const WATER: f64 = 2.0;
         let (micrometres, mass) = (wavelength / 1000.0, self.mass);
         let molecules = 0.008_735 * micrometres.powf(-4.08) * mass;

@@ -9,21 +9,22 @@ pub(super) struct Steps {
     /// Probability of each step and all before it; the last is exactly 1.
     ends: Vec<f32>,
     /// The first step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends there (Chen and
-    /// Asau, "On Generating Random Variates from an Empirical Distribution", 1974). A power of two of them, and one: a
-    /// random number times that power is not rounded.
+    /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends
+    /// there (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). The
+    /// length is a power of two plus one: a random number times that power is not rounded.
     guide: Vec<u32>,
 }
 
-/// What was found in it.
+/// Result of a search in [`Steps`].
 pub(super) struct Step {
     pub index: usize,
-    /// Where in the step: 0 to 1.
+    /// Position within the step: 0 to 1.
     pub within: f32,
 }
 
 impl Steps {
-    /// The distribution that is proportional to `weights`, but for `even_share` that all which are not 0 have alike; an even one
-    /// if all are 0. With the sum of the weights.
+    /// Creates a distribution in proportion to `weights`, of which each above 0 is raised by `even_share`
+    /// times the mean weight. It is uniform if all weights are 0. Returns also the sum of the weights.
     pub fn of(weights: &[f64], even_share: f64) -> (Self, f64) {
         let sum: f64 = weights.iter().sum();
         let even = if sum == 0.0 { 1.0 } else { even_share * sum / weights.len() as f64 };
@@ -68,12 +69,12 @@ impl Steps {
         if index == 0 { 0.0 } else { self.ends[index - 1] }
     }
 
-    /// How many there are.
+    /// Number of steps.
     pub fn count(&self) -> usize {
         self.ends.len()
     }
 
-    /// Of step `index`.
+    /// Probability of step `index`.
     pub fn probability(&self, index: usize) -> f32 {
         self.ends[index] - self.begin(index)
     }
@@ -83,7 +84,7 @@ impl Steps {
 mod tests {
     use super::*;
 
-    /// As of a map.
+    /// Even share, as for an environment map.
     const EVEN_SHARE: f64 = 1.0 / 64.0;
 
     #[test]

@@ -27,12 +27,12 @@ impl Sun {
         Self { radiance: irradiance / dark.solid_angle(), ..dark }
     }
 
-    /// Of the disk, in steradians.
+    /// Solid angle of the disk, steradians.
     pub fn solid_angle(&self) -> f32 {
         (TAU * self.one_minus_cos()) as f32
     }
 
-    /// A direction (unit length), evenly spread over the disk. `random`: two numbers from 0 to 1.
+    /// Samples a direction (unit length), evenly spread over the disk. `random`: two numbers from 0 to 1.
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         // as `1 - cos`, and `1 - cos² = (1 - cos)(2 - (1 - cos))`: the cosine itself is too close to 1 for floats
         let off = self.one_minus_cos() * f64::from(random[0]);
@@ -43,7 +43,8 @@ impl Sun {
         (self.to_sun * (1.0 - off) as f32 + aside).normalize()
     }
 
-    /// What comes from `direction` (unit length), and how likely [`Self::sample`] gives it.
+    /// Radiance from `direction` (unit length), and the density with which [`Self::sample`] returns that
+    /// direction.
     pub fn light(&self, direction: Vec3) -> LightFrom {
         if self.shows(direction) {
             LightFrom { radiance: self.radiance, pdf: 1.0 / self.solid_angle() }
@@ -56,8 +57,8 @@ impl Sun {
         1.0 - f64::from(self.cos_angle)
     }
 
-    /// Whether `direction` points at the disk. By the distance of unit vectors, whose square is `2 (1 - cos)`: it is
-    /// small where the cosine, as a float, has few digits left.
+    /// Returns true if `direction` points at the disk. Compares the distance of unit vectors, whose square is
+    /// `2 (1 - cos)`: it is small where the cosine, as a float, has few digits left.
     fn shows(&self, direction: Vec3) -> bool {
         f64::from(direction.distance_squared(self.to_sun)) <= 2.0 * self.one_minus_cos()
     }

@@ -1,11 +1,11 @@
-//! What all environments keep: densities that integrate to 1, and samples that follow them.
+//! Properties of every environment: densities integrate to 1, and samples follow them.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
 use std::f64::consts::{PI, TAU};
 
 use super::*;
 
-/// All kinds, by name.
+/// Environments of every kind, with their names.
 fn environments() -> Vec<(&'static str, Environment)> {
     let noise = |width: u32, height: u32| {
         let value = |at: u32| {

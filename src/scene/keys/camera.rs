@@ -11,13 +11,13 @@ use crate::scene::camera::Projection;
 #[serde(deny_unknown_fields)]
 #[schemars(extend("required" = ["key"]))]
 pub(crate) struct CameraTable {
-    /// How lines of sight run
+    /// Projection of the camera
     #[serde(default)]
     pub projection: Projection,
     /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
-    /// Where the camera is
+    /// Keys of the camera: its place, direction and lens at some frames
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub key: Vec<At<CameraKey>>,

@@ -83,7 +83,7 @@ pub(crate) struct ShotFile {
     /// Size, samples, frames, and how they are rendered
     #[serde(default)]
     pub render: RenderTable,
-    /// What is written, and where to
+    /// Files to write, and their place
     #[serde(default)]
     pub output: OutputTable,
     /// Radiance of rays that hit nothing: a colour, or a gradient
@@ -111,7 +111,7 @@ pub(crate) struct ShotFile {
     /// Light that reaches surfaces from the sky and from other surfaces
     #[serde(default)]
     pub indirect: IndirectTable,
-    /// How open surfaces are: ambient occlusion
+    /// Ambient occlusion: openness of surfaces
     #[serde(default)]
     pub occlusion: OcclusionTable,
     /// Overrides of MTL materials
@@ -140,7 +140,7 @@ pub(crate) struct RenderTable {
     /// Pixel filter
     #[serde(default)]
     pub filter: Filter,
-    /// How far the filter reaches, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
+    /// Radius of the filter, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
     #[schemars(range(min = 0.5, max = 4))]
     pub filter_radius: Option<At<f64>>,
     /// Maximum number of mirror reflections and refractions along a camera path (4)
@@ -152,7 +152,8 @@ pub(crate) struct RenderTable {
     /// Light by way of clear glass: "none" lets lights shine through as if it were not there, "paths" has paths find it
     #[serde(default)]
     pub caustics: Caustics,
-    /// What a ray beyond the first surface, or a path, may bring by indirect ways, at most: radiance above 0 (whatever it finds)
+    /// Limit of the indirect radiance that a ray beyond the first surface, or a path, may bring: above 0 (no
+    /// limit)
     #[schemars(range(min = 0))]
     pub clamp: Option<At<f64>>,
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
@@ -183,7 +184,7 @@ pub(crate) struct IndirectTable {
     /// Maximum number of surfaces that a path meets (2)
     #[schemars(range(min = 0, max = 64))]
     pub bounces: Option<At<i64>>,
-    /// What each frame spends on paths: "full", or a number of rays
+    /// Budget for the paths of each frame: "full", or a number of rays
     pub budget: Option<At<BudgetValue>>,
     /// With a budget: paths that a new sample gets at once (16)
     #[schemars(range(min = 1, max = MOST_PATHS))]
@@ -193,7 +194,7 @@ pub(crate) struct IndirectTable {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct OcclusionTable {
-    /// How far away surfaces occlude (a tenth of the diagonal of all models at the first frame)
+    /// Distance within which surfaces occlude (a tenth of the diagonal of all models at the first frame)
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<At<f64>>,
     /// Rays of each sample (16)
@@ -217,7 +218,7 @@ pub(crate) struct OutputTable {
     /// Layers beside R G B A, or sets of them (Z, object, status)
     #[schemars(with = "Option<Vec<LayerName>>")]
     pub layers: Option<Vec<At<String>>>,
-    /// What becomes of the background where the camera sees it (visible if there is one)
+    /// Treatment of the background where the camera sees it (visible if there is one)
     pub background: Option<Backdrop>,
     /// Write each layer as a part of its own
     #[serde(default)]
@@ -264,7 +265,7 @@ pub(crate) struct EnvironmentTable {
     /// Factor on all of it (1)
     #[schemars(range(min = 0))]
     pub power: Option<At<f64>>,
-    /// Whether the camera sees it instead of the background (true)
+    /// True if the camera sees it instead of the background (true)
     pub visible: Option<bool>,
     /// Rays that ask it for light where a path starts (1)
     #[schemars(range(min = 0, max = 64))]
@@ -274,10 +275,10 @@ pub(crate) struct EnvironmentTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SkyTable {
-    /// Of the sun above the horizon, degrees (45)
+    /// Elevation of the sun above the horizon, degrees (45)
     #[schemars(range(min = -6, max = 90))]
     pub elevation: Option<At<f64>>,
-    /// Of the sun, degrees: 0 is -Z, 90 is +X (135)
+    /// Azimuth of the sun, degrees: 0 is -Z, 90 is +X (135)
     pub azimuth: Option<At<f64>>,
     /// Haze: 2 is very clear, 6 hazy (3)
     #[schemars(range(min = 2, max = 10))]
@@ -311,12 +312,12 @@ pub(crate) struct ModelTable {
     /// approximation (rays)
     #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
     pub reflection_map: Option<At<i64>>,
-    /// Whether the model is there, before the first key that says it (true)
+    /// True if the model is there, before the first key that says it (true)
     pub visible: Option<bool>,
     /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
-    /// Where the model is
+    /// Keys of the model: its place at some frames
     #[serde(default)]
     pub key: Vec<At<ModelKey>>,
 }
@@ -335,7 +336,7 @@ pub(crate) struct ModelKey {
     /// As of the model, at this frame
     #[schemars(length(min = 3, max = 4))]
     pub matrix: Option<Rows>,
-    /// Whether the model is there, from this frame on; a key that says nothing else says nothing of its place
+    /// True if the model is there, from this frame on; a key that says nothing else says nothing of its place
     pub visible: Option<bool>,
 }
 
@@ -346,7 +347,7 @@ pub(crate) struct FloorTable {
     pub height: Option<At<f64>>,
     /// Reflectance, linear RGB [0.3, 0.3, 0.3]
     pub color: Option<Three>,
-    /// How far it reaches around the middle of the models (40 times the diagonal of all models at the first frame)
+    /// Radius around the middle of the models (40 times the diagonal of all models at the first frame)
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<At<f64>>,
 }
@@ -381,7 +382,8 @@ pub(crate) struct LightTable {
     /// Rectangle, disk, sphere, and directional with an angle: shadow rays of each sample (16)
     #[schemars(extend("enum" = [1, 4, 16]))]
     pub samples: Option<At<u32>>,
-    /// Of the layer that shows what its lights add to the picture: letters, digits, `-` and `_`
+    /// Name of the light group, whose layer shows what its lights add to the picture: letters, digits, `-`
+    /// and `_`
     pub group: Option<At<String>>,
     /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
@@ -390,7 +392,7 @@ pub(crate) struct LightTable {
     /// Between keys
     #[serde(default)]
     pub interpolation: Interpolation,
-    /// How the light changes
+    /// Keys of the light: its values at some frames
     #[serde(default)]
     pub key: Vec<At<LightKey>>,
 }
@@ -488,10 +490,10 @@ impl JsonSchema for LayerName {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale(pub [f64; 3]);
 
-/// Of a matrix.
+/// Rows of a matrix.
 pub(crate) type Rows = At<Vec<List<f64, 4>>>;
 
-/// Frames per second as a fraction of whole numbers, or what could not be read as one.
+/// Frames per second as a fraction of whole numbers, or the text that could not be read as one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Rate {
     Whole(i64),

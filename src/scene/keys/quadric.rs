@@ -8,7 +8,7 @@ use super::toml_text::{At, Three};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct QuadricTable {
-    /// What it is
+    /// Type of the quadric
     #[serde(rename = "type")]
     pub kind: QuadricType,
     /// Sphere, cylinder, cone, paraboloid, hyperboloid: radius, of the lower rim or of both (1)

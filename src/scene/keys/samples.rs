@@ -25,7 +25,7 @@ pub(crate) struct AdaptiveTable {
     /// N, for N x N samples in every pixel
     #[schemars(range(min = 1, max = MOST_SAMPLES))]
     pub min: i64,
-    /// The same in pixels that differ from their neighbours: `min` doubled once or more
+    /// Samples along an edge of a pixel that differs from its neighbours: `min` doubled once or more
     #[schemars(range(min = 2, max = MOST_SAMPLES))]
     pub max: i64,
     /// Contrast of colours from which on pixels differ, above 0 and below 1 (0.1)

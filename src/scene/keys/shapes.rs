@@ -19,7 +19,7 @@ pub(crate) struct ShapesTable {
     /// Frames from a number to the next one, or from sample to sample (1; of a cache what it says)
     #[schemars(range(min = 1e-6, max = 1e6))]
     pub every: Option<At<f64>>,
-    /// Whether the first shape comes again after the last one, and so on
+    /// True if the first shape comes again after the last one, and so on
     #[serde(default)]
     pub repeat: bool,
 }

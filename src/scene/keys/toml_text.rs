@@ -22,7 +22,7 @@ pub(crate) type Three = At<List<f64, 3>>;
 pub(crate) struct At<T>(Spanned<T>);
 
 impl<T> At<T> {
-    /// Where it stands, in bytes.
+    /// Byte range of the value in the text.
     pub fn span(&self) -> Range<usize> {
         self.0.span()
     }

@@ -30,7 +30,7 @@ pub fn optional_color(
     value.as_ref().map(|value| text.color(key, value)).transpose()
 }
 
-/// How pictures for screens show frames.
+/// Reads the exposure and the view transform of pictures for screens.
 pub fn look(text: TomlText<'_>, table: &OutputTable) -> Result<Look, SceneError> {
     let most = Look::MOST_EXPOSURE;
     let fits = |stops: f64| stops.abs() <= f64::from(most);

@@ -1,4 +1,4 @@
-//! From files to meshes: each OBJ once, with its materials looked up, overridden and settled.
+//! Assembles meshes from files: each OBJ once, with its materials looked up, overridden and settled.
 
 use std::collections::{HashMap, HashSet};
 use std::iter;
@@ -35,11 +35,11 @@ pub(crate) struct Override {
     pub path: PathBuf,
     pub line: usize,
     pub column: usize,
-    /// Whether any model has a material of the name.
+    /// True if any model has a material of the name.
     pub used: bool,
 }
 
-/// Models' meshes and what they share.
+/// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
 pub(crate) struct Assembly {
     findings: Findings,
@@ -47,19 +47,19 @@ pub(crate) struct Assembly {
     materials: Vec<Material>,
     pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
-    /// Of each of these, from where in its file its vertices come.
+    /// Origins in its file of the vertices of each of `meshes`.
     origins: HashMap<PathBuf, Arc<Origins>>,
-    /// By file and the source of their shapes, meshes that deform.
+    /// Deforming meshes, by file and the source of their shapes.
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
-    /// By name, those of quadrics.
+    /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
-    /// What was read so far, but for pictures.
+    /// Files that were read so far, without pictures.
     files: Vec<PathBuf>,
-    /// Of their content.
+    /// Digests of the files' contents.
     digests: Vec<Digest>,
-    /// All names that MTL files define, for hints.
+    /// Names of all materials that MTL files define, for hints.
     known_names: Vec<String>,
-    /// A model that was read before, and has not been asked for yet.
+    /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct Assembly {
 pub(crate) struct ReadModel {
     pub path: PathBuf,
     pub obj: ObjFile,
-    /// Of the file's text.
+    /// Digest of the file's text.
     pub digest: Digest,
 }
 
@@ -105,14 +105,14 @@ impl ReadModel {
     }
 }
 
-/// What models share, and where it comes from.
+/// Shared materials and textures of the models, and the files that they come from.
 pub(crate) struct Assembled {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub findings: Findings,
-    /// All that were read.
+    /// All files that were read.
     pub files: Vec<PathBuf>,
-    /// Of their content.
+    /// Digest of the files' contents.
     pub inputs: Digest,
 }
 
@@ -123,22 +123,22 @@ struct Defined {
 }
 
 impl Assembly {
-    /// Empty. `strict`: stand-ins are errors.
+    /// Creates an empty assembly. `strict`: stand-ins are errors.
     pub fn new(strict: bool, overrides: Vec<Override>) -> Self {
         Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
     }
 
-    /// The same, with a model that was read before: it is not read again.
+    /// Adds a model that was read before, so that it is not read again.
     pub fn with(self, model: ReadModel) -> Self {
         Self { read_before: Some(model), ..self }
     }
 
-    /// The path of a model that was read before, and has not been asked for yet.
+    /// Path of the model that was read in advance, until its mesh is asked for.
     pub fn path_read_before(&self) -> Option<PathBuf> {
         self.read_before.as_ref().map(|model| model.path.clone())
     }
 
-    /// A material beside those of the models; its index.
+    /// Adds a material beside those of the models. Returns its index.
     pub fn add_material(&mut self, material: Material) -> Option<u16> {
         let index = u16::try_from(self.materials.len()).ok()?;
         self.materials.push(material);
@@ -170,7 +170,7 @@ impl Assembly {
         spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
     }
 
-    /// Whether a material casts shadows.
+    /// Returns true if a material casts shadows.
     pub fn casts_shadow(&self, material: u16) -> bool {
         self.materials[usize::from(material)].casts_shadow()
     }
@@ -396,7 +396,7 @@ impl Assembly {
         }
     }
 
-    /// What was assembled.
+    /// Returns the assembled materials, textures, files and findings.
     pub fn finish(mut self) -> Assembled {
         self.files.extend(self.pictures.files().cloned());
         let inputs = Digest::of_all(self.digests.into_iter().chain([self.pictures.digest()]));

@@ -11,7 +11,8 @@ use crate::scene::obj::are_within_reach;
 use crate::scene::{Mesh, Model};
 
 impl Model {
-    /// The same model; if it never moves, its mesh is put into world space. `None` where that is too far away.
+    /// Puts the mesh of a model that never moves into world space; other models stay as they are. `None` if a
+    /// vertex comes to lie too far away.
     pub(crate) fn settled(self) -> Option<Self> {
         if !self.track.is_constant() || self.track == TransformTrack::identity() {
             return Some(self);

@@ -10,12 +10,12 @@ pub(crate) struct MapKd {
     pub scale: Vec2,
     pub offset: Vec2,
     pub clamp: bool,
-    /// Where it is asked for.
+    /// Line of the statement, from 1.
     pub line: usize,
 }
 
 impl MapKd {
-    /// The whole picture, repeating.
+    /// Creates a statement for the whole picture, repeating.
     pub fn plain(file: impl Into<String>, line: usize) -> Self {
         Self { file: file.into(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, line }
     }

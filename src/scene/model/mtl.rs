@@ -23,15 +23,15 @@ const HIGHEST_SHININESS: f32 = 1e5;
 /// Pr where a material has Pm alone, as programs with a metal-rough material have it by default.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 
-/// What a surface that is no metal reflects at right angles, as a fraction, where Ni does not say: an index of 1.5.
+/// Reflectance of a surface that is no metal at normal incidence, if Ni does not say: that of an index of
+/// 1.5.
 const DEFAULT_HEAD_ON: f32 = 0.04;
 
-/// What a file states of one material. Absent values are not the defaults: which those are depends on
-/// other values.
+/// Statements of a file about one material. Absent values are not the defaults: those depend on other values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct MtlMaterial {
     pub name: String,
-    /// Where `newmtl` stands.
+    /// Line of `newmtl`.
     pub line: usize,
     pub kd: Option<Vec3>,
     pub ka: Option<Vec3>,
@@ -48,17 +48,17 @@ pub(crate) struct MtlMaterial {
     pub map_kd: Option<MapKd>,
 }
 
-/// What an MTL file states.
+/// Content of an MTL file.
 #[derive(Debug, Default)]
 pub(crate) struct MtlFile {
-    /// In its order.
+    /// Materials in the order of the file.
     pub materials: Vec<MtlMaterial>,
-    /// Values that make no sense: the line, and what was done about it.
+    /// Values that make no sense: the line, and the value taken instead.
     pub oddities: Vec<(usize, String)>,
-    /// Of each kind of statement that changes nothing here, where others would show a difference, the first: its line, and what
-    /// that means.
+    /// Statements that have no effect here, although they have one in other programs: of each kind the first
+    /// line, and the consequence.
     pub unused: Vec<(usize, String)>,
-    /// Of the file's bytes.
+    /// Digest of the file's bytes.
     pub digest: Digest,
 }
 
@@ -193,7 +193,7 @@ fn illumination(rest: &[u8]) -> Result<u32, String> {
 }
 
 impl MtlMaterial {
-    /// Whether `d` and `Tr`, which mean the same thing from two sides, say different things.
+    /// Returns true if `d` and `Tr` contradict each other: `d` is 1 - `Tr`.
     pub fn contradicts_itself(&self) -> bool {
         matches!((self.d, self.tr), (Some(d), Some(tr)) if (d + tr - 1.0).abs() > 0.01)
     }
@@ -215,7 +215,7 @@ impl MtlMaterial {
         self.map_kd = other.map_kd.clone().or(self.map_kd.take());
     }
 
-    /// What the statements mean together. The texture is left to the caller.
+    /// Settles the meaning of the statements together. The texture is left to the caller.
     pub fn settle(&self) -> Material {
         let illum = self.illum.unwrap_or(2);
         let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
@@ -241,12 +241,12 @@ impl MtlMaterial {
         }
     }
 
-    /// Whether it states what comes through it, and nothing does.
+    /// Returns true if it states a transmission filter, and the material is opaque nevertheless.
     fn filters_nothing(&self) -> bool {
         self.tf.is_some_and(|filter| filter != Vec3::ZERO) && self.settle().optics == Optics::Opaque
     }
 
-    /// Whether it states roughness or metal. Glass stays glass: exporters state both of everything.
+    /// Returns true if it states roughness or metal. Glass stays glass: exporters state both for everything.
     fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
         let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
         (self.pr.is_some() || self.pm.is_some()) && !is_glass
@@ -275,7 +275,7 @@ impl MtlMaterial {
         }
     }
 
-    /// What happens to the ray from the eye, and the share of the light that the surface itself takes.
+    /// Effect on the ray from the camera, and the share of the light that the surface itself reflects.
     fn optics(&self, illum: u32, solid: f32) -> (Optics, f32) {
         let tint = self.ks.unwrap_or(Vec3::ONE);
         let filter = self.tf.unwrap_or(Vec3::ONE).min(Vec3::ONE);

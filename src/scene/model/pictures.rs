@@ -30,9 +30,9 @@ pub(crate) struct Pictures {
     /// Their indices are what materials keep.
     pub textures: Vec<Texture>,
     decoded: HashMap<PathBuf, Decoded>,
-    /// Of their texels, in the order in which they were asked for.
+    /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
-    /// By file, and bits of scale, offset and clamp.
+    /// Indices of textures, by file and the bits of scale, offset and clamp.
     indices: HashMap<(PathBuf, [u32; 5]), u32>,
 }
 
@@ -78,12 +78,12 @@ impl Pictures {
         Ok(self.place(texture))
     }
 
-    /// What is in them.
+    /// Digest of the texels of all pictures.
     pub fn digest(&self) -> Digest {
         Digest::of_all(self.digests.iter().copied())
     }
 
-    /// Where pictures were looked for.
+    /// Files of the pictures, those that could not be read included.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.decoded.keys()
     }
@@ -134,7 +134,8 @@ fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     Ok((width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
 }
 
-/// Whether a picture of so many texels, which take `decoded` bytes as its decoder has them, is worth decoding.
+/// Checks the size of a picture before it is decoded; `decoded`: bytes that its texels take as its decoder
+/// has them.
 fn check_size(
     [width, height]: [u32; 2],
     decoded: u64,
@@ -159,7 +160,7 @@ fn check_size(
     need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
 }
 
-/// What nobody takes for the real picture.
+/// A checkerboard in magenta and black, which nobody takes for the real picture.
 fn checker() -> Decoded {
     const EDGE: u32 = 8;
     let texel = |i| if (i % EDGE + i / EDGE) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };

@@ -1,5 +1,5 @@
-//! Reads point caches: where the points of a mesh are at several times, in one file. MDD (LightWave) and PC2 (Point Cache 2 of 3ds Max),
-//! as Blender writes both.
+//! Reads point caches: the positions of a mesh's points at several times, in one file. MDD (LightWave) and
+//! PC2 (Point Cache 2 of 3ds Max), as Blender writes both.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::SceneError;
 
-/// What a PC2 file begins with.
+/// First bytes of a PC2 file.
 const PC2_MARK: &[u8] = b"POINTCACHE2\0";
 
-/// Of a PC2 file: the mark, the version, points, first frame, frames a sample, samples.
+/// Bytes of a PC2 header: the mark, the version, points, first frame, frames a sample, samples.
 const PC2_HEADER: usize = 32;
 
-/// Of an MDD file: samples, points.
+/// Bytes of an MDD header: samples, points.
 const MDD_HEADER: usize = 8;
 
 /// Bytes of a position.
@@ -26,17 +26,17 @@ pub struct PointCache {
     pub first: f64,
     /// Frames from a sample to the next one.
     pub every: f64,
-    /// By sample; object space, perhaps not finite.
+    /// Positions by sample; object space, perhaps not finite.
     pub samples: Vec<Vec<[f32; 3]>>,
-    /// Of the file.
+    /// Digest of the file.
     pub digest: Digest,
 }
 
-/// How a file is laid out.
+/// Layout of a file.
 struct Layout {
     samples: usize,
     points: usize,
-    /// Where positions begin.
+    /// Offset of the positions in the file, bytes.
     begins: u64,
     first: f64,
     every: f64,

@@ -1,4 +1,4 @@
-//! Reads the shapes of a deforming model: files that say where the positions of its OBJ file are.
+//! Reads the shapes of a deforming model from files that hold other positions for its OBJ file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -15,20 +15,20 @@ use crate::scene::{Mesh, SceneError, Shapes};
 pub(crate) struct Numbered {
     /// In its name.
     pub number: u64,
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
 }
 
-/// From where in its OBJ file the vertices of a mesh come.
+/// Origins of a mesh's vertices in its OBJ file.
 pub(crate) struct Origins {
     /// By vertex, the number of its position, from 0.
     pub of_vertex: Vec<u32>,
-    /// How many positions the file has.
+    /// Number of positions in the file.
     pub count: usize,
 }
 
 impl Origins {
-    /// Of a file that was read.
+    /// Reads the origins from an OBJ file.
     pub fn of(obj: &ObjFile) -> Self {
         let own = || (0..obj.positions.len() as u32).collect();
         let of_vertex = if obj.sources.is_empty() { own() } else { obj.sources.clone() };
@@ -36,10 +36,10 @@ impl Origins {
     }
 }
 
-/// Where shapes come from.
+/// Source of shapes.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) enum ShapeSource {
-    /// A file for each, in the order of their numbers; at least one.
+    /// A file for each shape, in the order of their numbers; at least one.
     Files(Vec<Numbered>),
     /// A point cache.
     Cache(PathBuf),
@@ -55,23 +55,22 @@ impl ShapeSource {
     }
 }
 
-/// What was read of a sequence.
+/// Content of a sequence of shapes.
 #[derive(Clone)]
 pub(crate) struct ReadShapes {
-    /// With its shapes.
+    /// The mesh with its shapes.
     pub mesh: Arc<Mesh>,
-    /// In their order, at what times shapes come, in steps of their source, and their numbers: those that are equal have the same.
+    /// Keys in order: the time of a shape, in steps of its source, and the shape's number. Equal shapes have
+    /// the same number.
     pub keys: Arc<Vec<(f64, u32)>>,
-    /// What a point cache says of its first sample and of the time between two, in frames.
+    /// First sample and time between two samples, in frames, as a point cache states them.
     pub says: Option<(f64, f64)>,
-    /// Of files and their numbers.
+    /// Digest of the files and their numbers.
     pub digest: Digest,
 }
 
-/// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: from where in its file its vertices come.
-///
-/// # Errors
-/// A file that cannot be read, or that has other positions than the mesh.
+/// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: the places of its vertices in
+/// that file.
 pub fn read(
     mesh: &Mesh,
     path: &Path,
@@ -137,7 +136,7 @@ impl Distinct {
     }
 }
 
-/// Where the vertices of the mesh from `rest` are whose file has its positions as `file` has these.
+/// Vertex positions of the mesh from `rest` in the shape whose file holds `positions`.
 fn shape_of(
     file: &Path,
     positions: &[[f32; 3]],

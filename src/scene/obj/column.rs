@@ -23,7 +23,7 @@ pub(super) struct Column {
     values: Vec<u32>,
     /// Corners from which on indices are relative, and absolute again, and so on.
     turns: Vec<u32>,
-    /// Whether it has the same values as the positions' column, and does not keep them.
+    /// True if it has the same values as the positions' column, and does not keep them.
     is_as_positions: bool,
     /// The highest of those that do not count back.
     highest: u32,
@@ -48,12 +48,12 @@ impl Column {
         self.highest = other.highest;
     }
 
-    /// What another kind keeps whose indices are these, the positions'. None of them may count back.
+    /// Column of another kind whose indices equal these of the positions. None of them may count back.
     pub fn as_positions(&self) -> Self {
         Self { is_as_positions: true, highest: self.highest, ..Self::default() }
     }
 
-    /// Its content, without spare memory. Without values where they are the same as those of `positions`.
+    /// Copies the content without spare memory, and without values if they equal those of `positions`.
     pub fn packed(&self, positions: Option<&Self>) -> Self {
         // relative ones may become different
         let is_same = |positions: &Self| self.turns.is_empty() && self == positions;

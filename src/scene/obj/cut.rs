@@ -1,4 +1,4 @@
-//! From faces to triangles that have an area.
+//! Cuts faces into triangles that have an area.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -11,17 +11,18 @@ use super::polygon::Cutter;
 pub(super) struct Triangles {
     /// Vertices of each.
     pub corners: Vec<[u32; 3]>,
-    /// How many, one after the other, have which material and group; counts are above 0.
+    /// Runs of consecutive triangles with the same material and group, as length and use; lengths are above
+    /// 0.
     pub uses: Vec<(usize, Use)>,
-    /// Faces without an area: nothing is left of those.
+    /// Number of faces without an area, which were dropped.
     pub flat: usize,
 }
 
-/// What became of a run.
+/// Triangles of one run of faces.
 struct Part {
-    /// Three for each triangle.
+    /// Vertices, three for each triangle.
     corners: Vec<u32>,
-    /// Triangles and what they have, in order.
+    /// Runs of consecutive triangles with the same use, as length and use, in order.
     uses: Vec<(usize, Use)>,
     flat: usize,
 }

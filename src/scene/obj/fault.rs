@@ -1,4 +1,4 @@
-//! Finds out where a text is wrong that is known to be wrong: line by line, on one thread.
+//! Finds the place of an error in a text that is known to be wrong: line by line, on one thread.
 
 use super::lines::{Lines, split_keyword, words};
 use super::number::parsed;
@@ -7,27 +7,27 @@ use super::statement::{self, Corner, MOST_CORNERS, shown};
 /// Coordinates beyond this are refused: Embree passes over such triangles without a word.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
-/// How many `v`, `vt`, `vn` there are.
+/// Numbers of `v`, `vt` and `vn` statements.
 type Counts = [u64; 3];
 
-/// Something wrong in the text.
+/// An error in the text.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fault {
-    /// From 1; 0 for the text as a whole.
+    /// Line, from 1; 0 for the text as a whole.
     pub line: usize,
-    /// What, and what to do.
+    /// Description of the error, and of what to do.
     pub message: String,
 }
 
 impl Fault {
-    /// Of the text as a whole.
+    /// Creates a fault of the text as a whole.
     pub fn whole(message: impl Into<String>) -> Self {
         Self { line: 0, message: message.into() }
     }
 }
 
-/// The first line of `text` that cannot be read; if there is none, the first that holds a coordinate which
-/// cannot be used, or an index beyond what the text defines.
+/// Finds the first line of `text` that cannot be read. If there is none, finds the first that holds a
+/// coordinate which cannot be used, or an index beyond what the text defines.
 pub(super) fn find(text: &[u8]) -> Option<Fault> {
     let counts = match look(text, None) {
         Ok(counts) => counts,

@@ -1,4 +1,4 @@
-//! Puts the pieces of a file together: what is defined where, and what indices and names then mean.
+//! Joins the pieces of a file: makes indices absolute and names common to all.
 
 use std::collections::HashMap;
 
@@ -8,71 +8,71 @@ use super::column::{Indices, MOST_ENTRIES, OutOfRange};
 use super::fault::Fault;
 use super::piece::{Change, Faces, Name, Piece};
 
-/// What a file says, with absolute indices.
+/// Content of a file, with absolute indices.
 #[derive(Debug, Default)]
 pub(super) struct Joined {
-    /// Of `v`.
+    /// Positions (`v`).
     pub positions: Vec<[f32; 3]>,
-    /// Of `vt`; finite.
+    /// Texture coordinates (`vt`); finite.
     pub uvs: Vec<[f32; 2]>,
-    /// Of `vn`; of unit length, or zero.
+    /// Normals (`vn`); of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
-    /// In the order of the file.
+    /// Faces, by piece in the order of the file.
     pub runs: Vec<Run>,
-    /// By first use; the first is no material.
+    /// Names of materials by first use; the first is no material.
     pub materials: Vec<Named>,
-    /// By first use; the first is [`NO_GROUP`].
+    /// Names of groups by first use; the first is [`NO_GROUP`].
     pub groups: Vec<Named>,
-    /// What `mtllib` lines say.
+    /// Arguments of `mtllib` lines.
     pub libraries: Vec<Named>,
-    /// Faces of fewer than three corners.
+    /// Number of faces of fewer than three corners.
     pub too_small: usize,
 }
 
 /// A name in the text and the first line that has it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// Trimmed; may hold spaces.
+    /// Name, trimmed; may hold spaces.
     pub name: String,
-    /// From 1.
+    /// Line, from 1.
     pub line: usize,
 }
 
-/// What OBJ calls the group of faces that are in none.
+/// Name that OBJ gives to the group of faces that are in none.
 const NO_GROUP: &str = "default";
 
-/// What a face has beside its corners, by number among the file's names.
+/// Material and group of a face, as indices into the file's names.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Use {
-    /// Of `usemtl`.
+    /// Material of the last `usemtl`.
     pub material: u32,
-    /// Of the last `g` or `o`.
+    /// Group of the last `g` or `o`.
     pub group: u32,
 }
 
 /// Faces of one piece; corners are in order.
 #[derive(Debug, Default)]
 pub(super) struct Run {
-    /// Indices from 0.
+    /// Indices of positions, from 0.
     pub positions: Vec<u32>,
-    /// Of texture coordinates.
+    /// Indices of texture coordinates.
     pub uvs: Indices,
-    /// Of normals.
+    /// Indices of normals.
     pub normals: Indices,
     /// Number of faces.
     pub faces: usize,
-    /// Corners of each face; empty where all have three.
+    /// Number of corners of each face; empty if all have three.
     pub arities: Vec<u16>,
-    /// From which face on they have which material and group; the first entry is for face 0.
+    /// Changes of material and group: the first face, and its use. The first entry is for face 0.
     pub uses: Vec<(u32, Use)>,
 }
 
-/// Why pieces do not fit together.
+/// Reason why pieces do not fit together.
 #[derive(Debug)]
 pub(super) enum Misfit {
-    /// Where, has to be looked for in the text.
+    /// A fault whose place has to be looked for in the text.
     Somewhere,
-    /// In the file as a whole.
+    /// A fault of the file as a whole.
     Whole(Fault),
 }
 
@@ -95,7 +95,7 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     Ok(joined)
 }
 
-/// How many `v`, `vt`, `vn` the pieces before each one define, and how many all do.
+/// Counts the `v`, `vt` and `vn` statements before each piece, and those of all pieces.
 fn bases(pieces: &[Piece]) -> (Vec<[u64; 3]>, [u64; 3]) {
     let mut sum = [0; 3];
     let bases = pieces.iter().map(|piece| {

@@ -16,7 +16,7 @@ pub(crate) fn readable(bytes: Vec<u8>) -> Vec<u8> {
     }
 }
 
-/// Whether the text begins with a byte order mark.
+/// Returns true if the text begins with a byte order mark.
 pub(crate) fn starts_with_mark(bytes: &[u8]) -> bool {
     matches!(bytes, [0xFE, 0xFF, ..] | [0xFF, 0xFE, ..] | [0xEF, 0xBB, 0xBF, ..])
 }
@@ -39,12 +39,12 @@ impl<'a> Lines<'a> {
         Self { rest: text, next: 1 }
     }
 
-    /// What was not read yet.
+    /// Text that was not read yet.
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// How many lines were read, each of those that were joined counted.
+    /// Number of physical lines that were read: joined lines count one by one.
     pub fn passed(&self) -> usize {
         self.next - 1
     }
@@ -101,7 +101,7 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 pub(crate) const NON_FINITE: [(&[u8], f32); 4] =
     [(b"IND", f32::NAN), (b"QNAN", f32::NAN), (b"SNAN", f32::NAN), (b"INF", f32::INFINITY)];
 
-/// Whether a `#` between these stands in such a number.
+/// Returns true if a `#` between these stands in a number that is not finite, as some systems write it.
 fn is_in_number(before: &[u8], behind: &[u8]) -> bool {
     before.ends_with(b"1.") && NON_FINITE.iter().any(|(name, _)| behind.starts_with(name))
 }

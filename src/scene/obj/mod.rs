@@ -57,32 +57,34 @@ pub struct ObjFile {
     pub positions: Vec<[f32; 3]>,
     /// By vertex, the number of its position (`v`) in the file, from 0; empty where these are the vertices' own numbers.
     pub sources: Vec<u32>,
-    /// How many positions the file has.
+    /// Number of positions in the file.
     pub places: usize,
-    /// One a vertex or none at all; unit length, or zero where the file has none that is usable.
+    /// Normals, one a vertex or none at all; unit length, or zero where the file has none that is usable.
     pub normals: Vec<Vec3>,
-    /// One a vertex or none at all; finite.
+    /// Texture coordinates, one a vertex or none at all; finite.
     pub uvs: Vec<Vec2>,
-    /// Never empty; none without an area.
+    /// Vertices of the triangles. Never empty; each triangle has an area.
     pub triangles: Vec<[u32; 3]>,
-    /// How many triangles, one after the other, have which of the `materials` and `groups`; counts are above 0.
+    /// Runs of consecutive triangles with the same of `materials` and `groups`, as length and use; lengths
+    /// are above 0.
     pub uses: Vec<(usize, Use)>,
     /// Names after `usemtl` by their first use; the first is empty, for faces before any.
     pub materials: Vec<Named>,
     /// Names after `g` and `o` by their first use; the first is `default`, for faces before any.
     pub groups: Vec<Named>,
-    /// What `mtllib` lines say, in order.
+    /// Arguments of `mtllib` lines, in order.
     pub libraries: Vec<Named>,
-    /// Normals that are no finite numbers, if there are any: where they count, faces have normals of their own.
+    /// Normals that are not finite numbers, if there are any. If they belong to corners, the faces' own
+    /// normals replace them.
     pub odd_normals: Option<OddNormals>,
 }
 
-/// Normals (`vn`) of a file that are no finite numbers.
+/// Normals (`vn`) of a file that are not finite numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OddNormals {
-    /// How many.
+    /// Number of them.
     pub count: usize,
-    /// The line of the first, from 1.
+    /// Line of the first, from 1.
     pub line: usize,
 }
 
@@ -127,11 +129,11 @@ fn faulty(path: &Path, fault: Fault) -> SceneError {
     if fault.line == 0 { error } else { error.at_line(fault.line) }
 }
 
-/// What a file is that has the name of a model by mistake.
+/// Explains a file that is no model although it is named like one.
 fn not_a_model(source: &Source<'_>) -> io::Result<Option<&'static str>> {
     /// Bytes of a COFF header, of which some are zero: no text holds zeros.
     const HEADER: u64 = 20;
-    /// Its beginnings: for x86-64, x86 and ARM64, and for files of many sections.
+    /// First bytes of COFF files: for x86-64, x86 and ARM64, and for files of many sections.
     const BEGINNINGS: [&[u8]; 4] = [&[0x64, 0x86], &[0x4C, 0x01], &[0x64, 0xAA], &[0, 0, 0xFF, 0xFF]];
     if source.len() == 0 {
         return Ok(Some("the OBJ file is empty: export the model again"));
@@ -226,7 +228,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     })
 }
 
-/// Whether all coordinates are numbers that can be used.
+/// Returns true if all coordinates are numbers that can be used.
 pub(crate) fn are_within_reach(positions: &[[f32; 3]]) -> bool {
     // without an early end for each number, several are compared at once
     let all = |block: &[f32]| block.iter().fold(true, |all, x| all & (x.abs() <= LARGEST_COORDINATE));

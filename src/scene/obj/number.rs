@@ -21,7 +21,7 @@ const EXACT_MANTISSA: u64 = 1 << 53;
 /// Most digits that surely fit into 64 bits.
 const MOST_DIGITS: usize = 19;
 
-/// What is still to be read of a text.
+/// Text that is still to be read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     pub rest: &'a [u8],
@@ -177,7 +177,7 @@ fn non_finite(word: &[u8]) -> Option<f32> {
     NON_FINITE.iter().find(|(known, _)| name.starts_with(known)).map(|(_, value)| sign * value)
 }
 
-/// How many of eight bytes, from the lowest on, are digits, and their value.
+/// Counts the digits at the beginning of eight bytes, from the lowest on, and gives their value.
 #[inline(always)]
 fn leading_digits(bytes: u64) -> (usize, u64) {
     let bytes = bytes ^ ZEROS;

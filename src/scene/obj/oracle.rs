@@ -43,7 +43,7 @@ fn ours(obj: &ObjFile) -> Soup {
     obj.triangles.iter().zip(uses).map(|(t, id)| (material(id), t.map(corner))).collect()
 }
 
-/// What tobj reads; `None` where it refuses.
+/// Reads `text` with tobj; `None` if it refuses.
 fn theirs(text: &[u8]) -> Option<Soup> {
     let (plain, materials) = plain(text)?;
     let options = tobj::LoadOptions { single_index: true, ..tobj::OFFLINE_RENDERING_LOAD_OPTIONS };
@@ -266,7 +266,7 @@ fn real_files_are_read_as_tobj_reads_them() {
     println!("{found} files are the same");
 }
 
-/// How many OBJ files in `folder` both readers take.
+/// Counts the OBJ files in `folder` that both readers take.
 fn compare_files_of(folder: &Path) -> usize {
     let mut files = Vec::new();
     files_of(folder, &mut files);

@@ -23,7 +23,7 @@ type Corner = [i32; 3];
 /// A name as bytes, and the line of the piece (from 0) that has it first.
 pub(super) type Name = (Vec<u8>, usize);
 
-/// What the faces behind a line have that those before it had not, by its number among the piece's names.
+/// Change of material or group between two faces, by the number of the name among the piece's names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Change {
     /// `usemtl`.
@@ -32,47 +32,47 @@ pub(super) enum Change {
     Group(u32),
 }
 
-/// What a piece says.
+/// Content of a piece.
 #[derive(Debug, Default)]
 pub(super) struct Piece {
-    /// Of `v`.
+    /// Positions (`v`).
     pub positions: Vec<[f32; 3]>,
-    /// Of `vt`; finite.
+    /// Texture coordinates (`vt`); finite.
     pub uvs: Vec<[f32; 2]>,
-    /// Of `vn`; of unit length, or zero.
+    /// Normals (`vn`); of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
-    /// Of faces of three corners and more.
+    /// Faces of three corners and more.
     pub faces: Faces,
     /// Names after `usemtl`, by their first use.
     pub materials: Vec<Name>,
     /// Names after `g` and `o`, by their first use.
     pub groups: Vec<Name>,
-    /// What `mtllib` lines say.
+    /// Arguments of `mtllib` lines.
     pub libraries: Vec<Name>,
-    /// Faces of fewer than three corners.
+    /// Number of faces of fewer than three corners.
     pub too_small: usize,
-    /// Normals (`vn`) that are no finite numbers.
+    /// Number of normals (`vn`) that are not finite numbers.
     pub odd_normals: usize,
-    /// Lines of the file.
+    /// Number of lines in the piece.
     pub lines: usize,
-    /// Whether a line cannot be read.
+    /// True if a line cannot be read.
     pub is_faulty: bool,
 }
 
 /// Faces one after the other.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faces {
-    /// Of position, texture coordinate and normal; only the first is filled as long as all agree.
+    /// Indices of positions, texture coordinates and normals; only the first is filled as long as all agree.
     pub columns: [Column; 3],
-    /// Whether some corner's indices differ or count back, or a face has more than four.
+    /// True if some corner's indices differ or count back, or a face has more than four corners.
     is_mixed: bool,
-    /// In all.
+    /// Number of corners of all faces.
     pub corners: usize,
-    /// In all.
+    /// Number of faces.
     pub count: usize,
-    /// Corners of each face; none where all have three.
+    /// Number of corners of each face; empty if all have three.
     pub arities: Vec<u16>,
-    /// From which face on they have another material or group, in order.
+    /// Changes of material and group, with the first face behind each, in order.
     pub changes: Vec<(u32, Change)>,
 }
 
@@ -88,7 +88,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    /// What `text` says, which begins with a line and ends with one. Ends early at a fault.
+    /// Reads `text`, which begins with a line and ends with one. Stops early at a fault.
     pub fn read(&mut self, text: &[u8]) -> Piece {
         self.clear();
         let mut cursor = Cursor { rest: text };
@@ -231,13 +231,13 @@ impl Reader {
         Some(())
     }
 
-    /// How many `v`, `vt`, `vn` there are so far.
+    /// Numbers of `v`, `vt` and `vn` statements so far.
     #[inline(always)]
     fn defined(&self) -> [usize; 3] {
         [self.piece.positions.len(), self.piece.uvs.len(), self.piece.normals.len()]
     }
 
-    /// Reads any line at the beginning of `text`, and those that continue it; gives what is behind.
+    /// Reads any line at the beginning of `text`, and those that continue it. Returns the rest.
     #[cold]
     fn any_line<'a>(&mut self, text: &'a [u8]) -> &'a [u8] {
         let mut lines = Lines::new(text);
@@ -363,7 +363,7 @@ fn usable_uv(uv: &[f32; 2]) -> [f32; 2] {
     if uv.iter().all(|x| x.is_finite()) { *uv } else { [0.0; 2] }
 }
 
-/// Whether a normal is no finite number.
+/// Returns true if a normal is not finite.
 pub(super) fn is_odd(normal: &[f32; 3]) -> bool {
     !normal.iter().all(|x| x.is_finite())
 }

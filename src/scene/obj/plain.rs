@@ -155,7 +155,7 @@ fn any_corner(window: &[u8; WINDOW], at: usize, v: i32, others: u32) -> Option<R
 }
 
 impl<T> Read<T> {
-    /// Where the next word begins, one blank behind this.
+    /// Offset of the next word, one blank behind this one.
     #[inline(always)]
     fn next(&self) -> Option<usize> {
         (self.last == b' ').then_some(self.end + 1)
@@ -210,13 +210,13 @@ fn eights(digits: i8x16) -> [u32; 2] {
 const TO_LOWEST: i8 = (0x80 - b'0') as i8;
 const HIGHEST_DIGIT: i8 = i8::MIN + 9;
 
-/// Bytes that are no digits, a bit each.
+/// Mask of the bytes that are no digits, one bit each.
 #[inline(always)]
 fn not_digits(bytes: i8x16) -> u32 {
     (bytes + i8x16::splat(TO_LOWEST)).cmp_gt(i8x16::splat(HIGHEST_DIGIT)).move_mask() as u32
 }
 
-/// The same of twice as many.
+/// Mask of the bytes that are no digits, for 32 bytes.
 #[inline(always)]
 fn not_digits_of_32(bytes: i8x32) -> u32 {
     (bytes + i8x32::splat(TO_LOWEST)).cmp_gt(i8x32::splat(HIGHEST_DIGIT)).move_mask() as u32

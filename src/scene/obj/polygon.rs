@@ -49,7 +49,7 @@ impl Cutter {
     }
 }
 
-/// Whether the polygon runs over its own corners again and again. Ear clipping takes cubic time for
+/// Returns true if the polygon runs over its own corners again and again. Ear clipping takes cubic time for
 /// such, and nobody knows what they mean. (Bridges to holes repeat fewer than half of the corners.)
 fn goes_round_again(corners: &[DVec3]) -> bool {
     let distinct: HashSet<[u64; 3]> =
@@ -57,7 +57,7 @@ fn goes_round_again(corners: &[DVec3]) -> bool {
     distinct.len() * 2 < corners.len()
 }
 
-/// Along the diagonal that lies inside, the shorter one where both do.
+/// Cuts a quadrilateral along the diagonal that lies inside, or the shorter one if both do.
 fn cut_quad(corners: [DVec3; 4]) -> [[usize; 3]; 2] {
     let normal = area_normal(&corners);
     let hollow = |i: usize| {

@@ -1,6 +1,6 @@
-//! From corners with three indices each to vertices with one.
+//! Merges corners, which have three indices each, into vertices, which have one.
 //!
-//! A vertex is what corners share that have the same position, texture coordinate and normal. Vertices come
+//! A vertex stands for all corners with the same position, texture coordinate and normal. Vertices come
 //! in the order of their positions in the file, those of one position in an order that follows from its
 //! corners' order in the file. So their numbers do not depend on how the work was split; and a file whose
 //! indices agree anyway (or that has positions alone) keeps its lists as they are.
@@ -26,49 +26,50 @@ const LONGEST_WALK: usize = 64;
 /// Blocks of positions for each thread: more than one, because they take different times.
 const BLOCKS_A_THREAD: usize = 4;
 
-/// What vertices have; lists of one entry a vertex or of none.
+/// Vertex data: lists of one entry a vertex, or empty.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
     pub positions: Vec<[f32; 3]>,
-    /// Numbers of these in the file; empty where they are the vertices' own.
+    /// Numbers of the positions in the file; empty if they equal the vertices' own numbers.
     pub sources: Vec<u32>,
-    /// Finite.
+    /// Texture coordinates; finite.
     pub uvs: Vec<[f32; 2]>,
-    /// Of unit length, or zero.
+    /// Normals; of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
 }
 
-/// How the corners' indices of one part follow from those of their positions.
+/// Relation of the corners' indices of one attribute (texture coordinate or normal) to those of their
+/// positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Part {
-    /// No corner has any.
+    /// No corner has the attribute.
     Absent,
-    /// They are the same in each corner.
+    /// Both indices are the same in each corner.
     Same,
-    /// In no such way.
+    /// Indices of their own.
     Own,
 }
 
-/// What is used of one position: a texture coordinate and a normal (from 1; 0 for absent, or for what
-/// need not be told apart).
+/// Combination in which corners use one position: with a texture coordinate and a normal (from 1; 0 if
+/// absent, or if the index follows from the position).
 #[derive(Debug, Clone, Copy)]
 struct Variant {
     key: [u32; 2],
-    /// The next variant of the position, in its block; or `NONE`.
+    /// Next variant of the position, in its block; or `NONE`.
     next: u32,
-    /// The vertex, counted in its block; `NONE` where no corner has asked for the position yet.
+    /// Number of the vertex within its block; `NONE` if no corner has asked for the position yet.
     vertex: u32,
 }
 
-/// The variants of a block of positions: first the first one of each, then all others.
+/// Variants of a block of positions: first the first one of each position, then all others.
 #[derive(Debug)]
 struct Block {
-    /// Number of them.
+    /// Number of positions.
     positions: usize,
     variants: Vec<Variant>,
-    /// Those beyond the [`LONGEST_WALK`], by position and key.
+    /// Variants beyond the [`LONGEST_WALK`], by position and key.
     far: HashMap<(usize, [u32; 2]), u32>,
-    /// Of vertices.
+    /// Number of vertices.
     count: usize,
 }
 
@@ -97,7 +98,7 @@ fn part(runs: &[Run], indices: impl Fn(&Run) -> &Indices) -> Part {
     }
 }
 
-/// Whether some face asks for each position: stray ones must not become vertices.
+/// Returns true if some face uses each position: unused ones must not become vertices.
 fn all_used(runs: &[Run], positions: usize) -> bool {
     let used: Vec<AtomicBool> = (0..positions).into_par_iter().map(|_| AtomicBool::new(false)).collect();
     runs.par_iter().flat_map_iter(|run| &run.positions).for_each(|index| {
@@ -185,7 +186,7 @@ impl Run {
 }
 
 impl Block {
-    /// Of the positions in `range`; goes through all runs that ask for any of them.
+    /// Collects the variants of the positions in `range`. Goes through all runs that use any of them.
     fn new(range: Range<usize>, runs: &[Run], extents: &[Range<u32>], parts: [Part; 2]) -> Self {
         let empty = Variant { key: [0; 2], next: NONE, vertex: NONE };
         let variants = vec![empty; range.len()];
@@ -277,7 +278,7 @@ impl Block {
     }
 }
 
-/// What each vertex has, in their order: a value for its position and its key.
+/// Gathers one attribute of all vertices, in their order: `value` gives it for a position and a key.
 fn gathered<T: Copy + Default + Send + Sync>(
     blocks: &[Block],
     size: usize,
@@ -289,7 +290,7 @@ fn gathered<T: Copy + Default + Send + Sync>(
     concatenated(lists.collect::<Vec<Vec<T>>>().into_iter())
 }
 
-/// Index from 0 of what a vertex has.
+/// Index, from 0, of a vertex's attribute.
 fn index(part: Part, key: u32, position: usize) -> Option<usize> {
     match part {
         Part::Absent => None,

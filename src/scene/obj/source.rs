@@ -71,7 +71,7 @@ impl Source<'_> {
         Ok(pieces)
     }
 
-    /// Where the first line begins of which is seen, from `at` on, that it continues none; or the end.
+    /// Offset of the first line behind `at` that certainly continues no other line; or the end of the text.
     fn line_after(&self, at: u64) -> io::Result<u64> {
         let mut buffer = Vec::new();
         let mut window = WINDOW;
@@ -89,7 +89,7 @@ impl Source<'_> {
     }
 }
 
-/// Where a line begins behind a whole line that is not continued. The text may begin within a line.
+/// Offset of the line behind the first whole line that is not continued. The text may begin within a line.
 fn line_in(text: &[u8]) -> Option<usize> {
     let mut ends = memchr_iter(b'\n', text);
     let mut begin = ends.next()? + 1;

@@ -14,20 +14,20 @@ pub(super) const BEYOND_THE_FIRST: i64 = i64::MIN;
 /// back from the last one that is defined so far, 0 is absent.
 pub(super) type Corner = [i64; 3];
 
-/// What may be wrong with the first look at a face's corner.
+/// Message for a face's corner that cannot be read at all.
 const NO_CORNER: &str = "is no corner of a face: write v, v/vt, v//vn or v/vt/vn";
 
-/// Three numbers behind `v` or `vn`. Beyond them there are weights of curves, or colours.
+/// Reads three numbers behind `v` or `vn`. Weights of curves, or colours, may follow them.
 pub(super) fn three(keyword: &str, rest: &[u8]) -> Result<[f32; 3], String> {
     numbers(rest, 3).ok_or_else(|| wanted(keyword, "three numbers", rest, 3))
 }
 
-/// One number or two behind `vt`.
+/// Reads one number or two behind `vt`.
 pub(super) fn texture_coordinate(rest: &[u8]) -> Result<[f32; 2], String> {
     numbers(rest, 1).ok_or_else(|| wanted("vt", "two numbers", rest, 2))
 }
 
-/// N numbers, of which the first `least` are there; the others may be left out for 0.
+/// Reads N numbers, of which the first `least` are required; those left out are 0.
 fn numbers<const N: usize>(rest: &[u8], least: usize) -> Option<[f32; N]> {
     let mut values = [0.0; N];
     let mut count = 0;

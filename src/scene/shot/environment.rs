@@ -12,21 +12,21 @@ use crate::scene::{Background, Environment, SceneError, Warning};
 /// Most rays to the environment where a path starts.
 const MOST_SAMPLES: u32 = 64;
 
-/// What an `[environment]` makes of a shot.
+/// Environment read from an `[environment]` table.
 pub struct Read {
     pub environment: Environment,
-    /// The map.
+    /// File of the map.
     pub file: Option<PathBuf>,
-    /// Of the map's content.
+    /// Digest of the map's content.
     pub digest: Option<Digest>,
-    /// About the map.
+    /// Warning about the map.
     pub warning: Option<Warning>,
 }
 
-/// The environment that `table` asks for. With neither map nor sky it is the `background`, which lights the scene then.
+/// Reads the environment that `table` describes. With neither map nor sky it is the `background`, which then
+/// lights the scene.
 ///
-/// # Errors
-/// With line and column: values that make no sense. With the map's name: a map that cannot be used.
+/// # Errors With line and column: values that make no sense. With the map's name: a map that cannot be used.
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<EnvironmentTable>,

@@ -23,10 +23,10 @@ const USUAL_RADIUS: f64 = 40.0;
 /// Reflectance where the shot does not say.
 const USUAL_COLOR: f32 = 0.3;
 
-/// What a `[floor]` asks for.
+/// Floor read from a `[floor]` table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
-    /// Space of the files.
+    /// Centre of the disk, space of the files.
     center: DVec3,
     radius: f64,
     color: Vec3,

@@ -1,4 +1,4 @@
-//! How the camera is exposed: the keys of a lens that has an opening, the shutter, and two eyes.
+//! Reads the exposure of the camera: the keys of a lens with an aperture, the shutter, and two eyes.
 
 use crate::exposure::{LensPose, Shutter};
 use crate::scene::camera::Projection;
@@ -7,19 +7,19 @@ use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::{CameraTrack, SceneError};
 use crate::stereo::Stereo;
 
-/// Radii and distances, in the units of the files: beyond these, single floats lose them.
+/// Radii and distances, in the units of the files: single floats lose those beyond these limits.
 const LEAST_FOCUS: f64 = 1e-18;
 const GREATEST: f64 = 1e18;
 
-/// What keys say of the opening; nothing where none does.
+/// Keys of a lens's aperture; empty if no key states one.
 pub struct Opening {
     /// Radius at each key.
     pub aperture: Option<Vec<(f64, f64)>>,
-    /// Distance of what is sharp at each key; none: that of the target.
+    /// Focus distance at each key. None: that of the target.
     pub focus: Option<Vec<(f64, f64)>>,
 }
 
-/// The opening at each of `keys`.
+/// Reads the aperture at each of `keys`.
 pub fn opening(
     text: TomlText<'_>,
     keys: &[(f64, &At<CameraKey>)],
@@ -66,7 +66,7 @@ pub fn opening(
     Ok(Opening { aperture: Some(radii), focus: focused.map(|_| distances) })
 }
 
-/// How far the key's target is from its eye.
+/// Distance from the key's eye to its target.
 fn distance_of_target(key: &CameraKey) -> Option<f64> {
     let target = key.target.as_ref()?.get_ref().0;
     if let Some(orbit) = &key.orbit {
@@ -77,7 +77,7 @@ fn distance_of_target(key: &CameraKey) -> Option<f64> {
     Some(squares.sum::<f64>().sqrt())
 }
 
-/// Two eyes beside `camera`.
+/// Reads the two eyes beside `camera`.
 pub fn stereo(
     text: TomlText<'_>,
     table: &At<StereoTable>,

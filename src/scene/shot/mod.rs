@@ -1,4 +1,4 @@
-//! A shot, and how it is made of a shot file (`.toml`) with all that it names.
+//! A shot, made from a shot file (`.toml`) and all files that it names.
 
 mod environment;
 mod floor;
@@ -39,55 +39,55 @@ use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look,
 pub struct Shot {
     /// For people; the file's stem where the file gives none.
     pub title: String,
-    /// What is to be seen.
+    /// Scene to render.
     pub scene: Scene,
-    /// How it is to be rendered.
+    /// Settings to render it with.
     pub settings: Settings,
-    /// Which frames; the first alone where the file does not say.
+    /// Frames to render; the first alone if the file does not say.
     pub frames: Frames,
-    /// Whether it does.
+    /// True if the file says which frames to render.
     pub says_frames: bool,
-    /// Whether keys of its camera say `orbit`, and not `eye`.
+    /// True if the camera's keys say `orbit`, and not `eye`.
     pub says_orbit: bool,
     /// Frames per second, as numerator and denominator; both above 0.
     pub rate: (i32, u32),
-    /// Where to, with `#` for the digits of the frame's number; relative to the working folder.
+    /// Output path, with `#` for the digits of the frame's number; relative to the working folder.
     pub output: Option<String>,
-    /// How files are made.
+    /// Format of the frames' files.
     pub format: FileFormat,
-    /// How pictures for screens show frames.
+    /// Exposure and view transform of pictures for screens.
     pub look: Look,
-    /// Whether files hold a denoised picture as well.
+    /// True if files hold a denoised picture as well.
     pub denoise: bool,
-    /// With what quality, if so.
+    /// Quality of the denoised picture.
     pub denoise_quality: DenoiseQuality,
-    /// What a reader of the picture should know.
+    /// Warnings about the picture.
     pub warnings: Vec<Warning>,
-    /// What was decided for the user, in whole sentences.
+    /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
     /// The file itself, and all that were read for it.
     pub files: Vec<PathBuf>,
-    /// What it is made of.
+    /// Digests of the shot's content.
     pub content: Content,
 }
 
-/// Digests of what a shot is made of: they are the same for shots that show the same.
+/// Digests of a shot's content: equal for shots that show the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Content {
-    /// Of what the shot file says, in whatever layout, but for its title and the tables of settings: `[render]`,
-    /// `[indirect]`, `[occlusion]` and `[output]`.
+    /// Digest of the shot file's statements, in whatever layout, without its title and the tables of
+    /// settings: `[render]`, `[indirect]`, `[occlusion]` and `[output]`.
     pub shot: Digest,
-    /// Of what is in the files that it names, and that those name.
+    /// Digest of the files that it names, and of those that these name.
     pub inputs: Digest,
 }
 
-/// How far from the origin models may reach, in the units of the files.
+/// Maximum distance of models from the origin, in the units of the files.
 const FARTHEST: f64 = 1e18;
 
 impl Shot {
-    /// How many rays all its frames take with `settings` if each sample is traced once: from the eye and to
-    /// each light. (Reflections come on top, and what is reused goes.) `None` where it does not say which
-    /// frames it has.
+    /// Counts the rays of all its frames with `settings` if each sample is traced once: one from the camera
+    /// and those to each light. (Secondary rays come on top, and reused samples need none.) `None` if the
+    /// shot does not say which frames it has.
     pub fn rays(&self, settings: &Settings) -> Option<u64> {
         if !self.says_frames {
             return None;
@@ -98,16 +98,16 @@ impl Shot {
         Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
     }
 
-    /// How many triangles are built for it: those of a mesh that moves at several places once.
+    /// Number of triangles that are built for it: those of a mesh that moves at several places count once.
     pub fn triangles(&self) -> u64 {
         self.scene.built().map(|mesh| mesh.triangles.len() as u64).sum()
     }
 }
 
-/// What the shot file `text` says, with all that it names. `most_added`: see [`SharedMeshes::among`].
+/// Reads the shot file `text`, with all files that it names. `most_added`: see [`SharedMeshes::among`].
 ///
-/// # Errors
-/// With line and column: what makes no sense. In a `strict` load also what a stand-in would be used for.
+/// # Errors With line and column: values that make no sense. In a `strict` load also anything that a stand-in
+/// would replace.
 pub fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     from_text_with(text, strict, None, most_added)
 }
@@ -351,7 +351,7 @@ fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) ->
     }
 }
 
-/// Where a shot file says what a model is.
+/// Byte range of the shot file that says what a model is.
 fn place_of(table: &At<ModelTable>) -> Range<usize> {
     let ModelTable { obj, quadric, .. } = table.get_ref();
     let of_quadric = || quadric.as_ref().map_or(table.span(), At::span);
@@ -406,12 +406,13 @@ fn bounds_of_meshes(models: &[Model]) -> MeshBounds {
     bounds
 }
 
-/// Whether a model counts for the size of the shot: planes have none, unless there is nothing else.
+/// Returns true if a model counts for the size of the shot: planes have no size, and count only if there is
+/// nothing else.
 fn counts(models: &[Model], model: &Model) -> bool {
     !quadric::is_endless(model) || models.iter().all(quadric::is_endless)
 }
 
-/// Around all models, in the space of the files.
+/// Extent of all models, in the space of the files.
 fn extent(
     text: TomlText<'_>,
     tables: &[At<ModelTable>],

@@ -1,4 +1,4 @@
-//! From the keys of a model in a shot file to its track.
+//! Reads the keys of a model in a shot file into its track.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -8,10 +8,11 @@ use crate::scene::SceneError;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::{ModelKey, ModelTable, Rows, Scale};
 
-/// What a matrix may make of a length, times and a part, about.
+/// Largest factor, about, by which a matrix may stretch a length, or shrink it.
 const MOST_STRETCH: f64 = 1e9;
 
-/// The largest by which a matrix may stretch one direction more than another, about: beyond it nothing is left of the other.
+/// Largest ratio, about, of the stretches of a matrix in two directions: beyond it nothing is left of the
+/// other direction.
 const MOST_UNEVEN: f64 = 1e9;
 
 /// The motion of a model.
@@ -47,14 +48,14 @@ pub fn track(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrac
     Ok(track)
 }
 
-/// Whether a key is none for the model's place.
+/// Returns true if a key states visibility alone, and nothing of the model's place.
 fn says_visible_alone(key: &ModelKey) -> bool {
     let ModelKey { frame: _, translate, rotate, scale, matrix, visible } = key;
     let places = [translate.is_some(), rotate.is_some(), scale.is_some(), matrix.is_some()];
     visible.is_some() && places == [false; 4]
 }
 
-/// From each key that says it on, and before the first of these as the model says.
+/// Reads the visibility: that of each key that states it, and before the first of these that of the model.
 fn visibility(model: &ModelTable, keys: &[(f64, &At<ModelKey>)]) -> Visibility {
     let said = keys.iter().filter_map(|(frame, key)| Some((*frame, key.get_ref().visible?)));
     Visibility::through(model.visible.unwrap_or(true), said.collect())

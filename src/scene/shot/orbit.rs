@@ -10,8 +10,8 @@ use crate::scene::keys::toml_text::{At, TomlText};
 /// Frames of an orbit, at most: one key of the eye is made for each.
 const MOST_FRAMES: f64 = 1e6;
 
-/// Where the eye is that `orbit` (azimuth and elevation in degrees, distance) puts beside `target`; at azimuth 0 it is on the
-/// side of +Z, at 90 on that of +X.
+/// Position of the eye that `orbit` (azimuth and elevation in degrees, distance) puts beside `target`. At
+/// azimuth 0 it is on the side of +Z, at 90 on that of +X.
 pub fn eye(target: DVec3, orbit: DVec3) -> DVec3 {
     // whole turns go first: the last frame of a turn is the first one, to the bit
     let (sin, cos) = (orbit.x % 360.0).to_radians().sin_cos();
@@ -19,7 +19,7 @@ pub fn eye(target: DVec3, orbit: DVec3) -> DVec3 {
     target + orbit.z * DVec3::new(sin * out, up, cos * out)
 }
 
-/// The `orbit` of a key.
+/// Reads the `orbit` of a key.
 pub fn of_key(text: TomlText<'_>, key: &CameraKey) -> Result<DVec3, SceneError> {
     let Some(stated) = &key.orbit else {
         return Err(text.fault(key.frame.span(), "the keys of a camera have either all `eye` or all `orbit`"));

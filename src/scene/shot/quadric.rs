@@ -11,15 +11,16 @@ use crate::scene::model::assemble::Assembly;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::{Mesh, Model, SceneError};
 
-/// Where the shot does not say; in the units of the files.
+/// Dimensions if the shot does not state them, in the units of the files.
 const USUAL_RADIUS: f64 = 1.0;
 const USUAL_HEIGHT: f64 = 2.0;
 
-/// How far a plane is drawn, in diagonals of the box around everything else and the eye: its rim is so near to the horizon
-/// that no pixel tells them apart.
+/// Distance to which a plane is drawn, in diagonals of the box around everything else and the eye: its rim is
+/// so near to the horizon that no pixel tells them apart.
 const REACH: f64 = 1e6;
 
-/// No plane is drawn farther than this, in the units in which the shot is rendered: squares of coordinates stay finite.
+/// Maximum distance to which a plane is drawn, in the units in which the shot is rendered: squares of
+/// coordinates stay finite.
 const FARTHEST_RIM: f64 = 1e15;
 
 /// The mesh that `table` asks for, object space. A plane is drawn as far as 1: see [`spread`].
@@ -125,12 +126,13 @@ fn refuse_foreign_keys(text: TomlText<'_>, table: &QuadricTable) -> Result<(), S
     Err(text.fault(span, format!("{article} {kind} has no `{name}`: it takes {takes}")))
 }
 
-/// Whether a model is a plane, which has no size.
+/// Returns true if a model is a plane, which has no size.
 pub fn is_endless(model: &Model) -> bool {
     model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
 }
 
-/// The least and the greatest by which a plane's lengths are stretched, at most. It may be tilted by a matrix.
+/// Bounds of the factors by which a plane's lengths are stretched, the least and the greatest. A matrix may
+/// tilt the plane.
 fn stretch(track: &TransformTrack) -> [f64; 2] {
     let range = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::INFINITY, 0.0], |[least, most], value| {

@@ -1,4 +1,5 @@
-//! From `[render]`, `[indirect]`, `[occlusion]` and `[output]` of a shot file to settings: each value checked.
+//! Reads `[render]`, `[indirect]`, `[occlusion]` and `[output]` of a shot file into settings: each value
+//! checked.
 
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::{Layers, UnknownLayer};
@@ -142,7 +143,7 @@ fn occlusion_radius(text: TomlText<'_>, table: &OcclusionTable) -> Result<Option
     table.radius.as_ref().map(read).transpose()
 }
 
-/// How far rays of ambient occlusion reach in a shot that does not say so; `extent`: of all its models.
+/// Length of the rays of ambient occlusion in a shot that does not state it; `extent`: of all its models.
 pub fn usual_occlusion_radius(extent: &Extent) -> f64 {
     extent.diagonal() / 10.0
 }

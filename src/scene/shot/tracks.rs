@@ -1,4 +1,5 @@
-//! From the keys of cameras and lights in a shot file to tracks, and what all keys have in common: each value checked, each message at the value's own place.
+//! Reads the keys of cameras and lights in a shot file into tracks, with the checks that all keys have in
+//! common. Each message points at the value's own place.
 
 use glam::{DVec3, Vec3};
 
@@ -13,15 +14,15 @@ use crate::scene::{CameraTrack, Light, LightGroups, LightKind, SceneError};
 
 /// Vertical field of view where no key has said one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
-/// What an orthographic camera may see from top to bottom, in the units of the files.
+/// Bounds of the height of an orthographic camera's view, in the units of the files.
 const LEAST_HEIGHT: f64 = 1e-18;
 const GREATEST_HEIGHT: f64 = 1e18;
-/// Shift of a lens, in either direction, as a share of the picture's longer side.
+/// Maximum shift of a lens, in either direction, as a share of the picture's longer side.
 const FARTHEST_SHIFT: f64 = 100.0;
-/// Frames that are looked at one by one for values that curves overshoot.
+/// Maximum number of frames that are checked one by one for values that curves overshoot.
 const MOST_FRAMES_LOOKED_AT: f64 = 100_000.0;
 
-/// The camera of a shot; `marked`: frames at which the shot says that it cuts.
+/// Reads the camera of a shot; `marked`: frames at which the shot says that it cuts.
 pub(crate) fn camera(
     text: TomlText<'_>,
     table: &At<CameraTable>,
@@ -126,7 +127,7 @@ fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> R
 /// Degrees: of less, single floats do not know how far samples lie apart.
 const LEAST_FOV: f64 = 1e-6;
 
-/// What a field of view must be.
+/// Requirement for a field of view, for messages.
 const FOV: &str = "from 1e-6 to below 180 degrees";
 
 fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
@@ -139,7 +140,7 @@ fn fields_of_view(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<
     })
 }
 
-/// Of what an orthographic camera sees, at each key.
+/// Reads the height of an orthographic camera's view at each key.
 fn heights(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f64, f64)>, SceneError> {
     let mut last = None;
     each(keys, |key| {
@@ -221,10 +222,10 @@ const LEAST_ANGLE: f64 = 1e-3;
 /// The power of a light, at most: in any colour it is a number in single floats, and so is what a small light sends.
 const MOST_POWER: f64 = 1e30;
 
-/// What a power must be.
+/// Requirement for a power, for messages.
 const POWER: &str = "finite, not negative, and 1e30 at most";
 
-/// A light; `number` counts from 1, for those without a name.
+/// Reads a light; `number` counts from 1, for those without a name.
 pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Result<Light, SceneError> {
     let (light, span) = (table.get_ref(), table.span());
     refuse_foreign_keys(text, light)?;

@@ -1,4 +1,5 @@
-//! Where a camera that goes around a model sees all of it, and as little as possible beside it.
+//! Finds the place of a camera that goes around a model so that it sees all of it, and as little as possible
+//! beside it.
 
 use std::f64::consts::TAU;
 
@@ -9,41 +10,43 @@ use super::corners::Corners;
 
 /// Vertical field of view, degrees: a long lens, as for portraits.
 const FOV: f64 = 28.0;
-/// How far above its target the camera stands, degrees. More than half the field of view: the horizon is above the picture.
+/// Elevation of the camera above its target, degrees. More than half the field of view: the horizon is above
+/// the picture.
 const ELEVATION: f64 = 17.0;
-/// Distance beyond what the model needs.
+/// Factor on the distance at which the model just fits into the picture.
 const MARGIN: f64 = 1.08;
-/// How far below the model the floor lies, in diagonals of its box: a model that has a floor of its own hides it.
+/// Depth of the floor below the model, in diagonals of its box: a model that has a floor of its own hides it.
 const GAP: f64 = 2e-4;
-/// Directions in which the outline of a model is looked at, for the axis that it turns about.
+/// Number of directions in which the outline of a model is measured, for the axis that the camera goes
+/// around.
 const DIRECTIONS: usize = 32;
-/// How often the target's height is corrected.
+/// Number of corrections of the target's height.
 const CENTERINGS: u32 = 4;
-/// Steps towards the centre of the smallest circle around that outline.
+/// Number of steps towards the centre of the smallest circle around that outline.
 const STEPS: u32 = 2000;
 
-/// A camera's way around a model: once, at one height. With the model's axis up, in units of its file.
+/// A camera's way around a model: one turn at one height. The model's axis points up; in units of its file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// What the camera looks at.
+    /// Point that the camera looks at.
     pub target: DVec3,
-    /// From there to the eye.
+    /// Distance from the target to the eye.
     pub distance: f64,
-    /// Of the eye above the target, degrees.
+    /// Elevation of the eye above the target, degrees.
     pub elevation: f64,
     /// Vertical field of view, degrees.
     pub fov: f64,
-    /// Where the model stands.
+    /// Height of the floor on which the model stands.
     pub floor: f64,
-    /// From one corner of the model's box to the opposite one.
+    /// Diagonal of the model's box.
     pub size: f64,
 }
 
 impl Fit {
-    /// Of a picture that is `aspect` times as wide as high.
+    /// Fits the camera for a picture that is `aspect` times as wide as high.
     ///
-    /// Each corner of the model goes round in a circle, as the camera sees it. The camera stands as near as it can so that all
-    /// of these circles are before each of the four planes of its picture.
+    /// As the camera sees it, each corner of the model moves on a circle. The camera stands as near as
+    /// possible with all of these circles inside the four planes of its picture.
     pub(super) fn of(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
         let (low, high) = upright_bounds(corners.bounds(), up);
         let axis = axis(corners, up, (low, high));
@@ -141,7 +144,8 @@ mod tests {
     use super::*;
     use crate::scene::shot::orbit;
 
-    /// How far from the middle of the picture corners come on a whole turn: at most 1, at its rim.
+    /// Largest distance of the corners from the middle of the picture in a whole turn: 1 is the picture's
+    /// edge.
     fn reach(points: &[[f32; 3]], up: Up, aspect: f64) -> DVec2 {
         let triangles: Vec<[u32; 3]> = (0..points.len() as u32 - 2).map(|i| [i, i + 1, i + 2]).collect();
         let fit = Fit::of(&Corners { positions: points, triangles: &triangles }, up, aspect);

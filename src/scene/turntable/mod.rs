@@ -22,12 +22,12 @@ pub use up::Up;
 /// Frames of one turn.
 pub const FRAMES: i32 = 120;
 
-/// What whoever asks for a turntable may choose.
+/// Choices of a turntable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// The axis of the file that points up; guessed where none is given.
+    /// Axis of the file that points up; guessed if none is given.
     pub up: Option<Up>,
-    /// Of the picture that the model is to fill: width and height, pixels.
+    /// Size of the picture that the model is to fill: width and height, pixels.
     pub size: [u32; 2],
 }
 
@@ -37,25 +37,24 @@ impl Default for Options {
     }
 }
 
-/// How a model is shown.
+/// Presentation of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
-    /// Where the camera goes.
+    /// Way of the camera.
     pub fit: Fit,
-    /// The axis of the file that points up.
+    /// Axis of the file that points up.
     pub up: Up,
-    /// Of the picture: width and height, pixels.
+    /// Size of the picture: width and height, pixels.
     pub size: [u32; 2],
     /// Materials that are shown in light grey: all of the model's, if they are black throughout.
     pub black: Vec<String>,
-    /// What was decided, in whole sentences.
+    /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
 }
 
-/// How the model at `path` is shown.
+/// Decides the presentation of the model at `path`.
 ///
-/// # Errors
-/// Those of the OBJ and of its MTL files.
+/// # Errors Those of the OBJ and of its MTL files.
 pub fn look(path: &Path, options: &Options) -> Result<Look, SceneError> {
     look_at(&ReadModel::at(path)?, options)
 }

@@ -1,4 +1,4 @@
-//! The shot file of a turntable. What a bare model is rendered by and what `afterimage init` writes is the same text.
+//! The shot file of a turntable. A bare model is rendered by the same text that `afterimage init` writes.
 
 use std::fmt::Write;
 
@@ -8,10 +8,10 @@ use toml::Value;
 use super::{FRAMES, Look, Up};
 use crate::scene::shot::orbit;
 
-/// What black materials are shown as: a light grey, like clay.
+/// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];
 
-/// A shot of a model that is seen as `look` says, and lies at `model`.
+/// Writes a shot of the model at the path `model`, presented according to `look`.
 pub fn text(look: &Look, model: &str) -> String {
     let (fit, [width, height]) = (&look.fit, look.size);
     let size = fit.size;

@@ -1,4 +1,4 @@
-//! Which axis of a model's file points up: what it stands on best.
+//! Guesses the axis of a model's file that points up: the one along which the model stands best.
 
 use std::fmt;
 
@@ -16,12 +16,13 @@ pub enum Up {
     Z,
 }
 
-/// What lies within this share of a model's height above its lowest point touches the ground.
+/// Share of a model's height above its lowest point within which its points count as touching the ground.
 const CONTACT: f32 = 0.015;
-/// Where a model stands more safely than this, it does not matter how much: half the width of what it stands on, in heights of
-/// its centre.
+/// Stability beyond which more does not count: half the width of the model's support, in heights of its
+/// centre.
 const SAFE: f64 = 0.3;
-/// Y is up unless the model stands so much better on the other side; and stands at all.
+/// Factor by which the model must stand better along Z than along Y for Z to be up; and the least standing
+/// that counts at all.
 const CLEARLY: f64 = 1.5;
 const LEAST: f64 = 0.01;
 
@@ -75,8 +76,9 @@ impl Contacts {
         corners.fold(nothing, with, joined)
     }
 
-    /// How well the model stands along `axis`: on what share of its outline, how safely, and how much better than on its head.
-    /// A thing that is the same upside down, such as a box or a sheet, stands along no axis better than along another.
+    /// Rates how well the model stands along `axis`: the share of its outline that touches the ground, how
+    /// safely, and how much better than on its head. A thing that is the same upside down, such as a box or a
+    /// sheet, stands along no axis better than along another.
     fn standing(&self, (low, high): (DVec3, DVec3), center: DVec3, axis: usize) -> f64 {
         let [foot, head] = self.0[axis - 1].map(|(low, high)| (low.as_dvec3(), high.as_dvec3()));
         let others = (0..3).filter(|other| *other != axis);

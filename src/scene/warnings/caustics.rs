@@ -1,5 +1,5 @@
-//! Shots in which no light can come by way of glass: where that casts shadows, paths alone bring light through it, and only of
-//! what they can meet.
+//! Warns of shots in which no light can come by way of glass. If glass casts shadows, only paths bring light
+//! through it, and only from lights that they can hit.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use crate::scene::material::Optics;
 use crate::scene::{Light, Scene};
 use crate::settings::{Caustics, Settings};
 
-/// What there is to say of `scene` if it is rendered with `settings`.
+/// Warning about `scene` if it is rendered with `settings`.
 pub fn warning(scene: &Scene, settings: &Settings) -> Option<String> {
     let has_glass = scene.materials.iter().any(|material| matches!(material.optics, Optics::Glass { .. }));
     if settings.caustics == Caustics::None || !has_glass {
@@ -35,7 +35,7 @@ fn why_none(scene: &Scene, settings: &Settings) -> Option<&'static str> {
     }
 }
 
-/// Whether there is light that paths find by themselves.
+/// Returns true if there is light that paths can hit by themselves.
 fn can_be_met(scene: &Scene) -> bool {
     let is_met = |light: &Light| light.kind.is_area() && shines(light);
     let sky_shines = match &scene.environment {
@@ -53,7 +53,7 @@ mod tests {
 
     use super::*;
 
-    /// What is told of a triangle of glass with these lights, or of no glass.
+    /// Warning about a triangle of glass with these lights, or of no glass.
     fn told(lights: &str, is_glass: bool, settings: &Settings) -> Option<String> {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

@@ -1,4 +1,4 @@
-//! Shots that nothing lights: their pictures are black, which is hardly what anybody wants.
+//! Warns of shots that nothing lights: their pictures are black, which is hardly ever wanted.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::scene::{Background, Light, Scene, SceneError, Warning};
 
-/// What there is to say of the shot at `path` if nothing in it gives light.
+/// Warning about the shot at `path` if nothing in it gives light.
 pub fn warning(path: &Path, scene: &Scene) -> Option<Warning> {
     is_dark(scene).then(|| {
         let black = match is_black(&scene.background) {
@@ -21,7 +21,8 @@ pub fn warning(path: &Path, scene: &Scene) -> Option<Warning> {
     })
 }
 
-/// Whether no surface of the scene can be anything but black. Of ambient light that shows nowhere something else is said.
+/// Returns true if no surface of the scene can be anything but black. A different warning covers ambient
+/// light that no material reflects.
 fn is_dark(scene: &Scene) -> bool {
     let shows_background = scene.materials.iter().any(|material| material.has_secondary_rays());
     !scene.lights.iter().any(shines)
@@ -31,7 +32,7 @@ fn is_dark(scene: &Scene) -> bool {
         && (is_black(&scene.background) || !shows_background)
 }
 
-/// Whether a light sends any in some frame.
+/// Returns true if a light has power and a colour at any key.
 pub fn shines(light: &Light) -> bool {
     light.power.values().any(|power| power > 0.0) && light.color.values().any(|color| color != Vec3::ZERO)
 }
@@ -44,7 +45,7 @@ pub fn is_black(background: &Background) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
-    /// What is told of a triangle with the material `a` of `mtl`, and `text` in the shot file.
+    /// Warnings about a triangle with the material `a` of `mtl`, and `text` in the shot file.
     fn told(text: &str, mtl: &str, strict: bool) -> Vec<String> {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

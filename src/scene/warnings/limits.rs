@@ -1,23 +1,24 @@
-//! Where single floats are too coarse for what a shot asks: told before rendering.
+//! Warns before rendering where single floats are too coarse for a shot.
 //!
-//! Nothing of this is an error: the pictures show what can be kept. But surfaces may look jagged, and samples may be
-//! reused in a neighbouring cell, which the audit counts as differing.
+//! None of this is an error: the pictures show as much as floats can keep. But surfaces may look jagged, and
+//! samples may be reused in a neighbouring cell, which the audit counts as differing.
 
 use crate::animation::Track;
 use crate::scene::camera::{Aim, Projection};
 use crate::scene::{Mesh, Scene};
 use crate::settings::Settings;
 
-/// Of a coordinate: how far rounding to a single float may move it.
+/// Relative error of a coordinate that is rounded to a single float.
 const ROUNDING: f64 = 6e-8;
 
-/// Share of a model's size that rounding may move its vertices without a word: a pixel of a large picture.
+/// Share of a model's size by which rounding may move its vertices without a warning: a pixel of a large
+/// picture.
 const COARSE: f64 = 3e-4;
 
 /// Angle in radians that a cell must span, so that rounding moves directions by a hundredth of it at most.
 const NARROWEST_CELL: f64 = 5e-6;
 
-/// What there is to say of a model whose file puts it far from its own origin.
+/// Warning about a model whose file puts it far from its own origin.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let (low, high) = mesh.bounds();
     let (largest, size) = (low.abs().max(high.abs()).max_element(), (high - low).max_element());
@@ -30,7 +31,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// What there is to say of the camera and the extent of `scene` if it is rendered with `settings`.
+/// Warnings about the camera and the extent of `scene` if it is rendered with `settings`.
 pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     let camera = &scene.camera;
     let is_orthographic = camera.projection() == Projection::Orthographic;
