@@ -25,7 +25,7 @@ fn samples(frame: &Finished) -> u64 {
 
 /// Renders all frames, and demands audits without a difference.
 fn audited(scene: &Scene, settings: &Settings) -> Vec<Finished> {
-    let frames = toy::render(scene, settings, FRAMES);
+    let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, FRAMES);
     for frame in &frames {
         let audit = frame.stats.audit.expect("asked for");
         assert_eq!(audit.differing, 0, "frame {}: {audit:?}", frame.stats.frame);

@@ -28,8 +28,8 @@ fn between(maps: [DAffine3; 2]) -> TransformTrack {
 }
 
 fn audited(scene: &Scene, settings: &Settings) -> Vec<Finished> {
-    let frames = toy::render(scene, settings, FRAMES);
-    let cells = 96 * 72 * u64::from(settings.samples).pow(2);
+    let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, FRAMES);
+    let cells = u64::from(settings.width * settings.height * settings.samples.pow(2));
     for finished in &frames {
         let audit = finished.stats.audit.unwrap();
         assert_eq!(audit.differing, 0, "frame {}: {audit:?}", finished.stats.frame);
@@ -51,7 +51,7 @@ fn reuse_is_exact_under_shear_and_reflection() {
     for mesh in meshes {
         let mut scene = world();
         scene.models.push(toy::moving("sheared", mesh, track.clone()));
-        let frames = audited(&scene, &toy::settings(2));
+        let frames = audited(&scene, &Settings { width: 64, height: 48, ..toy::settings(2) });
         assert!(frames[3].stats.samples.obscured > 0 && frames[3].stats.samples.missed > 0, "it moves");
         let goes = with_camera(scene, goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.8)), rests(TARGET));
         audited(&with_area_lights(goes), &Settings { paths: 2, ..toy::settings(1) });
@@ -84,14 +84,15 @@ fn with_copies(mut scene: Scene) -> Scene {
 fn reuse_is_exact_on_copies_at_rest() {
     let scene = with_flyer(with_copies(world()));
     let goes = with_camera(scene.clone(), goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.8)), rests(TARGET));
-    let gathering = Settings { paths: 2, ..toy::settings(1) };
+    let gathering = Settings { paths: 2, ..toy::audited(1) };
     for (scene, settings) in
-        [(&scene, toy::settings(2)), (&goes, toy::settings(2)), (&with_area_lights(goes.clone()), gathering)]
+        [(&scene, toy::audited(2)), (&goes, toy::audited(2)), (&with_area_lights(goes.clone()), gathering)]
     {
         for kind in [BackendKind::Embree, BackendKind::Rust] {
             let [alone, together] = [1, 3].map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
+                    let settings = Settings { audit: threads == 1, ..settings.clone() };
                     let mut renderer = Renderer::with(kind, scene, &settings).unwrap();
                     (1..=FRAMES).map(|frame| renderer.render(frame, true).unwrap()).collect::<Vec<_>>()
                 })

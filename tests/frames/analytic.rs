@@ -189,7 +189,7 @@ fn a_texture_shows_in_ambient_light_where_nothing_is_diffuse() {
         let (path, scale, offset) = (PathBuf::new(), Vec2::ONE, Vec2::ZERO);
         scene.textures = vec![Texture { path, width: 1, height: 1, texels, scale, offset, clamp: false }];
         (scene.ambient, scene.lights) = (white, vec![toy::sun_overhead(1.0)]);
-        for frame in toy::render(&scene, &toy::settings(1), 2) {
+        for frame in toy::render(&scene, &toy::audited(1), 2) {
             assert_eq!(frame.stats.audit.map(|audit| audit.differing), Some(0));
             near(color(&frame, 40, 36), white * 0.5 + Vec3::splat(albedo));
             near(Vec3::splat(pixel(&frame, "albedo.G", 40, 36)), Vec3::splat(albedo));

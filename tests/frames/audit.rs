@@ -20,7 +20,7 @@ fn an_audit_finds_each_kind_of_spoilt_sample() {
         scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
         let scene = with_camera(scene, rests(EYE), goes(TARGET, TARGET + DVec3::X * turn));
         let audited = |spoils: bool| {
-            let mut renderer = Renderer::new(&scene, &toy::settings(2)).expect("the scene builds");
+            let mut renderer = Renderer::new(&scene, &toy::audited(2)).expect("the scene builds");
             renderer.render(1, true).expect("renders");
             let spoilt = if spoils { renderer.spoil(spoil).expect("rays are cast") } else { 0 };
             let stats = renderer.render(2, true).expect("renders").stats;
@@ -41,7 +41,7 @@ fn an_audit_finds_a_pixel_that_should_not_stand() {
     let mut scene = world();
     scene.models.truncate(2);
     for filter in [Filter::Box, Filter::Mitchell] {
-        let settings = Settings { filter, ..toy::settings(2) };
+        let settings = Settings { width: 48, height: 36, filter, ..toy::audited(2) };
         let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
         // every frame is the first one again, over the film before
         let mut render = |spoil: &mut dyn FnMut(&mut Film)| {
@@ -55,22 +55,27 @@ fn an_audit_finds_a_pixel_that_should_not_stand() {
             assert_eq!(differing, 0, "{filter:?}");
             planes = count;
         }
-        let pixel = 40 * 96 + 50;
-        for plane in 0..planes {
-            let (mut name, mut value) = (String::new(), 0.0);
+        let pixel = 20 * 48 + 25;
+        // what was there before the plane was spoilt that is put right while the next one is spoilt: it is not found again
+        let mut before: Option<(usize, f32)> = None;
+        for plane in 0..=planes {
+            let mut name = String::from("all as they were");
             let (_, differing) = render(&mut |film| {
-                name = film.planes[plane].name.to_string();
-                value = film.planes[plane].values.get(pixel);
+                if let Some((plane, value)) = before.take() {
+                    let older = if &*film.planes[plane].name == "status_age.V" { 1.0 } else { 0.0 };
+                    film.planes[plane].values.put(pixel, &[value + older]);
+                }
+                let Some(spoilt) = film.planes.get_mut(plane) else { return };
+                name = spoilt.name.to_string();
+                let value = spoilt.values.get(pixel);
+                before = Some((plane, value));
                 // numbers of mattes are too large for that
                 let other = if value + 1.0 == value { 0.0 } else { value + 1.0 };
-                film.planes[plane].values.put(pixel, &[other]);
+                spoilt.values.put(pixel, &[other]);
             });
             // rays that were spared are not counted: those planes may differ
-            let expected = if name.starts_with("rays_") { 0 } else { 4 };
+            let expected = if plane == planes || name.starts_with("rays_") { 0 } else { 4 };
             assert_eq!(differing, expected, "{filter:?}, {name}");
-            let older = if name == "status_age.V" { 1.0 } else { 0.0 };
-            let (_, differing) = render(&mut |film| film.planes[plane].values.put(pixel, &[value + older]));
-            assert_eq!(differing, 0, "{filter:?}, {name}: it is as it was");
         }
     }
 }
@@ -80,7 +85,7 @@ fn an_audit_finds_a_mirror_that_should_not_stand() {
     let (middle, light) = seen_in_a_mirror();
     let scene = before_a_mirror(middle, light);
     for filter in [Filter::Box, Filter::Mitchell] {
-        let settings = Settings { width: 192, height: 144, filter, ..toy::settings(1) };
+        let settings = Settings { filter, ..toy::audited(1) };
         let differing = |spoils: bool| {
             let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
             let frames = (1..LAST_BEFORE_MIRROR).map(|frame| {

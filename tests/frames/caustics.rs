@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
 use afterimage::settings::{Caustics, Settings};
@@ -194,8 +195,7 @@ fn mean_by_chance(shining: Shining, shown: &[(DVec3, f64)]) -> f64 {
 fn light_through_a_ball_is_what_paths_by_chance_bring() {
     for shining in [Shining::Panel, Shining::Surface, Shining::Sky] {
         let mut scene = ball(shining);
-        let unaudited = |caustics, paths| Settings { audit: false, ..settings(caustics, paths, 8) };
-        let finished = first(&scene, &unaudited(Caustics::Paths, 256));
+        let finished = first(&scene, &settings(Caustics::Paths, 256, 8));
         for range in [[0.0, 0.3], [0.3, 0.6], [0.6, 1.0]] {
             let shown = shown(&finished, range);
             let (seen, wanted) = (mean(&shown), mean_by_chance(shining, &shown));
@@ -206,10 +206,10 @@ fn light_through_a_ball_is_what_paths_by_chance_bring() {
             assert!((seen / wanted - 1.0).abs() < 0.02, "{shining:?} {range:?}: {seen}, {wanted}");
         }
         let range = [0.3, 0.6];
-        let as_if_not_there = shown(&first(&scene, &unaudited(Caustics::None, 64)), range);
+        let as_if_not_there = shown(&first(&scene, &settings(Caustics::None, 64, 8)), range);
         let (seen, wanted) = (mean(&as_if_not_there), mean_by_chance(shining, &as_if_not_there));
         scene.models.remove(1);
-        let straight = mean(&shown(&first(&scene, &unaudited(Caustics::None, 64)), range));
+        let straight = mean(&shown(&first(&scene, &settings(Caustics::None, 64, 8)), range));
         println!("{shining:?} without shadows: {:+.1} %", 100.0 * (seen / wanted - 1.0));
         println!("{shining:?} without a ball: {:+.1} %", 100.0 * (straight / wanted - 1.0));
         let (least, most) = (straight.min(wanted), straight.max(wanted));
@@ -222,8 +222,7 @@ fn light_through_a_ball_is_what_paths_by_chance_bring() {
 fn a_ball_takes_two_bounces() {
     for shining in [Shining::Panel, Shining::Surface, Shining::Sky] {
         let of = |bounces| {
-            let settings = Settings { audit: false, ..settings(Caustics::Paths, 32, bounces) };
-            mean(&shown(&first(&ball(shining), &settings), [0.0, 0.3]))
+            mean(&shown(&first(&ball(shining), &settings(Caustics::Paths, 32, bounces)), [0.0, 0.3]))
         };
         let [one, two, eight] = [1, 2, 8].map(of);
         assert!(one < 0.8 * eight && two > 0.95 * eight, "{shining:?}: {one}, {two}, {eight}");
@@ -282,7 +281,7 @@ fn panes_that_nobody_sees_change_nothing() {
             let settings = |caustics| Settings {
                 reflections: 64,
                 depth: 5,
-                audit: false,
+                layers: Layers::NONE,
                 ..settings(caustics, 32, bounces)
             };
             let free = mean_of(&scene, &settings(Caustics::None));
@@ -316,7 +315,7 @@ fn behind_panes_that_dim_light_no_more_arrives_than_without() {
         ("sky", floor(Shining::Sky, toy::matt(0.6)), [DIM * DIM, 0.98]),
         ("gradient", gradient(floor(Shining::Sky, toy::matt(0.6))), [0.99 * DIM * DIM, 1.01 * DIM * DIM]),
     ] {
-        let settings = |caustics| Settings { audit: false, ..settings(caustics, 32, 2) };
+        let settings = |caustics| settings(caustics, 32, 2);
         let mean = |scene: &Scene, caustics| mean(&shown(&first(scene, &settings(caustics)), [0.0, 1.0]));
         let free = mean(&scene, Caustics::None);
         let scene = with_panes(scene, dim(DIM));
@@ -334,7 +333,7 @@ fn what_is_behind_dark_panes_is_dimmed_and_counts_in_full() {
     for (name, material) in [("matt", toy::matt(0.6)), ("rough", metal(0.5))] {
         for shining in [Shining::Panel, Shining::Surface, Shining::Sky] {
             let scene = floor(shining, material.clone());
-            let settings = Settings { reflections: 64, audit: false, ..settings(Caustics::None, 32, 3) };
+            let settings = Settings { reflections: 64, ..settings(Caustics::None, 32, 3) };
             let mean = |scene: &Scene| mean(&shown(&first(scene, &settings), [0.0, 1.0]));
             let free = mean(&scene);
             let scene = with_panes(scene, dim(DARK));
@@ -367,7 +366,7 @@ fn glass_casts_shadows() {
             let materials = vec![toy::matt(0.5), glass(1.5)];
             let scene = toy::scene(camera, vec![floor, thing], materials, vec![toy::sun_overhead(1.0)]);
             let shown = |caustics| {
-                let settings = settings(caustics, 0, 0);
+                let settings = Settings { audit: true, ..settings(caustics, 0, 0) };
                 let mut renderer = Renderer::with(kind, &scene, &settings).expect("it builds");
                 let finished = renderer.render(1, true).expect("it renders");
                 assert_eq!(differing(&finished), 0);
@@ -403,9 +402,8 @@ fn what_is_kept_behind_glass_that_moves_is_what_would_be_made_anew() {
     for (name, scene) in [("lamps", lamps), ("areas", areas), ("sky", sky), ("glows", glows)] {
         for scene in [by_camera(&scene), scene] {
             for caustics in [Caustics::None, Caustics::Paths] {
-                for (number, finished) in
-                    toy::render(&scene, &settings(caustics, 3, 3), FRAMES).iter().enumerate()
-                {
+                let settings = Settings { audit: true, ..settings(caustics, 3, 3) };
+                for (number, finished) in toy::render(&scene, &settings, FRAMES).iter().enumerate() {
                     assert_eq!(differing(finished), 0, "{name}, {caustics:?}, frame {}", number + 1);
                     let reused = finished.stats.samples.reused();
                     assert!(number == 0 || reused > 0, "{name}, {caustics:?}: nothing is reused");
@@ -457,12 +455,9 @@ fn a_limit_takes_sparks_and_a_little_light() {
             samples,
             reflections,
             clamp,
-            audit: samples < 8,
             ..settings(Caustics::Paths, paths, 4)
         };
-        let finished = first(&scene, &settings);
-        assert_eq!(finished.stats.audit.map_or(0, |audit| audit.differing), 0);
-        colors(&finished)
+        colors(&first(&scene, &settings))
     };
     let mean = |light: &[f32]| light.iter().sum::<f32>() / light.len() as f32;
     let truth = rendered(10, (32, 16), None);
@@ -508,7 +503,8 @@ fn direct_light_is_not_limited() {
             toy::scene(camera, models, vec![material, glows], vec![toy::light("lamp", panel, 40.0)]);
         scene.environment = Some(Environment::from_sky(&afterimage::scene::environment::Sky::default()));
         let light = |clamp| {
-            let settings = Settings { width: 32, height: 24, clamp, ..settings(Caustics::None, 4, 1) };
+            let settings =
+                Settings { width: 32, height: 24, clamp, audit: true, ..settings(Caustics::None, 4, 1) };
             let finished = first(&scene, &settings);
             assert_eq!(differing(&finished), 0);
             colors(&finished)
@@ -532,7 +528,8 @@ fn limited_light_is_kept_exactly() {
     for scene in [scene, by_camera] {
         let rendered = |threads: usize, clamp| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-            let settings = Settings { width: 48, height: 36, clamp, ..settings(Caustics::Paths, 3, 3) };
+            let usual = settings(Caustics::Paths, 3, 3);
+            let settings = Settings { width: 48, height: 36, clamp, audit: true, ..usual };
             let frames = pool.install(|| toy::render(&scene, &settings, FRAMES));
             for (number, finished) in frames.iter().enumerate() {
                 assert_eq!(differing(finished), 0, "frame {}", number + 1);

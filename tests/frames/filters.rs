@@ -19,7 +19,8 @@ fn reuse_is_exact_with_every_filter() {
         WIDE.into_iter().flat_map(|filter| [None, Some(3.5)].map(|radius| (filter, radius)))
     {
         for samples in [1, 3] {
-            let settings = Settings { filter, filter_radius: radius, ..toy::settings(samples) };
+            let small = Settings { width: 48, height: 36, ..toy::audited(samples) };
+            let settings = Settings { filter, filter_radius: radius, ..small };
             for frame in toy::render(&scene, &settings, 3) {
                 assert_eq!(frame.stats.audit.unwrap().differing, 0, "{filter:?}, {samples}");
                 let planes = &frame.film.planes;
@@ -36,7 +37,7 @@ fn reuse_is_exact_with_every_filter() {
 fn a_film_at_rest_is_what_it_would_be_if_it_were_made_anew() {
     let scene = with_flyer(matt_world());
     for (filter, radius) in [(Filter::Tent, 0.75), (Filter::Lanczos, 3.0), (Filter::Gaussian, 4.0)] {
-        let settings = Settings { filter, filter_radius: Some(radius), ..toy::settings(2) };
+        let settings = Settings { filter, filter_radius: Some(radius), ..toy::audited(2) };
         let kept = toy::render(&scene, &settings, 5);
         for kept in kept {
             assert_eq!(kept.stats.audit.unwrap().differing, 0, "{filter:?}");
@@ -50,7 +51,7 @@ fn no_filter_makes_a_picture_brighter() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic/analytic.toml");
     let shot = scene::load(&path, true).unwrap();
     let mean = |filter, samples| {
-        let settings = Settings { filter, samples, mode: Mode::Full, audit: false, ..toy::settings(1) };
+        let settings = Settings { filter, samples, mode: Mode::Full, ..toy::settings(1) };
         let film = toy::render(&shot.scene, &settings, 1).remove(0).film;
         let sum =
             |name: &str| film.values(name).unwrap().iter().sum::<f32>() / (film.width * film.height) as f32;
@@ -80,7 +81,7 @@ fn wider_filters_are_softer_and_lobes_make_edges_sharp() {
     let camera = toy::camera(rests(DVec3::new(0.0, 0.0, 4.0)), rests(DVec3::ZERO));
     let scene = toy::scene(camera, models, vec![toy::matt(0.0), bright], vec![]);
     let row = |filter, radius| {
-        let settings = Settings { filter, filter_radius: radius, audit: false, ..toy::settings(4) };
+        let settings = Settings { filter, filter_radius: radius, ..toy::settings(4) };
         let red = toy::render(&scene, &settings, 1).remove(0).film.values("R").unwrap();
         red[36 * 96..37 * 96].to_vec()
     };

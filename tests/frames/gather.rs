@@ -17,6 +17,10 @@ fn settings(paths: u32, bounces: u32) -> Settings {
     Settings { paths, bounces, ..toy::settings(1) }
 }
 
+fn audited(paths: u32, bounces: u32) -> Settings {
+    Settings { audit: true, ..settings(paths, bounces) }
+}
+
 /// The mean colour of a frame.
 fn mean(finished: &Finished) -> Vec3 {
     let mean = |plane: &str| {
@@ -45,7 +49,7 @@ fn a_furnace_is_as_bright_as_the_series_says() {
     let models = vec![toy::still("furnace", toy::octahedron(0, true), Vec3::ZERO)];
     let scene = toy::scene(camera, models, vec![glowing], vec![]);
     for bounces in 0..5 {
-        let finished = first(&scene, &settings(16, bounces));
+        let finished = first(&scene, &audited(16, bounces));
         // the last surface that a path meets is lit by what emits, too
         let reflected = if bounces == 0 { 0 } else { bounces + 1 };
         let expected: f32 = (0..=reflected).map(|bounce| EMITTED * ALBEDO.powi(bounce as i32)).sum();
@@ -83,7 +87,7 @@ fn a_floor_under_a_sky_is_as_bright_as_the_sky_says() {
         }
         let expected = 0.5 * (sun + from_grid * TAU / (STEPS * STEPS / 4) as f32) / PI;
         scene.environment = Some(environment);
-        let finished = first(&scene, &settings(64, 1));
+        let finished = first(&scene, &audited(64, 1));
         let seen = (20..70).map(|y| toy::color(&finished, 48, y)).sum::<Vec3>() / 50.0;
         assert!((seen / expected - Vec3::ONE).abs().max_element() < 0.02, "{seen}, {expected}");
         assert_eq!(differing(&finished), 0);
@@ -138,7 +142,7 @@ fn a_glowing_panel_lights_as_a_panel_does() {
             Vec3::ZERO,
         ));
         scene.lights.clear();
-        let finished = first(&scene, &settings(64, bounces));
+        let finished = first(&scene, &audited(64, bounces));
         let glowing = mean(&finished);
         assert_eq!(differing(&finished), 0);
         assert!((glowing / lit - Vec3::ONE).abs().max_element() < 0.01, "{bounces}: {glowing}, {lit}");
@@ -159,7 +163,8 @@ fn light_of_what_emits_has_little_noise_near_and_far() {
         let glowing = Material { emission: Vec3::splat(100.0), ..toy::matt(0.0) };
         let scene = toy::scene(camera.clone(), models, vec![toy::matt(0.5), glowing], vec![]);
         let dark = Scene { background: Background::uniform(Vec3::ZERO), ..scene };
-        let [few, many] = [16, 1024].map(|paths| first(&dark, &settings(paths, 1)));
+        let small = |paths| Settings { width: 48, height: 36, ..settings(paths, 1) };
+        let [few, many] = [16, 1024].map(|paths| first(&dark, &small(paths)));
         let of_floor = |finished: &Finished| -> Vec<f32> {
             let [green, id] =
                 ["G", "object.V"].map(|plane| finished.film.values(plane).expect("it is there"));
@@ -264,7 +269,9 @@ fn what_is_kept_is_what_would_be_gathered_anew() {
         let scene = changes.iter().fold(world(), |scene, change| change(scene));
         for (samples, filter, budget) in [(1, Filter::Box, Budget::Full), (2, Filter::Mitchell, Budget::None)]
         {
-            let settings = Settings { samples, filter, budget, paths_per_frame: 2, ..settings(5, 2) };
+            let [width, height] = [80, 60].map(|size| size / samples);
+            let settings = Settings { samples, filter, budget, paths_per_frame: 2, ..audited(5, 2) };
+            let settings = Settings { width, height, ..settings };
             for finished in toy::render(&scene, &settings, FRAMES) {
                 assert_eq!(differing(&finished), 0, "{name}, frame {}", finished.stats.frame);
             }
@@ -287,7 +294,7 @@ fn light_on_what_slides_in_its_own_plane_is_gathered_anew() {
         toy::scene(camera, models, vec![toy::matt(0.5)], vec![toy::sun_overhead(1.0)])
     };
     for scene in [slides(), camera_goes(slides())] {
-        for frame in toy::render(&scene, &settings(4, 1), FRAMES) {
+        for frame in toy::render(&scene, &audited(4, 1), FRAMES) {
             assert_eq!(differing(&frame), 0, "frame {}: {:?}", frame.stats.frame, frame.stats.audit);
         }
     }
@@ -296,7 +303,7 @@ fn light_on_what_slides_in_its_own_plane_is_gathered_anew() {
 #[test]
 fn frames_may_be_rendered_backwards() {
     let scene = with_flyer(world());
-    let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+    let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
     for frame in [6, 4, 4, 2, 5, 1] {
         let finished = renderer.render(frame, true).expect("renders");
         assert_eq!(differing(&finished), 0, "frame {frame}");
@@ -345,7 +352,7 @@ fn behind_what_rests_nothing_is_traced_again() {
     let camera = toy::camera(rests(DVec3::new(0.0, 4.0, 6.0)), rests(DVec3::ZERO));
     let scene = toy::scene(camera, models, vec![toy::matt(0.5)], vec![toy::sun_overhead(1.0)]);
     for scene in [scene.clone(), under_a_sky(scene)] {
-        let frames = toy::render(&scene, &settings(8, 2), FRAMES);
+        let frames = toy::render(&scene, &audited(8, 2), FRAMES);
         assert!(frames[0].stats.rays.gathering > 0);
         for finished in &frames[1..] {
             assert_eq!((finished.stats.rays.gathering, differing(finished)), (0, 0));
@@ -372,7 +379,7 @@ fn light_comes_out_from_behind_what_rests() {
     let mut scene = toy::scene(camera, models, vec![toy::matt(0.5), glowing], vec![]);
     scene.background = Background::uniform(Vec3::ZERO);
     for scene in [scene.clone(), camera_goes(scene)] {
-        let frames = toy::render(&scene, &settings(8, 2), FRAMES);
+        let frames = toy::render(&scene, &audited(8, 2), FRAMES);
         frames
             .iter()
             .for_each(|finished| assert_eq!(differing(finished), 0, "frame {}", finished.stats.frame));
@@ -381,14 +388,11 @@ fn light_comes_out_from_behind_what_rests() {
     }
 }
 
-/// The error of the last of so many frames at rest, against many paths.
-fn error_after(settings: &Settings, frames: i32) -> f32 {
-    let mut scene = world();
-    scene.models.truncate(2);
-    let reference = first(&scene, &Settings { paths: 256, budget: Budget::None, ..settings.clone() });
-    let last = toy::render(&scene, settings, frames).pop().expect("there is one");
+/// The error of the last of so many frames at rest, against a reference.
+fn error_after(scene: &Scene, reference: &Finished, settings: &Settings, frames: i32) -> f32 {
+    let last = toy::render(scene, settings, frames).pop().expect("there is one");
     assert_eq!(differing(&last), 0);
-    let [last, reference] = [last, reference].map(|of| of.film.values("G").expect("it is there").to_vec());
+    let [last, reference] = [&last, reference].map(|of| of.film.values("G").expect("it is there").to_vec());
     let squares = last.iter().zip(&reference).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
     (squares / last.len() as f32).sqrt()
 }
@@ -396,9 +400,12 @@ fn error_after(settings: &Settings, frames: i32) -> f32 {
 /// Before a camera at rest each frame adds as many paths as the first one had, until all are there.
 #[test]
 fn under_a_budget_samples_get_more_paths() {
-    let filling = Settings { budget: Budget::Full, paths_per_frame: 4, ..settings(16, 2) };
-    let errors = [1, 2, 4, 6].map(|frames| error_after(&filling, frames));
-    let [few, all] = [4, 16].map(|paths| error_after(&settings(paths, 2), 1));
+    let mut scene = world();
+    scene.models.truncate(2);
+    let reference = first(&scene, &settings(256, 2));
+    let filling = Settings { budget: Budget::Full, paths_per_frame: 4, ..audited(16, 2) };
+    let errors = [1, 2, 4, 6].map(|frames| error_after(&scene, &reference, &filling, frames));
+    let [few, all] = [4, 16].map(|paths| error_after(&scene, &reference, &audited(paths, 2), 1));
     assert_eq!((errors[0], errors[2], errors[3]), (few, all, all), "{errors:?}");
     assert!(errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
 }
@@ -464,7 +471,7 @@ fn threads_change_no_bit() {
 fn an_audit_finds_what_is_kept_a_frame_too_long() {
     for scene in [with_flyer(world()), glows(with_flyer(world())), lamp_goes(world())] {
         let found = |spoils: bool| {
-            let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+            let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
             renderer.render(1, true).expect("renders");
             renderer.render(2, true).expect("renders");
             if spoils {
@@ -481,7 +488,7 @@ fn an_audit_finds_what_is_kept_a_frame_too_long() {
 fn an_audit_finds_spoilt_paths() {
     let mut scene = world();
     scene.models.truncate(2);
-    let mut renderer = Renderer::new(&scene, &settings(4, 2)).expect("the scene builds");
+    let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
     renderer.render(1, true).expect("renders");
     let spoilt = renderer.spoil(Spoil::Gathered).expect("no rays are cast");
     let found = differing(&renderer.render(2, true).expect("renders"));

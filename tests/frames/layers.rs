@@ -18,7 +18,8 @@ const PARTS: [&str; 4] = ["direct", "indirect", "emission", "background"];
 
 /// The parts of `diffuse` of frames of a scene, one after the other; each with what goes wrong.
 fn frames(scene: &Scene, settings: &Settings, last: i32) -> Vec<Film> {
-    let mut renderer = Renderer::new(scene, settings).unwrap();
+    let settings = Settings { audit: true, ..settings.clone() };
+    let mut renderer = Renderer::new(scene, &settings).unwrap();
     let film = |frame| {
         let finished = renderer.render(frame, true).unwrap();
         assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
@@ -118,7 +119,6 @@ fn parts_add_up_in_the_city() {
             filter,
             mode: Mode::Reproject,
             layers: Layers::ALL,
-            audit: true,
             ..shot.settings.clone()
         };
         for film in frames(&shot.scene, &settings, 2) {

@@ -23,7 +23,7 @@ fn shifted(mut scene: Scene, shift: [Track<f64>; 2]) -> Scene {
 }
 
 fn full(scene: &Scene, settings: &Settings, frame: i32) -> Finished {
-    let settings = Settings { mode: Mode::Full, ..settings.clone() };
+    let settings = Settings { mode: Mode::Full, audit: true, ..settings.clone() };
     let mut renderer = Renderer::new(scene, &settings).expect("the scene builds");
     let finished = renderer.render(frame, false).expect("the frame renders");
     let audit = finished.stats.audit.expect("asked for");
@@ -111,7 +111,7 @@ fn a_shift_is_a_crop_beside_the_picture() {
 /// Renders all frames, demands an audit without a difference, and gives the share of samples that were reused in the inferred
 /// ones.
 fn audited(scene: &Scene, settings: &Settings) -> f64 {
-    let frames = toy::render(scene, settings, FRAMES);
+    let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, FRAMES);
     let (mut reused, mut all) = (0, 0);
     for frame in &frames {
         let (audit, samples) = (frame.stats.audit.expect("asked for"), frame.stats.samples);
@@ -218,7 +218,7 @@ fn threads_and_auto_mode_change_nothing() {
     for mode in [Mode::Auto, Mode::Reproject] {
         let films = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-            let settings = Settings { mode, ..toy::settings(1) };
+            let settings = Settings { mode, ..toy::audited(1) };
             let frames = pool.install(|| toy::render(&scene, &settings, FRAMES));
             assert!(frames.iter().all(|frame| frame.stats.audit.expect("asked for").differing == 0));
             frames.into_iter().map(|frame| (*frame.film).clone()).collect::<Vec<_>>()
@@ -231,7 +231,7 @@ fn threads_and_auto_mode_change_nothing() {
 fn the_audit_sees_what_an_orthographic_camera_does_not() {
     let scene = orthographic(world(), Track::constant(6.0));
     for what in [Spoil::Place, Spoil::Sight] {
-        let settings = toy::settings(1);
+        let settings = toy::audited(1);
         let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
         renderer.render(1, true).expect("the frame renders");
         let spoilt = renderer.spoil(what).expect("it can be");

@@ -37,7 +37,7 @@ fn worlds() -> [Scene; 2] {
 }
 
 fn films(scene: &Scene, settings: &Settings) -> Vec<Film> {
-    let frames = toy::render(scene, settings, 4);
+    let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, 4);
     let film = |frame: &afterimage::frame::Finished| {
         assert_eq!(frame.stats.audit.unwrap().differing, 0);
         Film::clone(&frame.film)
@@ -88,7 +88,7 @@ fn groups_and_all_else_add_up_to_the_picture() {
 fn a_group_is_the_picture_with_no_other_light() {
     for scene in worlds() {
         for filter in [Filter::Box, Filter::Mitchell] {
-            let settings = Settings { filter, ..toy::settings(2) };
+            let settings = Settings { width: 64, height: 48, filter, ..toy::settings(2) };
             let shown = films(&scene, &settings);
             for (layer, group) in
                 [("light_lamp", Some("lamp")), ("light_panels", Some("panels")), ("light_others", None)]

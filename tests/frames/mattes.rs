@@ -79,7 +79,7 @@ fn a_matte_is_what_the_picture_would_be_if_its_object_alone_were_white() {
         [(1, Filter::Box), (3, Filter::Box), (2, Filter::Mitchell)].map(|how| (scene.clone(), how))
     }) {
         let settings = mattes_of(samples, filter, Backdrop::Transparent);
-        let frames = toy::render(&scene, &settings, 4);
+        let frames = toy::render(&scene, &Settings { audit: true, ..settings.clone() }, 4);
         let ids = manifest(&frames[0], "CryptoObject");
         assert_eq!(ids.len(), scene.models.len());
         for (number, model) in scene.models.iter().enumerate() {

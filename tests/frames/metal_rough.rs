@@ -31,6 +31,10 @@ fn settings(reflections: u32) -> Settings {
     Settings { reflections, ..toy::settings(1) }
 }
 
+fn audited(reflections: u32) -> Settings {
+    Settings { audit: true, ..settings(reflections) }
+}
+
 /// The mean of some planes' values, as a colour.
 fn mean_of(finished: &Finished, planes: [&str; 3]) -> Vec3 {
     let mean = |plane: &str| {
@@ -70,7 +74,7 @@ fn a_white_body_in_a_furnace_is_white() {
         let mut scene = toy::scene(camera, models, vec![metal_rough(1.0, roughness, metallic)], vec![]);
         scene.background = Background::uniform(Vec3::ONE);
         scene.environment = Some(Environment::from_background(&scene.background));
-        let finished = first(&scene, &Settings { paths: 16, ..settings(64) });
+        let finished = first(&scene, &Settings { paths: 16, ..audited(64) });
         let alpha = finished.film.values("object.V").expect("the plane is there");
         let colors = finished.film.values("G").expect("the plane is there");
         let body: Vec<f32> = colors
@@ -161,7 +165,7 @@ fn a_metal_floor_reflects_the_sky_as_its_integral_says() {
         }
         let expected = sun + from_grid * TAU / (STEPS * STEPS / 4) as f32;
         scene.environment = Some(environment);
-        let finished = first(&scene, &settings(64));
+        let finished = first(&scene, &audited(64));
         let seen =
             (33..40).flat_map(|y| (45..52).map(move |x| (x, y))).map(|(x, y)| toy::color(&finished, x, y));
         let seen: Vec<Vec3> = seen.collect();
@@ -359,7 +363,8 @@ fn an_audit_finds_nothing() {
     for (name, changes) in changes {
         let scene = changes.iter().fold(rough_world(), |scene, change| change(scene));
         for (samples, filter, paths) in [(1, Filter::Box, 3), (2, Filter::Mitchell, 0)] {
-            let settings = Settings { samples, filter, paths, depth: 3, ..settings(3) };
+            let [width, height] = [80, 60].map(|size| size / samples);
+            let settings = Settings { samples, filter, paths, depth: 3, width, height, ..audited(3) };
             for stats in stats(&scene, &settings, FRAMES) {
                 let audit = stats.audit.expect("asked for");
                 assert_eq!(audit.differing, 0, "{name}, frame {}", stats.frame);
@@ -373,7 +378,7 @@ fn an_audit_finds_nothing() {
 #[test]
 fn what_rough_metal_shows_stays_until_something_moves_there() {
     let rays = |scene: &Scene| {
-        let settings = Settings { depth: 2, ..settings(4) };
+        let settings = Settings { depth: 2, ..audited(4) };
         let stats = stats(scene, &settings, LAST_BEFORE_MIRROR - 1);
         assert!(stats.iter().all(|stats| stats.audit.expect("asked for").differing == 0));
         stats.iter().map(|stats| stats.rays.reflection).collect::<Vec<_>>()
@@ -422,7 +427,7 @@ fn what_is_kept_does_not_depend_on_the_eye() {
     scene.materials[1] = metal_rough(0.8, 0.35, 0.0);
     scene.materials.iter_mut().for_each(|material| material.optics = Optics::Opaque);
     let mut renderer =
-        Renderer::new(&scene, &Settings { paths: 8, depth: 0, ..settings(4) }).expect("it builds");
+        Renderer::new(&scene, &Settings { paths: 8, depth: 0, ..audited(4) }).expect("it builds");
     let base = renderer.render(1, true).expect("it renders").stats.rays.gathering;
     for frame in 2..=4 {
         let finished = renderer.render(frame, true).expect("it renders");

@@ -12,7 +12,7 @@ use crate::toy;
 use crate::toy::worlds::*;
 
 fn settings(samples: u32) -> Settings {
-    Settings { layers: Layers::ALL, ..toy::settings(samples) }
+    Settings { layers: Layers::ALL, ..toy::audited(samples) }
 }
 
 /// The pictures of frames `numbers`, each inferred from the one before it.

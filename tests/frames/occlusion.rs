@@ -29,6 +29,10 @@ fn settings(rays: u32, radius: f64) -> Settings {
     }
 }
 
+fn audited(rays: u32, radius: f64) -> Settings {
+    Settings { audit: true, ..settings(rays, radius) }
+}
+
 fn first(scene: &Scene, settings: &Settings) -> Finished {
     toy::render(scene, settings, 1).remove(0)
 }
@@ -164,7 +168,7 @@ fn ambient_light_is_dimmed_by_occlusion() {
     let glow = Vec3::new(0.0, 0.0, 3.0);
     scene.materials[0].emission = glow;
     let layers = Layers::OCCLUSION.with(Layers::EMISSION);
-    let settings = Settings { layers, ..settings(16, 3.0) };
+    let settings = Settings { layers, ..audited(16, 3.0) };
     let plain = first(&scene, &settings);
     scene.ambient_is_occluded = true;
     let occluded = first(&scene, &settings);
@@ -203,7 +207,7 @@ fn mirrors_show_ambient_light_dimmed() {
     let mut scene = toy::scene(camera, models, vec![toy::matt(0.5), mirror], vec![]);
     scene.ambient = Vec3::ONE;
     let shown = |scene: &Scene, radius| {
-        let settings = Settings { depth: 2, layers: Layers::ALL, ..settings(16, radius) };
+        let settings = Settings { depth: 2, layers: Layers::ALL, ..audited(16, radius) };
         let finished = first(scene, &settings);
         assert_eq!(differing(&finished), 0);
         let reflected = plane(&finished, "reflection.G");
@@ -260,7 +264,8 @@ fn what_is_kept_is_what_would_be_found_anew() {
     for (name, changes) in changes {
         let scene = changes.iter().fold(occluded(world()), |scene, change| change(scene));
         let reuse = Reuse::Target;
-        let base = Settings { layers: Layers::ALL, depth: 3, reuse, ..settings(7, 1.5) };
+        let base =
+            Settings { layers: Layers::ALL, depth: 3, width: 80, height: 60, reuse, ..audited(7, 1.5) };
         for settings in [
             base.clone(),
             Settings { samples: 2, filter: Filter::Mitchell, ..base.clone() },
@@ -278,7 +283,7 @@ fn what_is_kept_is_what_would_be_found_anew() {
 #[test]
 fn frames_may_be_rendered_backwards_and_in_steps() {
     let scene = occluded(with_smooth_mover(with_flyer(world())));
-    let mut renderer = Renderer::new(&scene, &settings(8, 2.0)).expect("the scene builds");
+    let mut renderer = Renderer::new(&scene, &audited(8, 2.0)).expect("the scene builds");
     for frame in [6, 4, 4, 2, 5, 1, 6, 9] {
         let finished = renderer.render(frame, true).expect("renders");
         assert_eq!(differing(&finished), 0, "frame {frame}");
@@ -324,7 +329,7 @@ fn few_rays_are_cast_again() {
 fn who_does_not_ask_pays_nothing() {
     let mut scene = camera_goes(with_flyer(world()));
     let with = |scene: &Scene, layers: Layers, rays: u32| {
-        let settings = Settings { layers, audit: false, depth: 4, ..settings(rays, 2.0) };
+        let settings = Settings { layers, depth: 4, ..settings(rays, 2.0) };
         let mut renderer = Renderer::new(scene, &settings).expect("the scene builds");
         let rays: Vec<_> =
             (1..=FRAMES).map(|frame| renderer.render(frame, true).expect("renders").stats.rays).collect();
@@ -367,7 +372,7 @@ fn threads_change_no_bit() {
 fn an_audit_finds_what_is_kept_a_frame_too_long() {
     for scene in [with_flyer(world()), camera_goes(with_flyer(world()))] {
         let found = |spoils: bool| {
-            let mut renderer = Renderer::new(&scene, &settings(8, 2.0)).expect("the scene builds");
+            let mut renderer = Renderer::new(&scene, &audited(8, 2.0)).expect("the scene builds");
             renderer.render(1, true).expect("renders");
             renderer.render(2, true).expect("renders");
             if spoils {
@@ -399,7 +404,7 @@ fn the_radius_scales_with_the_shot() {
         let path = folder.path().join("s.toml");
         std::fs::write(&path, text).expect("there is room");
         let shot = scene::load(&path, true).expect("it is good");
-        let open = plane(&first(&shot.scene, &Settings { audit: true, ..shot.settings }), "occlusion.V");
+        let open = plane(&first(&shot.scene, &shot.settings), "occlusion.V");
         open.iter().sum::<f32>() / open.len() as f32
     };
     // the diagonal: 8, 8 and 2 long

@@ -50,17 +50,16 @@ fn check(finished: &Finished, what: &str) {
 
 #[test]
 fn reuse_is_exact() {
+    type Change = fn(Scene) -> Scene;
+    let changes: [(&str, Change); 3] =
+        [("at rest", |scene| scene), ("the camera goes", camera_goes), ("soft lights", with_area_lights)];
+    // each two of scene, pattern and change meet
     for (number, scene) in scenes().into_iter().enumerate() {
-        for pattern in PATTERNS {
-            let scene = passing(scene.clone(), pattern);
-            for (name, scene) in [
-                ("at rest", scene.clone()),
-                ("the camera goes", camera_goes(scene.clone())),
-                ("soft lights", with_area_lights(scene)),
-            ] {
-                for finished in toy::render(&scene, &toy::settings(2), FRAMES) {
-                    check(&finished, &format!("{number}, {name}, {pattern:?}"));
-                }
+        for (at, pattern) in PATTERNS.into_iter().enumerate() {
+            let (name, change) = changes[(number + at) % changes.len()];
+            let scene = change(passing(scene.clone(), pattern));
+            for finished in toy::render(&scene, &toy::audited(2), FRAMES) {
+                check(&finished, &format!("{number}, {name}, {pattern:?}"));
             }
         }
     }
@@ -68,7 +67,7 @@ fn reuse_is_exact() {
 
 #[test]
 fn reuse_is_exact_by_every_way_of_rendering() {
-    let usual = toy::settings(1);
+    let usual = toy::audited(1);
     let refinement = Some(Refinement { most: 3, threshold: 0.05 });
     let ways = [
         ("paths", Settings { paths: 4, bounces: 2, ..usual.clone() }),
@@ -91,7 +90,7 @@ fn reuse_is_exact_by_every_way_of_rendering() {
 fn reuse_is_exact_with_the_other_tracer_and_backwards() {
     let scene = passing(with_flyer(world()), PATTERNS[0]);
     for kind in [BackendKind::Rust, BackendKind::Embree] {
-        let settings = Settings { paths: 3, ..toy::settings(1) };
+        let settings = Settings { paths: 3, ..toy::audited(1) };
         let mut renderer = Renderer::with(kind, &scene, &settings).unwrap();
         for frame in [6, 4, 4, 3, 2, 5, 1, 3] {
             check(&renderer.render(frame, true).unwrap(), kind.name());
@@ -103,7 +102,7 @@ fn reuse_is_exact_with_the_other_tracer_and_backwards() {
 fn both_eyes_see_what_is_there() {
     let scene = passing(camera_goes(with_flyer(world())), PATTERNS[2]);
     let stereo = Some(Stereo { separation: 0.2, convergence: Some(7.0) });
-    let mut renderer = Renderer::new(&scene, &Settings { stereo, ..toy::settings(1) }).unwrap();
+    let mut renderer = Renderer::new(&scene, &Settings { stereo, ..toy::audited(1) }).unwrap();
     for frame in 1..=FRAMES {
         Eye::BOTH
             .into_iter()
@@ -122,7 +121,7 @@ fn light_comes_and_goes_with_what_emits_it() {
         scene.background = Background::uniform(Vec3::splat(0.1));
         let scene = passing(scene, pattern);
         for scene in [scene.clone(), camera_goes(scene)] {
-            let frames = toy::render(&scene, &Settings { paths: 5, ..toy::settings(1) }, FRAMES);
+            let frames = toy::render(&scene, &Settings { paths: 5, ..toy::audited(1) }, FRAMES);
             frames.iter().for_each(|finished| check(finished, "an emitter"));
         }
     }
@@ -190,7 +189,7 @@ fn motion_vectors_end_where_a_model_does() {
     let mut scene = passing(with_flyer(matt_world()), (false, &[(3.0, true), (5.0, false)]));
     scene.models.retain(|model| model.name != "flyer" || !model.track.visible.is_always());
     let flyer = scene.models.len() as f32 - 1.0;
-    let settings = Settings { layers: Layers::ALL, ..toy::settings(1) };
+    let settings = Settings { layers: Layers::ALL, ..toy::audited(1) };
     let frames = toy::render(&scene, &settings, FRAMES);
     frames.iter().for_each(|finished| check(finished, "motion"));
     let longest = |frame: usize, names: [&str; 2]| {
@@ -227,12 +226,12 @@ fn an_empty_stage_shows_the_background() {
     let mut scene = passing(with_flyer(world()), (true, &[(3.0, false)]));
     scene.models.drain(..scene.models.len() - 1);
     for scene in [scene.clone(), with_camera(scene, goes(EYE, EYE + DVec3::X), Track::constant(TARGET))] {
-        let frames = toy::render(&scene, &toy::settings(1), FRAMES);
+        let frames = toy::render(&scene, &toy::audited(1), FRAMES);
         frames.iter().for_each(|finished| check(finished, "an empty stage"));
         for finished in &frames[2..] {
             assert_eq!(toy::color(finished, 48, 36), Vec3::new(0.25, 0.5, 1.0));
         }
         let nothing = Scene { models: vec![], ..scene };
-        toy::render(&nothing, &toy::settings(1), 3).iter().for_each(|finished| check(finished, "nothing"));
+        toy::render(&nothing, &toy::audited(1), 3).iter().for_each(|finished| check(finished, "nothing"));
     }
 }

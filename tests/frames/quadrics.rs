@@ -14,12 +14,16 @@ use crate::toy;
 use crate::toy::worlds::*;
 use crate::toy::{color, pixel, quadrics, sphere};
 
-const CELLS: u64 = 96 * 72 * 4;
+const CELLS: u64 = 64 * 48 * 4;
+
+fn small() -> Settings {
+    Settings { width: 64, height: 48, ..toy::settings(2) }
+}
 
 /// All frames of `scene` by `settings`, of which none may have a sample that differs, and the share of those that were
 /// reused in the inferred ones.
 fn audited_with(scene: &Scene, settings: &Settings) -> (Vec<Finished>, f64) {
-    let frames = toy::render(scene, settings, FRAMES);
+    let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, FRAMES);
     let mut reused = 0;
     for frame in &frames {
         let (audit, samples) = (frame.stats.audit.unwrap(), frame.stats.samples);
@@ -33,7 +37,7 @@ fn audited_with(scene: &Scene, settings: &Settings) -> (Vec<Finished>, f64) {
 }
 
 fn audited(scene: &Scene) -> (Vec<Finished>, f64) {
-    audited_with(scene, &toy::settings(2))
+    audited_with(scene, &small())
 }
 
 /// Matt, a mirror and glass.
@@ -121,7 +125,7 @@ fn everything_moves_at_once_under_soft_lights() {
 fn light_from_all_around_holds_while_quadrics_move() {
     for number in [0, 3, 5] {
         let quadric = &quadrics()[number];
-        let settings = Settings { paths: 4, occlusion_radius: 1.0, ..toy::settings(2) };
+        let settings = Settings { paths: 4, occlusion_radius: 1.0, ..small() };
         let mut scene = with_flying(world(quadric), quadric);
         scene.ambient_is_occluded = true;
         let (frames, _) = audited_with(&scene, &settings);
@@ -147,7 +151,7 @@ fn a_plane_is_no_edge() {
     let shown = &frames[3].stats;
     assert!(shown.rays.primary * 20 < CELLS, "{:?}", shown.rays);
     // its line against the sky is one, and is asked
-    assert!(shown.rays.primary > 96, "{:?}", shown.rays);
+    assert!(shown.rays.primary > 64, "{:?}", shown.rays);
 }
 
 #[test]
@@ -161,7 +165,7 @@ fn a_plane_that_moves() {
     };
     scene.models[0] = toy::moving_quadric("plane", &plane, 0, track);
     let (frames, _) = audited(&scene);
-    let moved = pixel(&frames[3], "forward.U", 48, 70);
+    let moved = pixel(&frames[3], "forward.U", 32, 46);
     assert!(moved.is_finite() && moved != 0.0, "{moved}");
 }
 
@@ -191,7 +195,8 @@ fn both_tracers_show_the_same() {
     for quadric in quadrics() {
         let scene = with_flying(world(&quadric), &quadric);
         let [embree, rust] = [BackendKind::Embree, BackendKind::Rust].map(|backend| {
-            let mut renderer = Renderer::with(backend, &scene, &toy::settings(2)).unwrap();
+            let settings = Settings { audit: backend == BackendKind::Rust, ..small() };
+            let mut renderer = Renderer::with(backend, &scene, &settings).unwrap();
             renderer.render(1, true).unwrap();
             renderer.render(2, true).unwrap()
         });
@@ -210,7 +215,7 @@ fn an_audit_finds_what_is_spoilt_on_quadrics() {
     {
         let mut scene = world(&quadrics()[1]);
         scene.models.truncate(3);
-        let mut renderer = Renderer::new(&scene, &toy::settings(2)).unwrap();
+        let mut renderer = Renderer::new(&scene, &toy::audited(2)).unwrap();
         renderer.render(1, true).unwrap();
         let spoilt = renderer.spoil(spoil).unwrap();
         let found = renderer.render(2, true).unwrap().stats.audit.unwrap();
@@ -305,7 +310,7 @@ fn a_furnace_is_as_bright_as_the_series_says() {
     let mut scene = alone(0.3, vec![glowing], vec![]);
     scene.models[0] =
         toy::still_quadric("furnace", &sphere(), 0, true, DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.5)));
-    let settings = Settings { paths: 16, bounces: 2, ..toy::settings(1) };
+    let settings = Settings { paths: 16, bounces: 2, ..toy::audited(1) };
     let frame = toy::render(&scene, &settings, 1).remove(0);
     let expected: f32 = (0..=3).map(|bounce| 0.5 * 0.6_f32.powi(bounce)).sum();
     for (x, y) in [(5, 5), (48, 36), (90, 60)] {

@@ -53,7 +53,7 @@ fn a_map_of_the_sky_is_what_rays_find() {
         ground: Vec3::splat(0.2),
     };
     let scene = ball_in(empty, 1.0);
-    let settings = toy::settings(2);
+    let settings = toy::audited(2);
     let [rays, coarse, fine] = [scene.clone(), mapped(scene.clone(), 16), mapped(scene, 256)]
         .map(|scene| toy::render(&scene, &settings, 1).swap_remove(0));
     for finished in [&rays, &coarse, &fine] {
@@ -70,7 +70,7 @@ fn the_error_falls_with_the_size_of_the_model() {
         let mut room = world();
         room.models.retain(|model| model.name == "matt");
         let scene = ball_in(room, radius);
-        let settings = toy::settings(2);
+        let settings = toy::audited(2);
         let both =
             [scene.clone(), mapped(scene, 256)].map(|scene| toy::render(&scene, &settings, 1).swap_remove(0));
         both.iter().for_each(|finished| check(finished, "a ball"));
@@ -87,7 +87,7 @@ fn what_is_kept_is_what_would_be_made_anew() {
         |scene: Scene| with_camera(scene, goes(EYE, EYE + DVec3::new(0.6, 0.2, -0.8)), rests(TARGET));
     let mut fades = world();
     fades.lights[1].power = toy::keys(&[(3.0, 9.0), (5.0, 3.0)]);
-    let usual = toy::settings(1);
+    let usual = Settings { width: 64, height: 48, ..toy::audited(1) };
     for settings in [
         usual.clone(),
         Settings { filter: Filter::Mitchell, samples: 2, ..usual.clone() },
@@ -136,7 +136,7 @@ fn a_map_is_kept_while_nothing_moves() {
 #[test]
 fn maps_show_what_moves() {
     let scene = mapped(ball_in(with_flyer(world()), 0.8), 64);
-    let mut renderer = Renderer::new(&scene, &toy::settings(1)).unwrap();
+    let mut renderer = Renderer::new(&scene, &toy::audited(1)).unwrap();
     let shown: Vec<Vec<f32>> = (1..=FRAMES)
         .map(|frame| {
             let finished = renderer.render(frame, true).unwrap();
@@ -151,7 +151,7 @@ fn maps_show_what_moves() {
 fn both_eyes_look_up_the_same_maps() {
     let scene = mapped(with_flyer(world()), 16);
     let stereo = Some(Stereo { separation: 0.2, convergence: Some(7.0) });
-    let mut renderer = Renderer::new(&scene, &Settings { stereo, ..toy::settings(1) }).unwrap();
+    let mut renderer = Renderer::new(&scene, &Settings { stereo, ..toy::audited(1) }).unwrap();
     for frame in 1..=3 {
         let [left, right] = Eye::BOTH.map(|eye| renderer.render_eye(eye, frame, true).unwrap());
         check(&left, "left");
@@ -185,7 +185,7 @@ fn frames_are_the_same_for_any_number_of_threads_and_wherever_a_run_begins() {
 #[test]
 fn an_audit_finds_a_map_that_is_not_what_it_should_be() {
     let scene = mapped(with_camera(world(), goes(EYE, EYE + DVec3::X * 0.5), rests(TARGET)), 16);
-    let mut renderer = Renderer::new(&scene, &toy::settings(1)).unwrap();
+    let mut renderer = Renderer::new(&scene, &toy::audited(1)).unwrap();
     check(&renderer.render(1, true).unwrap(), "as it was made");
     check(&renderer.render(2, true).unwrap(), "kept");
     renderer.spoil_maps();

@@ -15,7 +15,7 @@ use crate::toy::worlds::*;
 /// Renders all frames, demands an audit without a difference, and gives the share of samples that were
 /// reused in the inferred ones.
 fn audited(scene: &Scene) -> (Vec<Finished>, f64) {
-    let frames = toy::render(scene, &toy::settings(2), FRAMES);
+    let frames = toy::render(scene, &toy::audited(2), FRAMES);
     let cells = 96 * 72 * 4;
     let mut reused = 0;
     for frame in &frames {
@@ -336,7 +336,7 @@ fn frames_are_the_same_for_any_number_of_threads() {
 fn what_a_film_shows_already_is_what_would_be_rendered() {
     // some frames come again and again: all rests; and before the last one the camera turns
     const NUMBERS: [i32; 12] = [1, 2, 3, 3, 3, 4, 4, 5, 5, 6, 6, 6];
-    let box_filter = Settings { width: 192, height: 144, ..toy::settings(2) };
+    let box_filter = toy::settings(2);
     let mitchell = Settings { filter: Filter::Mitchell, ..box_filter.clone() };
     let turn = toy::keys(&[(5.0, TARGET), (f64::from(FRAMES), TARGET + DVec3::X * 0.1)]);
     let matt = || (matt_world(), &box_filter);
@@ -345,7 +345,9 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
         let scene = with_camera(scene, rests(EYE), turn.clone());
         let has_mirrors = scene.models.iter().any(|model| model.name == "mirror");
         let run = |may_reuse: bool| {
-            let mut renderer = Renderer::new(&scene, settings).expect("the scene builds");
+            // the other run is to have the same film
+            let settings = Settings { audit: may_reuse, ..settings.clone() };
+            let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
             let mut held = Vec::new();
             let frames: [_; NUMBERS.len()] = std::array::from_fn(|at| {
                 let finished = renderer.render(NUMBERS[at], true).expect("renders");
@@ -388,7 +390,8 @@ fn a_mirror_shows_what_moves_behind_the_eye() {
     let (hard, soft) = ((above, lamp(0.0, 9.0, 4.0)), (above, panel(rests(DVec3::new(0.0, 9.0, 4.0)))));
     for (flyer, light) in [seen_in_a_mirror(), hard, soft] {
         let scene = before_a_mirror(flyer, light);
-        let settings = Settings { width: 192, height: 144, ..toy::settings(1) };
+        let layers = Layers::parse("reflection").expect("known");
+        let settings = Settings { width: 192, height: 144, layers, ..toy::settings(1) };
         let run = |may_reuse: bool| {
             let mut renderer = Renderer::new(&scene, &settings).expect("the scene builds");
             let frames = (1..=LAST).map(|frame| {
@@ -471,7 +474,7 @@ fn goes_by(degrees: f64) -> Track<f64> {
 #[test]
 fn the_automatic_mode_traces_where_nothing_is_seen_again() {
     let automatic =
-        afterimage::settings::Settings { mode: afterimage::settings::Mode::Auto, ..toy::settings(2) };
+        afterimage::settings::Settings { mode: afterimage::settings::Mode::Auto, ..toy::audited(2) };
     let modes = |target: Track<DVec3>| {
         let scene = with_camera(world(), rests(EYE), target);
         let frames = toy::render(&scene, &automatic, FRAMES);
@@ -494,7 +497,8 @@ fn a_long_chain_does_not_wear_out() {
         toy::keys(&[(1.0, EYE), (f64::from(LAST), EYE - DVec3::new(0.9, 0.2, 0.9))]),
         rests(TARGET),
     );
-    let settings = Settings { width: 192, height: 144, mode: Mode::Auto, ..toy::settings(2) };
+    let layers = Layers::NONE;
+    let settings = Settings { width: 192, height: 144, mode: Mode::Auto, layers, ..toy::audited(2) };
     let frames = toy::render(&scene, &settings, LAST);
     assert!(frames.iter().all(|frame| frame.stats.audit.expect("asked for").differing == 0));
     assert!(frames[1..].iter().all(|frame| frame.stats.mode == "reproject"), "no fresh start");

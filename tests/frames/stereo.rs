@@ -41,7 +41,7 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<[Finished; 2]> {
 /// Demands an audit without a difference; gives the share of the right eye's samples that came from the left eye, in those
 /// frames in which any did.
 fn audited(scene: &Scene, settings: &Settings) -> f64 {
-    let frames = render(scene, settings);
+    let frames = render(scene, &Settings { audit: true, ..settings.clone() });
     let (mut reused, mut all) = (0, 0);
     for finished in frames.iter().flatten() {
         let (stats, audit) = (&finished.stats, finished.stats.audit.unwrap());
@@ -127,6 +127,7 @@ fn both_eyes_are_exact_whatever_moves() {
                 ..settings(2)
             },
         ] {
+            let settings = Settings { width: 64, height: 48, ..settings };
             let share = audited(&scene, &settings);
             assert!(share > 0.75, "{name}, {:?}, {}: {share}", settings.mode, settings.samples);
         }
@@ -139,7 +140,7 @@ fn gathered_light_is_the_left_eyes() {
     for budget in [Budget::None, Budget::Full] {
         let settings = Settings { paths: 8, paths_per_frame: 2, budget, ..settings(1) };
         assert!(audited(&scene, &settings) > 0.75);
-        let frames = render(&scene, &Settings { audit: false, ..settings });
+        let frames = render(&scene, &settings);
         let gathering = |eye: usize| frames[0][eye].stats.rays.gathering;
         if budget == Budget::None {
             assert!(gathering(1) * 3 < gathering(0), "{} {}", gathering(1), gathering(0));
@@ -150,7 +151,7 @@ fn gathered_light_is_the_left_eyes() {
 #[test]
 fn frames_are_the_same_for_any_number_of_threads() {
     let scene = with_camera(with_flyer(world()), goes(EYE, EYE - DVec3::Z), rests(TARGET));
-    let settings = Settings { paths: 2, filter: Filter::Gaussian, audit: false, ..settings(2) };
+    let settings = Settings { paths: 2, filter: Filter::Gaussian, ..settings(2) };
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| render(&scene, &settings))
@@ -190,9 +191,9 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
     let scene = straight();
     let full = Settings { mode: Mode::Full, ..settings(2) };
     let inferred = render(&scene, &settings(2));
-    let frames = render(&scene, &full);
+    let frame = both(&mut Renderer::new(&scene, &full).unwrap(), 3, false);
     for (eye, aside) in [(0, -0.125), (1, 0.125)] {
-        let seen = &frames[2][eye];
+        let seen = &frame[eye];
         // 60 degrees from top to bottom, and 4 to 3
         let shift = -aside / 6.0 / (2.0 * 30_f64.to_radians().tan() * 96.0 / 72.0);
         assert!((f64::from(seen.camera.shift[0]) - shift).abs() < 1e-6, "{:?}", seen.camera);
@@ -207,7 +208,7 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
         assert!(off * 50 < one.len(), "eye {eye}: {off}");
         assert!(toy::mean_difference(&inferred[2][eye], &alone, "R") < 0.01);
     }
-    let [left, right] = &frames[2];
+    let [left, right] = &frame;
     assert!(toy::mean_difference(left, right, "R") > 0.005, "or both see the same");
 }
 
@@ -224,11 +225,14 @@ fn blurred_eyes_are_exact_and_each_goes_on_with_its_own() {
     let moves = with_camera(still.clone(), goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET));
     for (name, scene) in [("at rest", still), ("moves", moves)] {
         let (scene, settings) = blurred(scene, 1);
+        let small = Settings { width: 64, height: 48, ..settings.clone() };
         for settings in [
-            settings.clone(),
-            Settings { mode: Mode::Auto, filter: Filter::Mitchell, ..settings.clone() },
-            Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..settings },
+            small.clone(),
+            // in a smaller picture tracing would pay
+            Settings { mode: Mode::Auto, filter: Filter::Mitchell, ..settings },
+            Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..small },
         ] {
+            let settings = Settings { audit: true, ..settings };
             for finished in render(&scene, &settings).iter().flatten() {
                 let FrameStats { frame, eye, from_left, samples, ref audit, .. } = finished.stats;
                 let audit = audit.as_ref().unwrap();
@@ -249,9 +253,9 @@ fn blurred_eyes_are_exact_and_each_goes_on_with_its_own() {
 fn a_blurred_eye_sees_what_a_blurred_camera_in_its_place_sees() {
     let (scene, settings) = blurred(straight(), 2);
     let settings = Settings { mode: Mode::Full, ..settings };
-    let frames = render(&scene, &settings);
+    let frame = both(&mut Renderer::new(&scene, &settings).unwrap(), 3, false);
     for (eye, aside) in [(0, -0.125), (1, 0.125)] {
-        let seen = &frames[2][eye];
+        let seen = &frame[eye];
         let mut by_hand = by_hand(scene.clone(), aside, seen);
         by_hand.camera.lens.aperture = scene.camera.lens.aperture.clone();
         let mono = Settings { stereo: None, ..settings.clone() };
@@ -263,7 +267,7 @@ fn a_blurred_eye_sees_what_a_blurred_camera_in_its_place_sees() {
             assert!(off < 1e-3, "eye {eye}, {plane}: {off}");
         }
     }
-    let [left, right] = &frames[2];
+    let [left, right] = &frame;
     assert!(toy::mean_difference(left, right, "R") > 0.005, "or both see the same");
 }
 
@@ -293,7 +297,7 @@ fn what_stands_where_they_converge_has_one_place_in_both_pictures() {
 
 #[test]
 fn eyes_at_rest_go_on_with_their_own() {
-    let (scene, settings) = (world(), settings(2));
+    let (scene, settings) = (world(), Settings { audit: true, ..settings(2) });
     let mut renderer = Renderer::new(&scene, &settings).unwrap();
     let mut first = None;
     for frame in 1..=FRAMES {
@@ -321,7 +325,7 @@ fn frames_do_not_depend_on_where_a_chunk_begins() {
     let moves = with_camera(with_flyer(world()), goes(EYE, EYE - DVec3::Z), rests(TARGET));
     for scene in [moves, with_flyer(world())] {
         for mode in [Mode::Auto, Mode::Reproject] {
-            let settings = Settings { mode, layers: Layers::USUAL, audit: false, ..settings(2) };
+            let settings = Settings { mode, layers: Layers::USUAL, ..settings(2) };
             let chunk = |first: i32| -> Vec<[Finished; 2]> {
                 let mut renderer = Renderer::new(&scene, &settings).unwrap();
                 (first..=FRAMES).map(|frame| both(&mut renderer, frame, frame != 4)).collect()

@@ -26,15 +26,7 @@ fn scene() -> Scene {
 
 fn settings(samples: u32, filter: Filter) -> Settings {
     let [width, height] = SIZE;
-    Settings {
-        width,
-        height,
-        filter,
-        mode: Mode::Full,
-        paths: 2,
-        occlusion_rays: 4,
-        ..toy::settings(samples)
-    }
+    Settings { width, height, filter, mode: Mode::Full, paths: 2, occlusion_rays: 4, ..toy::audited(samples) }
 }
 
 fn film(settings: &Settings, kind: BackendKind) -> Film {

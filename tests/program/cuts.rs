@@ -109,7 +109,7 @@ fn a_cut_that_nobody_marks_is_found() {
     let turned = toy::keys(&[(1.0, TARGET), (2.0, TARGET), (3.0, behind), (4.0, behind + DVec3::X * 0.2)]);
     let scene = with_camera(with_flyer(world()), rests(EYE), turned);
     for mode in [Mode::Reproject, Mode::Auto] {
-        let settings = Settings { mode, width: 192, height: 144, ..toy::settings(2) };
+        let settings = Settings { mode, width: 192, height: 144, ..toy::audited(2) };
         let frames = toy::render(&scene, &settings, 4);
         let told: Vec<_> = frames.iter().map(|frame| (frame.stats.mode, frame.stats.cut)).collect();
         assert_eq!(told[..3], [("base", false), ("reproject", false), ("base", true)], "{mode:?}");

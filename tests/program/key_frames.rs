@@ -151,7 +151,7 @@ fn gathered_light_is_kept_on_the_way_back() {
     let goes = with_camera(at_rest.clone(), goes(EYE, EYE + DVec3::X), rests(TARGET));
     for (name, scene) in [("at rest", at_rest), ("moving", goes)] {
         for budget in [Budget::None, Budget::Full] {
-            let settings = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 8, ..toy::settings(1) };
+            let settings = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 8, ..toy::audited(1) };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             let mut gathered = Vec::new();
             for frame in [FRAMES, 5, 4, 3, 2, 1, 2, 3] {
@@ -178,7 +178,7 @@ fn what_a_base_frame_in_the_middle_gathers_serves_both_sides() {
     for (name, scene) in [("at rest", at_rest), ("moving", goes), ("under a light that changes", fading)] {
         for budget in [Budget::None, Budget::Full] {
             let base_place = BasePlace::Middle;
-            let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::settings(1) };
+            let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::audited(1) };
             let settings = Settings { base_place, layers: Layers::ALL, ..paths };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             let render = |renderer: &mut Renderer<'_>, frame| {
@@ -219,7 +219,7 @@ fn what_exposures_of_a_base_frame_gather_serves_both_sides() {
             occlusion_rays: 4,
             occlusion_radius: 1.0,
             layers: Layers::ALL,
-            ..toy::settings(1)
+            ..toy::audited(1)
         };
         let mut renderer = Renderer::new(&scene, &settings).unwrap();
         let render = |renderer: &mut Renderer<'_>, frame| {
@@ -283,7 +283,8 @@ fn blurred_frames_are_as_exact_backwards_as_forwards() {
         scene.camera.lens.aperture = Some(Track::constant(0.1));
         scene
     };
-    let exposed = Settings { base_place: BasePlace::Middle, shutter: HALF, exposures: 4, ..toy::settings(1) };
+    let small = Settings { width: 64, height: 48, ..toy::audited(1) };
+    let exposed = Settings { base_place: BasePlace::Middle, shutter: HALF, exposures: 4, ..small };
     let refinement = Some(Refinement { most: 2, threshold: 0.1 });
     let stereo = Some(Stereo { separation: 0.25, convergence: Some(6.0) });
     let worlds = [
@@ -323,6 +324,7 @@ fn blurred_frames_are_as_exact_backwards_as_forwards() {
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let straight = pool.install(|| {
+            let settings = Settings { audit: false, ..settings };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             seen(&mut renderer, 3);
             renderer.forget_film();
@@ -359,7 +361,7 @@ fn what_moves_for_days_is_exact_on_both_sides() {
     let days = toy::keys(&[(1.0, DVec3::new(-1.0, 0.4, 1.5)), (2e5, DVec3::new(5e4, 0.4, 1.5))]);
     scene.models.last_mut().unwrap().track.translate = days;
     for budget in [Budget::None, Budget::Full] {
-        let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::settings(1) };
+        let paths = Settings { paths: 8, bounces: 2, budget, paths_per_frame: 4, ..toy::audited(1) };
         let settings = Settings { base_place: BasePlace::Middle, occlusion_rays: 4, ..paths };
         let mut renderer = Renderer::new(&scene, &settings).unwrap();
         let mut render = |frame, kept: Option<_>| {
@@ -386,7 +388,7 @@ fn backwards_is_as_exact_as_forwards() {
     ];
     for (name, scene) in worlds {
         for samples in [1, 2] {
-            let settings = Settings { occlusion_rays: 4, ..toy::settings(samples) };
+            let settings = Settings { occlusion_rays: 4, ..toy::audited(samples) };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             renderer.render(FRAMES, false).unwrap();
             for frame in (1..FRAMES).rev() {

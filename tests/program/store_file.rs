@@ -120,14 +120,18 @@ fn under_a_sky(mut scene: Scene) -> Scene {
     scene
 }
 
+fn small(samples: u32) -> Settings {
+    Settings { width: 64, height: 48, ..toy::audited(samples) }
+}
+
 /// From each frame of each of these to the next through a file.
 #[test]
 fn frames_after_a_store_are_those_of_one_run() {
-    let plain = toy::settings(2);
-    let paths = Settings { paths: 5, bounces: 2, ..toy::settings(1) };
+    let plain = small(2);
+    let paths = Settings { paths: 5, bounces: 2, ..small(1) };
     let budget = Settings { budget: Budget::Full, paths_per_frame: 2, ..paths.clone() };
-    let wide = Settings { filter: Filter::Gaussian, mode: Mode::Auto, ..toy::settings(2) };
-    let paper = Settings { reuse: Reuse::Paper, ..toy::settings(2) };
+    let wide = Settings { filter: Filter::Gaussian, mode: Mode::Auto, ..small(2) };
+    let paper = Settings { reuse: Reuse::Paper, ..small(2) };
     let occluded = |mut scene: Scene| {
         scene.ambient_is_occluded = true;
         scene
@@ -136,13 +140,13 @@ fn frames_after_a_store_are_those_of_one_run() {
         refinement: Some(Refinement { most: 4, threshold: 0.1 }),
         paths: 2,
         bounces: 1,
-        ..toy::settings(1)
+        ..small(1)
     };
-    let exposed = Settings { shutter: HALF, exposures: 3, ..toy::settings(1) };
+    let exposed = Settings { shutter: HALF, exposures: 3, ..small(1) };
     let of_all =
         Settings { paths: 3, bounces: 1, budget: Budget::Full, paths_per_frame: 1, ..exposed.clone() };
-    let through_a_lens = Settings { refinement: adaptive.refinement, exposures: 2, ..toy::settings(1) };
-    let of_two = Settings { stereo: STEREO, ..toy::settings(1) };
+    let through_a_lens = Settings { refinement: adaptive.refinement, exposures: 2, ..small(1) };
+    let of_two = Settings { stereo: STEREO, ..small(1) };
     let of_two_exposed = Settings { stereo: STEREO, ..exposed.clone() };
     let kinds: [(&str, Scene, &Settings); 22] = [
         ("exposures", camera_goes(with_flyer(world())), &exposed),
@@ -172,7 +176,9 @@ fn frames_after_a_store_are_those_of_one_run() {
     for (name, scene, settings) in kinds {
         // at rest, what a film shows already casts no rays: that is counted, and changes nothing else
         let moves = scene.camera.eye.at(5.0) != scene.camera.eye.at(6.0) || name.contains("turns");
-        let mut one = Renderer::new(&scene, settings).unwrap();
+        // what has the same samples and the same film needs no audit of its own
+        let unaudited = Settings { audit: false, ..settings.clone() };
+        let mut one = Renderer::new(&scene, &unaudited).unwrap();
         let mut other = Renderer::new(&scene, settings).unwrap();
         for frame in 1..=FRAMES {
             for (uninterrupted, finished) in seen(&mut one, frame).iter().zip(seen(&mut other, frame)) {
@@ -189,7 +195,7 @@ fn frames_after_a_store_are_those_of_one_run() {
 
 #[test]
 fn answers_that_hold_backwards_come_back_as_such() {
-    let sharp = Settings { paths: 4, bounces: 1, ..toy::settings(1) };
+    let sharp = Settings { paths: 4, bounces: 1, ..small(1) };
     let blurred = Settings { shutter: HALF, exposures: 3, ..sharp.clone() };
     let of_two = Settings { stereo: STEREO, ..blurred.clone() };
     let folder = tempfile::tempdir().unwrap();
