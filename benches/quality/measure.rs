@@ -8,13 +8,13 @@ use afterimage::scene::Scene;
 use afterimage::settings::Settings;
 use afterimage::stats::SampleCounts;
 
-use crate::coverage::{Areas, areas, moved};
-use crate::flows::Flow;
-use crate::picture::Picture;
-use crate::reference::Reference;
-use crate::sequence::{Pictures, Sequence, Tracks};
-use crate::subjects::{Subject, Unit};
-use crate::toy;
+use super::coverage::{Areas, areas, moved};
+use super::flows::Flow;
+use super::picture::Picture;
+use super::reference::Reference;
+use super::sequence::{Pictures, Sequence, Tracks};
+use super::subjects::{Subject, Unit};
+use super::toy;
 
 #[derive(Debug, Clone)]
 pub struct Options {

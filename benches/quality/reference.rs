@@ -9,8 +9,8 @@ use afterimage::scene::Scene;
 use afterimage::settings::Settings;
 use glam::Vec3;
 
-use crate::coverage::{self, Areas};
-use crate::picture::Picture;
+use super::coverage::{self, Areas};
+use super::picture::Picture;
 
 /// A frame with `side` x `side` samples a pixel.
 pub struct Reference {

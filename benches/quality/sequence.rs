@@ -9,7 +9,7 @@ use afterimage::scene::Scene;
 use afterimage::settings::Settings;
 use glam::{Vec2, Vec3};
 
-use crate::picture::{Picture, rms};
+use super::picture::{Picture, rms};
 
 /// Pictures by frame number.
 pub type Pictures = BTreeMap<i32, Picture>;

@@ -5,8 +5,8 @@ use afterimage::animation::{Track, TransformTrack};
 use afterimage::scene::{Material, Mesh, Model, Scene, Texture};
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::flows::{Flow, Stand, there_and_back};
-use crate::toy;
+use super::flows::{Flow, Stand, there_and_back};
+use super::toy;
 
 /// A scene with its camera moves.
 pub struct Subject {

@@ -1,4 +1,4 @@
-//! Results of [`Motion`], compared with those of a search through each frame, box and triangle.
+//! Answers of [`Motion`], compared with those of looking at each frame, box and triangle.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,17 +17,20 @@ use crate::scene::{Mesh, Scene, Shapes};
 /// Frames that hold all motion of random scenes.
 const FRAMES: std::ops::RangeInclusive<i32> = -15..=50;
 
-/// Converts a frame to its count, and a count to its frame.
+/// By how much boxes of which it is asked whether an answer is too early are larger.
+const ROOM: f64 = 1e-5;
+
+/// A frame's count, and a count's frame.
 fn count(direction: Direction, frame: i32) -> i32 {
     direction.count(frame.into()) as i32
 }
 
-/// Number of a frame's first moment.
+/// The number of a frame's first moment.
 fn first_moment(clock: &Clock, frame: i32) -> i32 {
     clock.moment(frame, 0) as i32
 }
 
-/// Counts of the moments of these frames, rising.
+/// The counts of the moments of these frames, rising.
 fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
     let moments = first_moment(clock, *FRAMES.start())..first_moment(clock, FRAMES.end() + 1);
     let mut counts: Vec<i32> = moments.map(|moment| count(direction, moment)).collect();
@@ -35,23 +38,59 @@ fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
     counts
 }
 
-/// Brute-force test if a model, by number and place, touches a segment.
-type Touches<'a> = dyn Fn(usize, &Transform, &Segment) -> bool + 'a;
-
-/// First frame after the segment's in which a model that is not where it was in the frame before touches the
-/// segment at its old place or its new one.
-fn first_frame(poses: &[Pose], segment: &Segment, touches: &Touches<'_>) -> Option<i32> {
-    let later = poses.windows(2).filter(|pair| pair[1].frame > segment.after);
-    let mut touched = later.filter(|pair| {
+/// By frame, the models that are not where they were in the frame before, at their old places and their new ones: those at which they
+/// are there.
+fn moved(poses: &[Pose]) -> impl Iterator<Item = (i32, Vec<(usize, &Transform)>)> {
+    poses.windows(2).map(|pair| {
         let models = pair[0].models.iter().zip(&pair[1].models).enumerate();
-        let mut moved = models.filter(|(_, (old, new))| old != new);
-        let touched = |model, at: &Transform| at.is_visible && touches(model, at, segment);
-        moved.any(|(model, (old, new))| touched(model, old) || touched(model, new))
-    });
-    touched.next().map(|pair| pair[1].frame)
+        let moved = models.filter(|(_, (old, new))| old != new);
+        let places = moved.flat_map(|(model, (old, new))| [(model, old), (model, new)]);
+        (pair[1].frame, places.filter(|(_, place)| place.is_visible).collect())
+    })
 }
 
-/// Poses in the order of time that runs in `direction`; their frames are counts.
+/// The first frame after the segment's in which one of those that moved touches it, by brute force.
+fn first_frame<T>(moved: &[(i32, Vec<T>)], segment: &Segment, touches: impl Fn(&T) -> bool) -> Option<i32> {
+    let mut later = moved.iter().filter(|(frame, _)| *frame > segment.after);
+    later.find(|(_, placed)| placed.iter().any(&touches)).map(|(frame, _)| *frame)
+}
+
+/// A model at one of its places, world space.
+struct Placed {
+    /// Of the parts of its mesh.
+    boxes: Vec<Bounds>,
+    triangles: Vec<[DVec3; 3]>,
+    /// Around both.
+    around: Bounds,
+}
+
+impl Placed {
+    fn new(mesh: &Mesh, boxes: &PartBoxes, place: &Transform) -> Self {
+        let boxes: Vec<Bounds> = boxes.in_shape(&place.shape).map(|bounds| bounds.placed(place)).collect();
+        let deformed = mesh.shapes.as_ref().map(|shapes| shapes.positions(&place.shape));
+        let positions = deformed.as_deref().unwrap_or(mesh.positions.as_slice());
+        let corner = |i: u32| place.point(Vec3::from_array(positions[i as usize]));
+        let triangles: Vec<[Vec3; 3]> = mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect();
+        let around = boxes.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
+        let around = triangles.iter().flatten().copied().fold(around, Bounds::with);
+        let triangles = triangles.iter().map(|corners| corners.map(|corner| corner.as_dvec3())).collect();
+        Self { boxes, triangles, around }
+    }
+
+    /// Whether a segment meets one of the boxes, which are larger by a share of its distance.
+    fn is_met_in_a_box(&self, segment: &Segment, room: f64) -> bool {
+        meets_box(&self.around, segment, room)
+            && self.boxes.iter().any(|bounds| meets_box(bounds, segment, room))
+    }
+
+    /// Whether a segment meets one of the triangles.
+    fn is_met(&self, segment: &Segment) -> bool {
+        meets_box(&self.around, segment, ROOM)
+            && self.triangles.iter().any(|triangle| meets_triangle(*triangle, segment))
+    }
+}
+
+/// In the order of time that runs in `direction`; their frames are counts.
 fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
     let pose = |counted: i32| {
         let time = clock.time(count(direction, counted).into());
@@ -66,7 +105,7 @@ fn boxes(scene: &Scene) -> Vec<PartBoxes> {
     scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
 }
 
-/// Returns true if a segment meets a box that is enlarged by a share of its distance: in double precision.
+/// Whether a segment meets a box that is larger by a share of its distance: in double precision.
 fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     let (mut enter, mut leave) = (0.0, f64::from(segment.far));
     for axis in 0..3 {
@@ -86,58 +125,51 @@ fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     enter <= leave
 }
 
-/// Returns true if a segment meets a triangle of a model, in double precision.
-fn meets_mesh(scene: &Scene, model: usize, place: &Transform, segment: &Segment) -> bool {
-    let mesh = &scene.models[model].mesh;
-    let deformed = mesh.shapes.as_ref().map(|shapes| shapes.positions(&place.shape));
-    let positions = deformed.as_deref().unwrap_or(mesh.positions.as_slice());
-    let corner = |i: u32| place.point(Vec3::from_array(positions[i as usize])).as_dvec3();
+/// In double precision.
+fn meets_triangle([a, b, c]: [DVec3; 3], segment: &Segment) -> bool {
     let (origin, direction) = (segment.origin.as_dvec3(), segment.direction.as_dvec3());
-    mesh.triangles.iter().any(|triangle| {
-        let [a, b, c] = triangle.map(corner);
-        let (across, up) = (b - a, c - a);
-        let side = direction.cross(up);
-        let scale = 1.0 / across.dot(side);
-        let u = (origin - a).dot(side) * scale;
-        let other = (origin - a).cross(across);
-        let (v, t) = (direction.dot(other) * scale, up.dot(other) * scale);
-        u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t <= f64::from(segment.far)
-    })
+    let (across, up) = (b - a, c - a);
+    let side = direction.cross(up);
+    let scale = 1.0 / across.dot(side);
+    let u = (origin - a).dot(side) * scale;
+    let other = (origin - a).cross(across);
+    let (v, t) = (direction.dot(other) * scale, up.dot(other) * scale);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t <= f64::from(segment.far)
 }
 
-/// Frame of a result; `None` if it holds forever.
+/// The frame of an answer; none if it holds forever.
 fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
     count_of(motion, &Clock::FRAMES, Direction::Forward, until)
 }
 
-/// Count of a result's frame.
+/// Its count.
 fn count_of(motion: &Motion, clock: &Clock, direction: Direction, until: Until) -> Option<i32> {
     counts(clock, direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
-/// Rank of frames in their order, never last.
+/// Frames in their order, never last.
 fn rank(frame: Option<i32>) -> i32 {
     frame.unwrap_or(i32::MAX)
 }
 
-/// Comparison of results with those of brute force.
+/// How answers compare with those of brute force.
 #[derive(Debug, Default)]
 struct Tally {
     asked: usize,
-    /// Segments that a triangle touches some time.
+    /// Touched by a triangle some time.
     touched: usize,
-    /// Results later than the boxes, or than the triangles: wrong.
+    /// Later than the boxes, or than the triangles: wrong.
     late: usize,
-    /// Results not after the frame of the query: wrong.
+    /// Not after the frame of the question: wrong.
     spent: usize,
-    /// Results earlier than boxes that are a little larger: the hierarchy is wrong, or coarse.
+    /// Earlier than boxes that are a little larger: the hierarchy is wrong, or coarse.
     early: usize,
-    /// Results earlier than the triangles: the price of boxes.
+    /// Earlier than the triangles: the price of boxes.
     false_alarms: usize,
 }
 
 impl Tally {
-    /// Makes random queries about `scene`. `answer` returns the count of the first frame of a touch.
+    /// Asks random questions about `scene`. `answer` has the count of the first frame of a touch.
     fn of(
         scene: &Scene,
         (clock, direction): (&Clock, Direction),
@@ -145,25 +177,22 @@ impl Tally {
         answer: impl Fn(&Segment) -> Option<i32>,
     ) -> Self {
         let (poses, boxes) = (poses(scene, clock, direction), boxes(scene));
-        let by_box = |room: f64| {
-            let boxes = &boxes;
-            move |model: usize, place: &Transform, segment: &Segment| {
-                boxes[model]
-                    .in_shape(&place.shape)
-                    .any(|bounds| meets_box(&bounds.placed(place), segment, room))
-            }
+        let placed = |(model, place): (usize, &Transform)| {
+            Placed::new(&scene.models[model].mesh, &boxes[model], place)
         };
-        let (exactly, roomy) = (by_box(0.0), by_box(1e-5));
-        let by_mesh =
-            |model: usize, place: &Transform, segment: &Segment| meets_mesh(scene, model, place, segment);
+        let moved: Vec<(i32, Vec<Placed>)> =
+            moved(&poses).map(|(frame, places)| (frame, places.into_iter().map(placed).collect())).collect();
         let mut tally = Self::default();
         for _ in 0..60 {
             let segment = random_segment(dice);
             let after = count(direction, first_moment(clock, segment.after));
             let segment = Segment { after, ..segment };
             let got = rank(answer(&segment));
-            let truth = |touches: &Touches<'_>| rank(first_frame(&poses, &segment, touches));
-            let (exact, roomy, mesh) = (truth(&exactly), truth(&roomy), truth(&by_mesh));
+            let by_box = |room: f64| {
+                rank(first_frame(&moved, &segment, |placed| placed.is_met_in_a_box(&segment, room)))
+            };
+            let (exact, roomy) = (by_box(0.0), by_box(ROOM));
+            let mesh = rank(first_frame(&moved, &segment, |placed| placed.is_met(&segment)));
             tally.asked += 1;
             tally.touched += usize::from(mesh < i32::MAX);
             tally.late += usize::from(got > exact || got > mesh);
@@ -185,12 +214,12 @@ impl Tally {
         }
     }
 
-    /// Compares many random scenes; `change` is applied to each result.
+    /// Of many random scenes; `change` is done to each answer.
     fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         Self::at_moments(limit, &Clock::FRAMES, direction, change)
     }
 
-    /// Compares many random scenes at the moments of `clock`.
+    /// The same at the moments of `clock`.
     fn at_moments(limit: usize, clock: &Clock, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
         let scenes = if *clock == Clock::FRAMES { 200 } else { 30 };
@@ -218,7 +247,7 @@ fn answers_are_those_of_looking_at_each_frame_and_box() {
     }
 }
 
-/// Tests frames that are exposed several times: half of the time between them, all of it, and with cuts.
+/// Frames that are exposed several times: half of the time between them, all of it, and with cuts.
 #[test]
 fn answers_are_those_of_looking_at_each_moment_and_box() {
     let clock = |count, open, close, cuts: &[i32]| {
@@ -264,12 +293,12 @@ fn sliding(keys: &[(f64, f64)]) -> TransformTrack {
     TransformTrack { translate, ..TransformTrack::identity() }
 }
 
-/// Creates a scene with a small mover on the x axis.
+/// A small mover on the x axis.
 fn slider(keys: &[(f64, f64)]) -> Scene {
     scene(vec![model(pane(), sliding(keys))], vec![])
 }
 
-/// Queries a segment across the x axis at `x`, without an end.
+/// Across the x axis at `x`, without an end.
 fn across(motion: &Motion, x: f32, after: i32) -> Until {
     motion.first_touch(Vec3::new(x, 0.0, -9.0), Vec3::Z, f32::INFINITY, after)
 }
@@ -335,7 +364,7 @@ fn frames_that_two_bytes_cannot_name_are_never_late() {
     assert_eq!(across(&motion, 90.0, last), Until::FOREVER);
 }
 
-/// Checks that, whatever the frame, results hold for the same number of frames forwards and backwards.
+/// Whatever the frame: forwards and backwards the same number of frames.
 #[test]
 fn an_answer_can_be_told_in_the_other_direction() {
     let keys = [(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0), (400.0, 90.0), (401.0, 0.0)];
@@ -514,13 +543,14 @@ fn speed_of_queries() {
         let visits = segments.iter().map(visits).sum::<usize>() as f64 / segments.len() as f64;
         let touched = 100.0 * touched as f64 / segments.len() as f64;
         let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::of(&scene, frame)).collect();
-        let near = |_: usize, place: &Transform, segment: &Segment| {
+        let moved: Vec<(i32, Vec<(usize, &Transform)>)> = moved(&poses).collect();
+        let near = |place: &Transform, segment: &Segment| {
             let (line, to) = (segment.direction, place.point(Vec3::ZERO) - segment.origin);
             let t = (to.dot(line) / line.length_squared()).clamp(0.0, 1.0);
             to.distance(line * t) <= 0.15
         };
         let early = |segment: &&Segment| {
-            let truth = first_frame(&poses, segment, &near);
+            let truth = first_frame(&moved, segment, |(_, place)| near(place, segment));
             truth.is_none_or(|frame| motion.has_expired(ask(segment), frame - 1))
                 && ask(segment) != Until::FOREVER
         };
@@ -533,7 +563,7 @@ fn speed_of_queries() {
     }
 }
 
-/// Tests a pane that goes to and fro for ever: it is back in each frame, as it is in the first ones.
+/// A pane that goes to and fro for ever: it is back in each frame, as it is in the first ones.
 #[test]
 fn what_repeats_moves_for_ever_from_its_first_frame_on() {
     let mesh = pane();

@@ -141,7 +141,7 @@ mod tests {
         let mode = Mode::Reproject;
         // several bands of tiles, of whatever number of threads
         let settings =
-            Settings { width: 320, height: 180, samples: 1, mode, audit: true, ..shot.settings.clone() };
+            Settings { width: 256, height: 144, samples: 1, mode, audit: true, ..shot.settings.clone() };
         let refinement = Some(crate::settings::Refinement { most: 2, threshold: 0.1 });
         let blurred = Settings {
             shutter: Some(crate::exposure::Shutter { open: 0.0, close: 0.5 }),
@@ -152,15 +152,16 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
         for settings in [settings.clone(), Settings { refinement, ..settings }, blurred] {
             pool.install(|| {
-                let mut untouched = Renderer::new(&shot.scene, &settings).expect("Embree is there");
+                let unaudited = Settings { audit: false, ..settings.clone() };
+                let mut untouched = Renderer::new(&shot.scene, &unaudited).expect("Embree is there");
                 let expected =
                     [3, 4].map(|frame| colors(&untouched.render(frame, frame > 3).expect("a frame").film));
-                let mut aside = Aside::new(&shot.scene, &settings);
+                let mut aside = Aside::new(&shot.scene, &unaudited);
                 let seen = untouched.render_aside(&mut aside, Some(&camera), 4, false).expect("a picture");
                 let expected_aside = colors(&seen.film);
                 for bands in 1..3 {
                     let mut renderer = Renderer::new(&shot.scene, &settings).expect("Embree is there");
-                    let mut beside = Aside::new(&shot.scene, &settings);
+                    let mut beside = Aside::new(&shot.scene, &unaudited);
                     // what is stopped has something to reuse
                     renderer.render(2, false).expect("a frame");
                     renderer.render_aside(&mut beside, Some(&camera), 2, false).expect("a picture");

@@ -145,7 +145,12 @@ pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, 
     }
 }
 
-/// A small picture of `samples` x `samples` samples a pixel, audited.
+/// The same as [`settings`], with an audit of each frame: for those who look at what it finds. It costs more than the frame.
+pub fn audited(samples: u32) -> Settings {
+    Settings { audit: true, ..settings(samples) }
+}
+
+/// A small picture of `samples` x `samples` samples a pixel.
 pub fn settings(samples: u32) -> Settings {
     Settings {
         width: 96,
@@ -156,7 +161,6 @@ pub fn settings(samples: u32) -> Settings {
         mode: Mode::Reproject,
         base_every: 0,
         layers: Layers::ALL,
-        audit: true,
         ..Settings::default()
     }
 }

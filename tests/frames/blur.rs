@@ -1,0 +1,499 @@
+//! Motion blur and depth of field: are all exposures exact, is their mean what formulas say, and does it depend on nothing else?
+
+use afterimage::animation::{Track, TransformTrack, Visibility};
+use afterimage::exposure::Shutter;
+use afterimage::film::Film;
+use afterimage::frame::{Finished, Renderer, Spoil};
+use afterimage::scene::camera::Lens;
+use afterimage::scene::{Background, Material, Scene};
+use afterimage::settings::{Backdrop, Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
+use glam::{DVec3, Vec3};
+
+use crate::runs;
+use crate::runs::{Place, assert_same as assert_same_files};
+use crate::toy;
+use crate::toy::worlds::*;
+
+/// Half of the time, about each frame's own.
+const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
+
+fn settings(samples: u32) -> Settings {
+    Settings { shutter: HALF, exposures: 5, ..toy::settings(samples) }
+}
+
+/// With a lens of that radius, focused on the camera's target.
+fn with_lens(mut scene: Scene, radius: f64) -> Scene {
+    scene.camera.lens.aperture = Some(Track::constant(radius));
+    scene
+}
+
+fn dolly(scene: Scene) -> Scene {
+    with_camera(scene, goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET))
+}
+
+/// With a flyer that is there for parts of some shutters.
+fn comes_and_goes(mut scene: Scene) -> Scene {
+    let flyer = scene.models.last_mut().unwrap();
+    flyer.track.visible = Visibility::through(false, vec![(2.1, true), (3.05, false), (3.9, true)]).unwrap();
+    scene
+}
+
+/// Demands an audit without a difference; gives the share of samples that were reused after the first frame.
+fn audited(name: &str, scene: &Scene, settings: &Settings) -> f64 {
+    let (mut reused, mut all) = (0, 0);
+    for Finished { stats, .. } in toy::render(scene, &Settings { audit: true, ..settings.clone() }, 4) {
+        let audit = stats.audit.unwrap();
+        assert_eq!(audit.checked, stats.samples.total());
+        assert_eq!(audit.differing, 0, "{name}, frame {}: {audit:?}", stats.frame);
+        assert!(audit.on_edge * 100 < audit.checked, "{name}, frame {}: {audit:?}", stats.frame);
+        if stats.frame > 1 {
+            (reused, all) = (reused + stats.samples.reused(), all + stats.samples.total());
+        }
+    }
+    reused as f64 / all as f64
+}
+
+/// Each way of rendering before each kind of camera; with and without a lens, lights that move and a flyer that comes and goes, so
+/// that each two of all of these meet.
+#[test]
+fn every_exposure_is_exact_whatever_moves() {
+    type Change = fn(Scene) -> Scene;
+    let turns = |scene| with_camera(scene, rests(EYE), goes(TARGET, TARGET + DVec3::X));
+    let cameras: [(&str, Change); 3] = [("at rest", |scene| scene), ("dolly", dolly), ("turns", turns)];
+    let small = |samples| Settings { width: 64, height: 48, ..settings(samples) };
+    let ways = [
+        small(1),
+        Settings { filter: Filter::Mitchell, ..small(2) },
+        // in a smaller picture tracing would pay
+        Settings { mode: Mode::Auto, exposures: 4, ..settings(1) },
+        Settings { reuse: Reuse::Paper, exposures: 3, ..small(2) },
+        Settings { shutter: None, ..small(1) },
+        Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..small(1) },
+    ];
+    for (way, settings) in ways.iter().enumerate() {
+        for (number, (name, camera)) in cameras.into_iter().enumerate() {
+            let (lens, lights, flyer) = (way + number, way / 2 + number, way / 3 + number.div_ceil(2));
+            let mut scene = camera(with_flyer(world()));
+            if lens % 2 == 1 {
+                scene = with_lens(scene, 0.2);
+            }
+            if lights % 2 == 1 {
+                scene = with_area_lights(scene);
+            }
+            if flyer % 2 == 1 {
+                scene = comes_and_goes(scene);
+            }
+            let name = format!("{name}, way {way}, {lens} {lights} {flyer}");
+            let share = audited(&name, &scene, settings);
+            assert!(share > 0.7, "{name}: {share}");
+        }
+    }
+}
+
+/// Answers hold until some moment, and not until some frame.
+#[test]
+fn what_samples_gather_is_exact_at_every_moment() {
+    let scenes = [
+        ("at rest", with_flyer(world())),
+        ("dolly", dolly(with_flyer(world()))),
+        ("comes and goes", comes_and_goes(with_flyer(world()))),
+    ];
+    for (name, mut scene) in scenes {
+        scene.ambient_is_occluded = true;
+        for budget in [Budget::None, Budget::Full] {
+            let settings = Settings {
+                paths: 4,
+                paths_per_frame: 2,
+                budget,
+                occlusion_rays: 4,
+                occlusion_radius: 1.5,
+                exposures: 3,
+                ..settings(1)
+            };
+            audited(name, &scene, &settings);
+            audited(name, &with_lens(scene.clone(), 0.15), &Settings { shutter: None, ..settings });
+        }
+    }
+}
+
+/// A camera that rests, moves and rests again, and cuts: all ways in which samples go from exposure to exposure.
+#[test]
+fn samples_change_hands_when_the_camera_starts_and_stops() {
+    let away = EYE + DVec3::new(0.3, 0.0, -0.2);
+    let eye = toy::keys(&[(1.0, EYE), (3.25, EYE), (4.5, away), (20.0, away)]);
+    for radius in [0.0, 0.1] {
+        let mut scene = with_lens(with_camera(with_flyer(world()), eye.clone(), rests(TARGET)), radius);
+        let settings = Settings { audit: true, ..settings(1) };
+        let frames = toy::render(&scene, &settings, 8);
+        assert!(frames.iter().all(|frame| frame.stats.audit.unwrap().differing == 0));
+        let verified = |frame: usize| frames[frame - 1].stats.rays.verification;
+        assert!(verified(4) > 4 * verified(8), "in place again: {} {}", verified(4), verified(8));
+        scene.camera.cuts = vec![4];
+        scene.camera.eye = scene.camera.eye.cut_at(&[4.0]);
+        assert!(
+            toy::render(&scene, &settings, 6).iter().all(|frame| frame.stats.audit.unwrap().differing == 0)
+        );
+    }
+}
+
+#[test]
+fn the_audit_finds_spoilt_samples_of_an_exposure() {
+    for scene in [dolly(with_flyer(matt_world())), with_flyer(matt_world())] {
+        for what in [Spoil::Place, Spoil::Reflectance, Spoil::Tags] {
+            let settings = Settings { audit: true, ..settings(1) };
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            renderer.render(1, true).unwrap();
+            assert!(renderer.spoil(what).unwrap() > 0);
+            let audit = renderer.render(2, true).unwrap().stats.audit.unwrap();
+            assert!(audit.differing > 0, "{what:?}");
+        }
+    }
+}
+
+fn planes(film: &Film) -> Vec<(String, Vec<u32>)> {
+    let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect();
+    film.planes.iter().map(|plane| (plane.name.to_string(), bits(plane.values.to_floats()))).collect()
+}
+
+#[track_caller]
+fn assert_same(one: &Finished, other: &Finished, what: &str) {
+    for ((name, one), (_, other)) in planes(&one.film).into_iter().zip(planes(&other.film)) {
+        let off = one.iter().zip(&other).filter(|(one, other)| one != other).count();
+        assert_eq!((one.len(), off), (other.len(), 0), "{what}: {name}");
+    }
+}
+
+#[test]
+fn frames_are_the_same_for_any_number_of_threads_and_in_any_chunk() {
+    for scene in [with_lens(dolly(with_flyer(world())), 0.1), with_flyer(world())] {
+        let settings = Settings { paths: 2, ..settings(2) };
+        let on = |threads, first: i32| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut renderer = Renderer::new(&scene, &settings).unwrap();
+                (first..=4).map(|frame| renderer.render(frame, frame != 3).unwrap()).collect::<Vec<_>>()
+            })
+        };
+        let one = on(1, 1);
+        for (threads, first) in [(2, 1), (5, 1), (3, 3)] {
+            for other in on(threads, first) {
+                let frame = other.stats.frame;
+                let one = &one[frame as usize - 1];
+                // ages are counted from where a chunk begins, and nothing but those
+                assert_same(one, &other, &format!("{threads} threads from {first}, frame {frame}"));
+                assert_eq!(one.stats.rays, other.stats.rays);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_shutter_that_does_not_open_takes_a_sharp_frame() {
+    let scene = dolly(with_flyer(world()));
+    let render = |shutter| toy::render(&scene, &Settings { shutter, ..settings(2) }, 3);
+    let (sharp, closed) = (render(None), render(Some(Shutter { open: 0.0, close: 0.0 })));
+    for (one, other) in sharp.iter().zip(&closed) {
+        assert_same(one, other, "closed");
+        assert_eq!((one.camera, one.stats.rays), (other.camera, other.stats.rays));
+    }
+    let traced = |frame, shutter| {
+        let settings = Settings { shutter, ..settings(2) };
+        Renderer::new(&scene, &settings).unwrap().render(frame, false).unwrap()
+    };
+    let later = traced(2, Some(Shutter { open: 1.0, close: 1.0 }));
+    for plane in ["R", "Z", "P.X", "CryptoObject00.G"] {
+        assert_eq!(toy::mean_difference(&later, &traced(3, None), plane), 0.0, "{plane}");
+    }
+}
+
+/// A picture of reused samples is that of samples that were all traced, but for which points of surfaces stand for a pixel.
+#[test]
+fn pictures_agree_with_those_that_are_traced_in_full() {
+    for (name, scene) in [
+        ("at rest", with_lens(with_flyer(matt_world()), 0.2)),
+        ("dolly", with_lens(dolly(with_flyer(matt_world())), 0.2)),
+    ] {
+        let render = |mode, exposures| {
+            let settings = Settings { mode, exposures, ..settings(1) };
+            // what is traced in full depends on no frame before it
+            let first = if mode == Mode::Full { FRAMES } else { 1 };
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            (first..=FRAMES).map(|frame| renderer.render(frame, true).unwrap()).last().unwrap()
+        };
+        let truth = render(Mode::Full, 128);
+        let [full, inferred] = [Mode::Full, Mode::Reproject].map(|mode| render(mode, 16));
+        let [off, own] = [&inferred, &full].map(|frame| toy::mean_difference(frame, &truth, "G"));
+        assert!(off < own * 2.5 && off < 0.003, "{name}: {off} {own}");
+    }
+}
+
+#[test]
+fn a_resting_camera_pays_only_for_what_moves() {
+    let still = with_lens(matt_world(), 0.2);
+    let mut scene = still.clone();
+    scene.models.retain(|model| model.name != "flyer");
+    let frames = toy::render(&scene, &Settings { shutter: None, ..settings(1) }, 3);
+    assert_eq!(frames[2].stats.rays.total(), 0);
+    assert_eq!(toy::mean_difference(&frames[1], &frames[2], "R"), 0.0);
+    let frames = toy::render(&still, &settings(1), 4);
+    let rays = |frame: usize| frames[frame].stats.rays.total();
+    assert!(rays(3) * 3 < rays(0), "{} {}", rays(0), rays(3));
+}
+
+/// A square of light, 2 wide, that moves to the right before nothing; seen side by side, ten pixels a unit.
+fn square(track: Track<DVec3>) -> Scene {
+    let shining = Material { emission: Vec3::ONE, ..toy::matt(0.0) };
+    let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    let mesh = toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], 0, true);
+    let track = TransformTrack { translate: track, ..TransformTrack::identity() };
+    let eye = DVec3::new(0.0, 0.0, 5.0);
+    let mut scene = toy::scene(
+        toy::camera(rests(eye), rests(DVec3::ZERO)),
+        vec![toy::moving("square", mesh, track)],
+        vec![shining],
+        vec![],
+    );
+    scene.camera.lens = Lens { height: Some(Track::constant(7.2)), ..Lens::default() };
+    scene.background = Background::uniform(Vec3::ZERO);
+    scene
+}
+
+/// How much of the time what is `wide` pixels wide and moves by `far` pixels to the right covers a pixel whose left edge is at `x`
+/// from where its left edge begins: a box, moved evenly.
+fn covered(x: f64, wide: f64, far: f64) -> f64 {
+    let steps = 4000;
+    let at = |time: f64| {
+        let (low, high) = (time * far, time * far + wide);
+        (high.min(x + 1.0) - low.max(x)).max(0.0)
+    };
+    (0..steps).map(|step| at((f64::from(step) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps)
+}
+
+#[test]
+fn what_moves_evenly_leaves_a_ramp() {
+    // 20 pixels a frame, of which the shutter sees half
+    let scene = square(toy::keys(&[(0.0, DVec3::X * -5.0), (5.0, DVec3::X * 5.0)]));
+    for (mode, exposures, tolerance) in
+        [(Mode::Reproject, 16, 0.07), (Mode::Reproject, 64, 0.02), (Mode::Full, 64, 0.02)]
+    {
+        let settings = Settings {
+            shutter: Some(Shutter { open: 0.0, close: 0.5 }),
+            exposures,
+            mode,
+            background: Backdrop::Transparent,
+            audit: true,
+            ..settings(1)
+        };
+        let frame = toy::render(&scene, &settings, 2).pop().unwrap();
+        assert_eq!(frame.stats.audit.unwrap().differing, 0);
+        // at frame 2 the square reaches from -2 to 0, and the picture from -4.8 to 4.8
+        let mut worst: f64 = 0.0;
+        for x in 0..96 {
+            let expected = covered(f64::from(x) - 28.0, 20.0, 10.0);
+            for plane in ["A", "G"] {
+                let shown = f64::from(toy::pixel(&frame, plane, x, 36));
+                worst = worst.max((shown - expected).abs());
+            }
+            let id = toy::pixel(&frame, "CryptoObject00.G", x, 36);
+            assert!((id - toy::pixel(&frame, "A", x, 36)).abs() < 2e-3, "mattes add up to alpha");
+        }
+        assert!(worst < tolerance, "{mode:?}, {exposures}: {worst}");
+        // motion vectors are those of the frame's own time, whenever samples were seen: pixel by pixel of the middle exposure
+        for (plane, expected) in [("forward.U", 20.0), ("backward.U", -20.0)] {
+            let pixels = toy::pixel(&frame, plane, 40, 36);
+            assert!((pixels - expected).abs() < 1e-4, "{plane}: {pixels}");
+        }
+    }
+}
+
+/// A white square of edge `size` at `distance` before a lens of radius 0.3 that is focused at 4, before nothing.
+fn before_a_lens(size: f32, distance: f64) -> Scene {
+    let mut scene = square(rests(DVec3::ZERO));
+    let (half, z) = (size / 2.0, -distance as f32);
+    let corners = [[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]];
+    let mesh = toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], 0, true);
+    scene.models = vec![toy::still("square", mesh, Vec3::ZERO)];
+    scene.camera = toy::camera(rests(DVec3::ZERO), rests(DVec3::Z * -1.0));
+    scene.camera.lens =
+        Lens { aperture: Some(Track::constant(0.3)), focus: Some(Track::constant(4.0)), ..Lens::default() };
+    scene
+}
+
+/// Pixels for a length of 1 at distance 1.
+fn pixels_per_unit() -> f64 {
+    36.0 / 30.0_f64.to_radians().tan()
+}
+
+fn alpha(scene: &Scene, exposures: u32) -> Vec<f32> {
+    let settings = Settings {
+        shutter: None,
+        exposures,
+        background: Backdrop::Transparent,
+        mode: Mode::Reproject,
+        audit: true,
+        ..settings(1)
+    };
+    let frame = toy::render(scene, &settings, 1).pop().unwrap();
+    assert_eq!(frame.stats.audit.unwrap().differing, 0);
+    frame.film.values("A").unwrap()
+}
+
+#[test]
+fn what_is_in_focus_is_sharp() {
+    let shown = alpha(&before_a_lens(1.5, 4.0), 32);
+    let edge = 0.75 / 4.0 * pixels_per_unit();
+    for (number, shown) in shown.iter().enumerate() {
+        let (x, y) = (number % 96, number / 96);
+        let share = |at: usize, middle: f64| {
+            let (low, high) = (at as f64 - middle, at as f64 + 1.0 - middle);
+            (high.min(edge) - low.max(-edge)).clamp(0.0, 1.0)
+        };
+        let expected = share(x, 48.0) * share(y, 36.0);
+        assert!((f64::from(*shown) - expected).abs() < 0.08, "{x} {y}: {shown} {expected}");
+    }
+}
+
+#[test]
+fn what_is_out_of_focus_is_a_disc_of_the_thin_lens() {
+    for distance in [2.0, 2.5, 8.0, 40.0] {
+        let size = 0.05 * distance as f32;
+        let shown = alpha(&before_a_lens(size, distance), 128);
+        // on the plane in focus, through the point: see the thin lens formula
+        let radius = 0.3 * (1.0 - 4.0 / distance).abs() / 4.0 * pixels_per_unit();
+        let half = 0.025 * pixels_per_unit();
+        let (mut sum, mut squares, mut reach) = (0.0, 0.0, 0.0_f64);
+        for (number, shown) in shown.iter().enumerate().filter(|(_, shown)| **shown > 0.0) {
+            let [x, y] = [number % 96, number / 96].map(|at| at as f64 + 0.5);
+            let squared = (x - 48.0).powi(2) + (y - 36.0).powi(2);
+            sum += f64::from(*shown);
+            squares += f64::from(*shown) * squared;
+            reach = reach.max(squared.sqrt());
+        }
+        let area = 4.0 * half * half;
+        assert!((sum / area - 1.0).abs() < 0.03, "{distance}: {sum} {area}: nothing is lost");
+        // a disc's mean squared distance from its middle is half of its squared radius; the square's and the pixel's come on top
+        let expected = radius * radius / 2.0 + 2.0 * half * half / 3.0 + 1.0 / 6.0;
+        let spread = squares / sum;
+        assert!((spread / expected - 1.0).abs() < 0.04, "{distance}: {spread} {expected}");
+        assert!(reach < radius + (2.0_f64).sqrt() * (half + 1.0), "{distance}: {reach} {radius}");
+    }
+}
+
+/// Every pixel has one sample of every exposure: a thing that comes and goes in an instant shows in its share of the pixels.
+#[test]
+fn every_pixel_sees_every_time() {
+    // a wall that stands before the camera in one of eight parts of the shutter only
+    let away = DVec3::Y * 50.0;
+    let near = DVec3::ZERO;
+    for part in 0..8 {
+        let (begin, end) = (3.0 + f64::from(part) / 8.0 - 0.5, 3.0 + f64::from(part + 1) / 8.0 - 0.5);
+        let jump = 1e-3;
+        let track =
+            toy::keys(&[(begin - jump, away), (begin + jump, near), (end - jump, near), (end + jump, away)]);
+        let mut scene = square(track);
+        scene.camera.lens.height = Some(Track::constant(1.0));
+        let settings = Settings {
+            shutter: Some(Shutter { open: -0.5, close: 0.5 }),
+            exposures: 8,
+            background: Backdrop::Transparent,
+            ..settings(1)
+        };
+        let frame = toy::render(&scene, &settings, 3).pop().unwrap();
+        let alpha = frame.film.values("A").unwrap();
+        assert!(alpha.iter().all(|alpha| *alpha == 0.125), "{part}");
+    }
+}
+
+/// Traced in full: what is reused in a crop lacks what comes from beside it.
+#[test]
+fn a_crop_is_the_part_of_the_picture() {
+    let scene = with_lens(with_flyer(world()), 0.2);
+    for filter in [Filter::Box, Filter::Gaussian] {
+        let settings = Settings { filter, mode: Mode::Full, ..settings(2) };
+        let crop = PixelRect { x: 20, y: 30, width: 40, height: 20 };
+        let render = |crop| toy::render(&scene, &Settings { crop, ..settings.clone() }, 1).pop().unwrap();
+        let (whole, part) = (render(None), render(Some(crop)));
+        for plane in ["R", "A", "Z", "CryptoObject00.G", "N.X", "forward.U"] {
+            for (x, y) in (0..40).flat_map(|x| (0..20).map(move |y| (x, y))) {
+                let [part, whole] =
+                    [toy::pixel(&part, plane, x, y), toy::pixel(&whole, plane, x + 20, y + 30)];
+                assert_eq!(part, whole, "{plane} {x} {y}");
+            }
+        }
+    }
+}
+
+/// Runs of the binary, with frames that are blurred.
+fn run(place: &Place, options: &str) -> runs::Ran {
+    place.render(&format!("--size 48x27 --progress none {options}"))
+}
+
+#[test]
+fn chunks_and_resumed_runs_are_blurred_alike() {
+    let place = Place::new();
+    let blurred = "--shutter -0.25,0.25 --exposures 3 --base-every 4 --layers all";
+    run(&place, &format!("{blurred} --frames 1-8 --audit -o whole/f.####.exr")).done();
+    for chunk in ["7-8", "1-2", "3-6"] {
+        run(&place, &format!("{blurred} --frames {chunk} -o chunks/f.####.exr")).done();
+    }
+    for frame in 1..=8 {
+        let [one, other] =
+            ["whole", "chunks"].map(|folder| place.path(&format!("{folder}/f.{frame:04}.exr")));
+        assert_same_files(&one, &other);
+    }
+    let again = |options: &str| {
+        run(&place, &format!("{options} --frames 1-8 --resume -o whole/f.####.exr")).done().stderr
+    };
+    assert!(again(blurred).contains("8 frames are there"));
+    assert!(again(&blurred.replace("3", "4")).contains("settings"));
+}
+
+#[test]
+fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
+    let place = Place::new();
+    let text = std::fs::read_to_string(runs::analytic()).unwrap();
+    let shot = runs::analytic().canonicalize().unwrap();
+    let folder = shot.parent().unwrap();
+    let text = text.replace("obj = \"", &format!("obj = \"{}/", folder.display()));
+    std::fs::write(place.path("s.toml"), format!("{text}\n[shutter]\n")).unwrap();
+    let rays = |options: &str| {
+        let options = format!("--size 48x27 --frames 2 --mode full --stats s.json --progress none {options}");
+        runs::Ran::of(place.command("s.toml", &options).output().unwrap()).done();
+        let json = std::fs::read(place.path("s.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        json["totals"]["rays"]["primary"].as_u64().unwrap()
+    };
+    let sharp = rays("--sharp");
+    assert_eq!(rays(""), 16 * sharp);
+    assert_eq!((rays("--exposures 5"), rays("--exposures 1")), (5 * sharp, sharp));
+    assert_eq!(rays("--shutter 0.25,0.25"), sharp, "it does not open");
+}
+
+#[test]
+fn what_does_not_go_with_exposures_is_refused_with_a_way_out() {
+    let place = Place::new();
+    for (options, word) in [
+        ("--shutter 0.5,0", "before it opens"),
+        ("--shutter 0,1.5", "-1 to 1"),
+        ("--shutter -0.75,0.5", "360 degrees"),
+        ("--shutter nan,1", "-1 to 1"),
+        ("--shutter 180", "comma"),
+        ("--exposures 0", "1..=256"),
+        ("--sharp --exposures 4", "cannot be used"),
+    ] {
+        let ran = run(&place, options);
+        assert!(ran.code == 2 && ran.stderr.contains(word), "{options}: {}", ran.stderr);
+    }
+}
+
+/// A lens as large as the scene, and one whose points are inside of things.
+#[test]
+fn a_lens_as_large_as_the_scene_is_exact() {
+    for radius in [3.0, 12.0] {
+        let scene = with_lens(with_flyer(world()), radius);
+        for finished in toy::render(&scene, &Settings { mode: Mode::Auto, audit: true, ..settings(1) }, 3) {
+            assert_eq!(finished.stats.audit.unwrap().differing, 0, "{radius}");
+            assert!(finished.film.values("R").unwrap().iter().all(|value| value.is_finite()));
+        }
+    }
+}

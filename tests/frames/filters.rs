@@ -1,0 +1,93 @@
+//! Do all filters give pictures of the right brightness, and are frames of reused samples exact with each of them?
+
+use std::path::Path;
+
+use afterimage::scene;
+use afterimage::settings::{Filter, Mode, Settings};
+use glam::{DVec3, Vec3};
+
+use crate::toy;
+use crate::toy::worlds::*;
+
+const WIDE: [Filter; 5] =
+    [Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::BlackmanHarris, Filter::Lanczos];
+
+#[test]
+fn reuse_is_exact_with_every_filter() {
+    let scene = with_camera(with_flyer(world()), goes(EYE, EYE + DVec3::X), rests(TARGET));
+    for (filter, radius) in
+        WIDE.into_iter().flat_map(|filter| [None, Some(3.5)].map(|radius| (filter, radius)))
+    {
+        for samples in [1, 3] {
+            let small = Settings { width: 48, height: 36, ..toy::audited(samples) };
+            let settings = Settings { filter, filter_radius: radius, ..small };
+            for frame in toy::render(&scene, &settings, 3) {
+                assert_eq!(frame.stats.audit.unwrap().differing, 0, "{filter:?}, {samples}");
+                let planes = &frame.film.planes;
+                let is_finite =
+                    planes.iter().all(|plane| plane.values.to_floats().iter().all(|value| value.is_finite()));
+                assert!(is_finite, "{filter:?}, {radius:?}, {samples}");
+            }
+        }
+    }
+}
+
+/// Before a camera at rest most tiles are left as they are: those that a wider filter reaches must not be.
+#[test]
+fn a_film_at_rest_is_what_it_would_be_if_it_were_made_anew() {
+    let scene = with_flyer(matt_world());
+    for (filter, radius) in [(Filter::Tent, 0.75), (Filter::Lanczos, 3.0), (Filter::Gaussian, 4.0)] {
+        let settings = Settings { filter, filter_radius: Some(radius), ..toy::audited(2) };
+        let kept = toy::render(&scene, &settings, 5);
+        for kept in kept {
+            assert_eq!(kept.stats.audit.unwrap().differing, 0, "{filter:?}");
+        }
+    }
+}
+
+/// Filters differ at edges. What is flat, and the mean of a whole picture, they leave as it is.
+#[test]
+fn no_filter_makes_a_picture_brighter() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic/analytic.toml");
+    let shot = scene::load(&path, true).unwrap();
+    let mean = |filter, samples| {
+        let settings = Settings { filter, samples, mode: Mode::Full, ..toy::settings(1) };
+        let film = toy::render(&shot.scene, &settings, 1).remove(0).film;
+        let sum =
+            |name: &str| film.values(name).unwrap().iter().sum::<f32>() / (film.width * film.height) as f32;
+        Vec3::new(sum("R"), sum("G"), sum("B"))
+    };
+    for samples in [1, 2, 4] {
+        let by_box = mean(Filter::Box, samples);
+        for filter in WIDE {
+            let off = (mean(filter, samples) / by_box - 1.0).abs().max_element();
+            assert!(off < 0.02, "{filter:?}, {samples}: {off}");
+        }
+    }
+}
+
+/// A dark half plane before a bright one, seen through 4 x 4 samples a pixel: how many pixels of a row are between the two.
+#[test]
+fn wider_filters_are_softer_and_lobes_make_edges_sharp() {
+    let wall = |left: f32, right: f32, material| {
+        let corners = [[left, -9.0, 0.0], [right, -9.0, 0.0], [right, 9.0, 0.0], [left, 9.0, 0.0]];
+        toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
+    };
+    let bright = afterimage::scene::Material { emission: Vec3::ONE, ..toy::matt(0.0) };
+    let models = vec![
+        toy::still("dark", wall(-20.0, 0.013, 0), Vec3::ZERO),
+        toy::still("bright", wall(0.013, 20.0, 1), Vec3::ZERO),
+    ];
+    let camera = toy::camera(rests(DVec3::new(0.0, 0.0, 4.0)), rests(DVec3::ZERO));
+    let scene = toy::scene(camera, models, vec![toy::matt(0.0), bright], vec![]);
+    let row = |filter, radius| {
+        let settings = Settings { filter, filter_radius: radius, ..toy::settings(4) };
+        let red = toy::render(&scene, &settings, 1).remove(0).film.values("R").unwrap();
+        red[36 * 96..37 * 96].to_vec()
+    };
+    let between = |row: &[f32]| row.iter().filter(|value| (0.02..0.98).contains(*value)).count();
+    let [narrow, wide] = [0.75, 3.0].map(|radius| between(&row(Filter::Gaussian, Some(radius))));
+    assert!(narrow <= 2 && wide >= 3, "{narrow}, {wide}");
+    let over = |filter| row(filter, None).iter().any(|value| *value > 1.004);
+    assert_eq!(WIDE.map(over), [false, false, true, false, true], "which of them overshoot");
+}

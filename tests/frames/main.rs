@@ -1,0 +1,40 @@
+//! Are frames what they must be, and is what reuse keeps of them what would be made anew? ARCHITECTURE.md has the question
+//! of each file.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+#[path = "../collection/mod.rs"]
+mod collection;
+#[path = "../program/runs.rs"]
+mod runs;
+#[path = "../small_shot/mod.rs"]
+mod small_shot;
+#[path = "../toy/mod.rs"]
+mod toy;
+
+mod adaptive;
+mod affine;
+mod analytic;
+mod audit;
+mod blur;
+mod caustics;
+mod deforming;
+mod extremes;
+mod filters;
+mod gather;
+mod golden;
+mod layers;
+mod lens;
+mod light_groups;
+mod mattes;
+mod metal_rough;
+mod motion_vectors;
+mod occlusion;
+mod passing;
+mod quadrics;
+mod quality;
+mod ray_trees;
+mod reflection_maps;
+mod reuse;
+mod shots;
+mod stereo;
+mod windows;

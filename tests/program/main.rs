@@ -1,0 +1,27 @@
+//! Does the program do what it says: what it prints and writes, when it fails, and what is left of a run that was
+//! interrupted? ARCHITECTURE.md has the question of each file.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+#[path = "../small_shot/mod.rs"]
+mod small_shot;
+#[path = "../toy/mod.rs"]
+mod toy;
+
+mod cli;
+mod cuts;
+mod denoise;
+mod diff;
+mod extras;
+#[cfg(unix)]
+mod files;
+mod hostile;
+mod init;
+mod interrupted;
+mod key_frames;
+#[cfg(target_os = "linux")]
+mod memory;
+mod output;
+mod preview;
+mod readers;
+mod runs;
+mod store_file;

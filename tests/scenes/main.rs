@@ -1,0 +1,16 @@
+//! Is a shot read as it is written, and every mistake told with its place?
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+#[path = "../collection/mod.rs"]
+mod collection;
+#[path = "../small_shot/mod.rs"]
+mod small_shot;
+
+mod awkward;
+mod camera;
+mod deforming;
+mod environment;
+mod model;
+mod quadrics;
+mod schema;
+mod shot;
