@@ -1,4 +1,4 @@
-//! Scenes: what can be changed, what is frozen, and the step between.
+//! Scenes that can be changed, frozen scenes, and the step between.
 
 use crate::device::Device;
 use crate::error::{Error, ErrorCode};
@@ -7,7 +7,7 @@ use crate::query::Committed;
 use embree4_sys as sys;
 use std::sync::Arc;
 
-/// How much time to spend on the acceleration structure.
+/// Time to spend on building the acceleration structure.
 ///
 /// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
 /// buffers here never change. What deforms is built anew, in a scene that takes the other's
@@ -42,7 +42,7 @@ pub struct GeometryId(pub u32);
 pub struct Scene {
     // Field order is drop order: the scene before what it holds, the geometries before their device.
     raw: SceneHandle,
-    /// By id; none where ids were left out.
+    /// Geometries and instances by id; none where ids were left out.
     attached: Vec<Option<Attached>>,
     device: Device,
     quality: BuildQuality,
@@ -237,7 +237,7 @@ impl Scene {
             .ok_or_else(|| Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0)))
     }
 
-    /// Whether instances in this scene may place `of`.
+    /// Checks whether instances in this scene may place `of`.
     fn check_instanced(&self, of: &FrozenScene) -> Result<(), Error> {
         self.check_device(&of.scene.device)?;
         if of.scene.attached.iter().flatten().any(|a| matches!(a, Attached::Instance { .. })) {
@@ -258,7 +258,7 @@ impl Scene {
 }
 
 impl FrozenScene {
-    /// The scene, to be traced by itself.
+    /// Returns the scene, to be traced by itself.
     pub fn committed(&self) -> Committed<'_> {
         // SAFETY: `Scene::freeze` committed it, nothing can change it since, and the result borrows it.
         unsafe { Committed::new(self.scene.raw.0) }
