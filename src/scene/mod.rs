@@ -57,7 +57,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights in the order of the shot.
     pub lights: Vec<Light>,
-    /// Light that reaches everything: multiplies a material's `ambient`.
+    /// Ambient light, which reaches everything: multiplies a material's `ambient`.
     pub ambient: Vec3,
     /// True if ambient light is dimmed by ambient occlusion.
     pub ambient_is_occluded: bool,
@@ -115,11 +115,11 @@ impl Scene {
 /// Radiance of the sky by direction; linear, scene-referred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Background {
-    /// Straight up.
+    /// Radiance straight up.
     pub zenith: Vec3,
-    /// At the height of the eye, seen from above.
+    /// Radiance at the height of the eye, seen from above.
     pub horizon: Vec3,
-    /// Below the horizon.
+    /// Radiance below the horizon.
     pub ground: Vec3,
 }
 
