@@ -137,7 +137,7 @@ impl Environment {
         let [choice, other] = random;
         let Some(sun) = self.sun else { return self.sample_grid(random) };
         let share = self.sun_share;
-        // what is left of the number that chose is as random as it was
+        // the rest of the number that chose is as random as the number was
         if choice < share {
             sun.sample([choice / share, other])
         } else {
@@ -161,7 +161,7 @@ impl Environment {
         self.turn.apply(self.grid.sample(random))
     }
 
-    /// Columns and rows of the grid.
+    /// Numbers of columns and rows of the grid.
     pub fn size(&self) -> [usize; 2] {
         self.grid.size()
     }
@@ -198,7 +198,7 @@ impl Turn {
     }
 }
 
-/// Finite, whatever the factor.
+/// Scales a colour. The result is finite, whatever the factor.
 fn scaled(color: Vec3, factor: f32) -> Vec3 {
     (color * factor).min(Vec3::MAX)
 }
