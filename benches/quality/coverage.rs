@@ -140,7 +140,7 @@ pub fn areas(
     Ok(areas)
 }
 
-/// Half the sum of what materials gain and lose, in percent of the picture.
+/// Half the sum of the areas that materials gain and lose, as a percentage of the picture.
 pub fn moved(areas: &Areas, reference: &Areas) -> f64 {
     let moved: f64 = areas.iter().zip(reference).map(|(a, b)| (a - b).abs()).sum();
     50.0 * moved / reference.iter().sum::<f64>()

@@ -49,7 +49,8 @@ pub struct Row {
     pub centred: f64,
     /// Coverage error of the subject's object, if it has one.
     pub coverage: Option<Coverage>,
-    /// Half the sum of what materials gain and lose, in percent of the picture: inferred, centred, jittered.
+    /// Half the sum of the areas that materials gain and lose, as a percentage of the picture: inferred,
+    /// centred, jittered.
     pub moved: [f64; 3],
     /// Flicker over that of centred frames, and over that of jittered ones.
     pub flicker: [f64; 2],

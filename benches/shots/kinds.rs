@@ -53,7 +53,7 @@ pub const MOST_LIGHTS: usize = 32;
 /// Lights that a measurement takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lights {
-    /// So many point lights, with hard shadows.
+    /// This number of point lights, with hard shadows.
     Points(usize),
     /// The panel.
     Soft,

@@ -156,7 +156,7 @@ impl Arguments {
 
     fn layers(&self) -> Layers {
         let alone = matches!(self.subject, Subject::Chains | Subject::Gathered);
-        // those of figures that are in the documentation: what files held if nobody said what, until it became fewer
+        // the layers of the documentation's figures: the former default, before it became smaller
         let many = "diffuse,specular,reflection,refraction,albedo,Z,P,N,object,status,rays";
         let of_figures = if alone { Layers::NONE } else { Layers::parse(many).unwrap_or_default() };
         self.layers.unwrap_or(of_figures)

@@ -117,7 +117,7 @@ fn kitchen(obj: PathBuf) -> Place {
     }
 }
 
-/// Along the rows that are full: there is neither floor nor wall.
+/// The warehouse, seen along the rows that are full: there is neither floor nor wall.
 fn warehouse(obj: PathBuf) -> Place {
     Place {
         name: "warehouse",
@@ -135,7 +135,7 @@ fn warehouse(obj: PathBuf) -> Place {
     }
 }
 
-/// Near enough that the sphere fills most of the picture.
+/// The generated sphere, near enough that it fills most of the picture.
 pub fn rippled_sphere(obj: PathBuf) -> Place {
     Place {
         name: "sphere",

@@ -51,7 +51,7 @@ impl Frames {
         Ok(Self { runs })
     }
 
-    /// From `first` to `last`.
+    /// Creates the frames from `first` to `last`.
     ///
     /// # Panics
     /// Where `last` is before `first`.

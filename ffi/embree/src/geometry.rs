@@ -189,7 +189,7 @@ impl Handle {
         unsafe { sys::rtcSetGeometryMask(self.raw, mask) };
     }
 
-    /// For instances: 3 rows, 4 columns, column after column.
+    /// Sets an instance's transform: 3 rows, 4 columns, column after column.
     pub(crate) fn set_transform(&mut self, transform: &[f32; 12]) {
         // SAFETY: the geometry is live, and Embree copies the 12 floats.
         unsafe {

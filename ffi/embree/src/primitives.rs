@@ -71,7 +71,7 @@ impl Callbacks {
     }
 }
 
-/// The primitives that a callback is asked about.
+/// Returns the primitives of a callback.
 ///
 /// # Safety
 /// `address` is what [`Callbacks::set`] has told Embree, of a geometry that lives during `'a`.
@@ -217,8 +217,8 @@ pub(crate) unsafe fn occlude(
     unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), ends_here, end) };
 }
 
-/// Calls `then` for each ray that takes part and meets the primitive, with its lane and where it does: four rays are asked at a
-/// time, whichever take part.
+/// Calls `then` for each ray that takes part and meets the primitive, with its lane and the intersection.
+/// Four rays are tested at a time, whichever take part.
 ///
 /// # Safety
 /// As of [`valid_lanes`], where there are as many as rays; a ray that takes part is there.

@@ -98,8 +98,8 @@ impl Scene {
         Ok(id)
     }
 
-    /// Leaves out ids, so that the next geometry has the id `next` or a later one: what is named by ids of two scenes can be told
-    /// apart so.
+    /// Leaves out ids, so that the next geometry has the id `next` or a later one: ids of two scenes can thus
+    /// be kept distinct.
     pub fn skip_ids_to(&mut self, next: GeometryId) {
         let count = self.attached.len().max(next.0 as usize);
         self.attached.resize_with(count, || None);

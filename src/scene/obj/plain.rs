@@ -20,8 +20,8 @@ const REACH: usize = 128;
 /// Maximum number of digits of an index.
 const MOST_DIGITS: usize = 7;
 
-/// By the number of digits before the point and by the length of the number: where each of its digits stands, the last
-/// one in the last lane; before the first -1, for zero.
+/// Places of a number's digits, by the number of digits before the point and by the length of the number. The
+/// last digit is in the last lane; lanes before the first one are -1, for zero.
 static PLACES: [[[i8; 16]; 16]; 16] = places();
 
 /// Indices of a corner: position, texture coordinate, normal; 0 if left out.
