@@ -1,4 +1,7 @@
 //! The scene as plain data, and its loaders.
+//!
+//! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space. Units
+//! are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
 pub mod camera;
 pub mod environment;

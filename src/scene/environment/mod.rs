@@ -67,6 +67,9 @@ impl Environment {
     }
 
     /// Creates a clear sky with its sun.
+    ///
+    /// # Panics With angles or a turbidity beyond the ranges that [`Sky`] states, where its formulas give no
+    /// colour.
     pub fn from_sky(sky: &Sky) -> Self {
         let (width, height, texels) = sky.picture();
         let grid =
@@ -75,6 +78,8 @@ impl Environment {
     }
 
     /// Creates an environment from a gradient, which depends on the height alone.
+    ///
+    /// # Panics With a colour that is negative or not finite.
     pub fn from_background(background: &Background) -> Self {
         let middle = |row| std::f32::consts::PI * (row as f32 + 0.5) / BACKGROUND_ROWS as f32;
         let row = |row| background.radiance(Vec3::new(0.0, middle(row).cos(), -middle(row).sin()));

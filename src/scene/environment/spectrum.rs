@@ -1,4 +1,7 @@
 //! Spectrum of the sun, its attenuation by the air, and the resulting colour.
+//!
+//! Formulas and the spectrum are those of appendix 1 of Preetham, Shirley and Smits (1999), which follow
+//! Iqbal's "An Introduction to Solar Radiation" (1983).
 
 use glam::{DMat3, DVec3, Vec3};
 

@@ -71,6 +71,8 @@ pub(crate) struct ReadShapes {
 
 /// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: the places of its vertices in
 /// that file.
+///
+/// # Errors A file that cannot be read, or that has other positions than the mesh.
 pub fn read(
     mesh: &Mesh,
     path: &Path,

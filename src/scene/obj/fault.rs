@@ -4,7 +4,7 @@ use super::lines::{Lines, split_keyword, words};
 use super::number::parsed;
 use super::statement::{self, Corner, MOST_CORNERS, shown};
 
-/// Maximum of coordinates: Embree silently ignores triangles beyond it.
+/// Maximum of coordinates. Larger ones are refused: Embree silently ignores such triangles.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
 /// Numbers of `v`, `vt` and `vn` statements.
