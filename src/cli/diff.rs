@@ -17,7 +17,7 @@ use crate::report::file_difference::{self, FileDifference, LayerDifference, Pict
 use crate::report::values::name_in_layer;
 use crate::report::whole_file;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 const EXAMPLES: &str = "\
 Examples:
   afterimage diff old.exr new.exr                         each layer: largest difference, RMSE, pixels

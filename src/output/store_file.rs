@@ -1,11 +1,11 @@
 //! Sample stores in files: with one a later run continues where this one ends, with the same results as in
 //! one run.
 //!
-//! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a
-//! block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep samples
-//! of their own), with its length before it. After the header and after each block there is a checksum of
-//! everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot itself
-//! needs, and references to things that do not exist are refused.
+//! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and
+//! a block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep
+//! samples of their own), with its length before it. After the header and after each block there is a checksum
+//! of everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot
+//! itself needs, and references to things that do not exist are refused.
 
 use std::cell::Cell;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! Comparison of several tracers on the same frames: measurements of each, and the agreement of their pictures.
+//! Comparison of several tracers on the same frames: measurements of each, and agreement of their pictures.
 
 use serde::Serialize;
 

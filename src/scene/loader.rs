@@ -24,11 +24,10 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     load_sharing(path, strict, MOST_ADDED)
 }
 
-/// [`load`] with another limit for the triangles that still models may add by being copies of each other, before they share them: tests
-/// have small shots share meshes.
+/// Loads a shot like [`load`], with another limit for the triangles that copies of still models may add
+/// before they share a mesh: tests let small shots share meshes.
 ///
-/// # Errors
-/// Those of [`load`].
+/// # Errors Those of [`load`].
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
@@ -55,10 +54,9 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// The turntable of the OBJ file at `path`: see [`turntable`].
+/// Loads the OBJ file at `path` as a turntable: see [`turntable`].
 ///
-/// # Errors
-/// Those of [`load`].
+/// # Errors Those of [`load`].
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
     turntable::shot(path, strict, options)
 }

@@ -1,6 +1,6 @@
 //! `afterimage compare`: the same frames, reprojected and traced in full, by each tracer, in one run.
 //!
-//! Which of the two ways comes first alternates from frame to frame, and the tracers take turns with every
+//! The order of the two ways alternates from frame to frame, and the tracers take turns with every
 //! frame, so that whatever else the machine does strikes all. Tables, files and the report tell of the first
 //! tracer, as if there were no other; what all of them were measured at follows.
 //!
@@ -48,7 +48,7 @@ use crate::stats::{RunSettings, held_bytes};
 use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 const EXAMPLES: &str = "\
 Examples:
   afterimage compare city.toml

@@ -106,9 +106,9 @@ fn settings(job: &Job) -> Digest {
     // without reuse its rule does not matter
     let reuses = *mode != Mode::Full;
     let reuse = reuses.then_some(reuse);
-    // and that of occlusion, where nobody asks for it, follows from the models alone
+    // the radius of occlusion that no layer and no light needs does not matter
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
-    // answers of base frames in the middle are asked again sooner: where paths share a budget, that is seen
+    // with base frames in the middle, answers expire sooner: visible if paths share a budget
     let base_place = (reuses && *paths > 0 && *budget != Budget::None).then_some(base_place);
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());

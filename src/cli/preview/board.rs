@@ -220,7 +220,8 @@ impl Board {
         }
     }
 
-    /// The worker has rendered the view with this number, or says why not; nobody may want it any more.
+    /// Stores the rendered view with this number, or the reason why there is none. It may not be requested
+    /// any more.
     pub fn viewed(&self, number: u64, shown: Result<Shown, String>) {
         if let Some(wish) = self.state().wishes.iter_mut().find(|wish| wish.number == number) {
             wish.shown = Some(shown);
@@ -264,7 +265,7 @@ impl Board {
         state.camera.clone().filter(|_| state.has(version, frame))
     }
 
-    /// For the page. Texts come from files: nothing in them is obeyed by who shows them.
+    /// State for the page, as JSON. Texts come from files: control sequences in them are made visible.
     pub fn told(&self) -> Value {
         let state = self.state();
         let runs: Vec<[i64; 3]> =

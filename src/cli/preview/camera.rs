@@ -67,7 +67,7 @@ impl ShotCamera {
     /// Reads the camera of `shot`.
     pub fn of(shot: &Shot) -> Self {
         let track = shot.scene.camera.clone();
-        // who has a target needs no other
+        // a camera with a target needs no other
         let models = match track.aim {
             Aim::Target { .. } => (DVec3::ZERO, 0.0),
             Aim::Rotation(_) => middle_of_models(shot),

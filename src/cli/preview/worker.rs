@@ -71,7 +71,7 @@ impl Worker {
                 Err((error, file)) => {
                     let watch = Watch::of(before.files().chain(file), &before);
                     self.board.failed(&one_line(&error));
-                    // a file that is missing has a name that nobody here knows
+                    // the name of a missing file is not known here
                     wait_for_change(&watch, RETRY.max(start.elapsed() * 10));
                     watch
                 }

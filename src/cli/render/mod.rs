@@ -34,7 +34,7 @@ use crate::settings::{Build, DenoiseQuality, Mode, Settings};
 use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
 use crate::stereo::Eye;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 pub const EXAMPLES: &str = "\
 Examples:
   afterimage render city.toml

@@ -67,6 +67,9 @@ impl Environment {
     }
 
     /// Creates a clear sky with its sun.
+    ///
+    /// # Panics With angles or a turbidity beyond the ranges that [`Sky`] states, where its formulas give no
+    /// colour.
     pub fn from_sky(sky: &Sky) -> Self {
         let (width, height, texels) = sky.picture();
         let grid =
@@ -75,6 +78,8 @@ impl Environment {
     }
 
     /// Creates an environment from a gradient, which depends on the height alone.
+    ///
+    /// # Panics With a colour that is negative or not finite.
     pub fn from_background(background: &Background) -> Self {
         let middle = |row| std::f32::consts::PI * (row as f32 + 0.5) / BACKGROUND_ROWS as f32;
         let row = |row| background.radiance(Vec3::new(0.0, middle(row).cos(), -middle(row).sin()));
@@ -137,7 +142,7 @@ impl Environment {
         let [choice, other] = random;
         let Some(sun) = self.sun else { return self.sample_grid(random) };
         let share = self.sun_share;
-        // what is left of the number that chose is as random as it was
+        // the rest of the number that chose is as random as the number was
         if choice < share {
             sun.sample([choice / share, other])
         } else {
@@ -161,7 +166,7 @@ impl Environment {
         self.turn.apply(self.grid.sample(random))
     }
 
-    /// Columns and rows of the grid.
+    /// Numbers of columns and rows of the grid.
     pub fn size(&self) -> [usize; 2] {
         self.grid.size()
     }
@@ -198,7 +203,7 @@ impl Turn {
     }
 }
 
-/// Finite, whatever the factor.
+/// Scales a colour. The result is finite, whatever the factor.
 fn scaled(color: Vec3, factor: f32) -> Vec3 {
     (color * factor).min(Vec3::MAX)
 }

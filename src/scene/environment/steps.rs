@@ -1,4 +1,4 @@
-//! A distribution over numbered steps, found again by one random number.
+//! A distribution over numbered steps, sampled by one random number.
 
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -53,7 +53,7 @@ impl Steps {
         Self { ends, guide }
     }
 
-    /// The step that `random` falls into: one of positive probability, whatever `random` is.
+    /// Finds the step that `random` falls into: one of positive probability, whatever `random` is.
     pub fn find(&self, random: f32) -> Step {
         // 0 for NaN
         let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
@@ -64,7 +64,7 @@ impl Steps {
         Step { index, within: (random - self.begin(index)) / self.probability(index) }
     }
 
-    /// Probability of all before step `index`.
+    /// Probability of all steps before step `index`.
     fn begin(&self, index: usize) -> f32 {
         if index == 0 { 0.0 } else { self.ends[index - 1] }
     }

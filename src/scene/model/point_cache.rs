@@ -90,7 +90,7 @@ fn layout_of(bytes: &[u8]) -> Result<Layout, String> {
     Ok(layout)
 }
 
-/// Little-endian.
+/// Reads the layout of a PC2 file, which is little-endian.
 fn pc2(bytes: &[u8]) -> Option<Layout> {
     let word = |number: usize| -> Option<[u8; 4]> {
         let at = PC2_MARK.len() + 4 * number;
@@ -104,7 +104,7 @@ fn pc2(bytes: &[u8]) -> Option<Layout> {
     Some(Layout { samples: count(4)?, points: count(1)?, begins, first, every, number: f32::from_le_bytes })
 }
 
-/// Big-endian. Its times are seconds, of which nobody knows how many frames they have.
+/// Reads the layout of an MDD file, which is big-endian. Its times are in seconds, without a frame rate.
 fn mdd(bytes: &[u8]) -> Option<Layout> {
     let count = |at: usize| {
         let word = bytes.get(at..at + 4)?.try_into().ok()?;

@@ -13,7 +13,7 @@ use crate::scene::{Mesh, SceneError, Shapes};
 /// A file of a sequence.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Numbered {
-    /// In its name.
+    /// Number in its name.
     pub number: u64,
     /// Path of the file.
     pub path: PathBuf,
@@ -21,7 +21,7 @@ pub(crate) struct Numbered {
 
 /// Origins of a mesh's vertices in its OBJ file.
 pub(crate) struct Origins {
-    /// By vertex, the number of its position, from 0.
+    /// Number of each vertex's position in the file, from 0.
     pub of_vertex: Vec<u32>,
     /// Number of positions in the file.
     pub count: usize,
@@ -71,6 +71,8 @@ pub(crate) struct ReadShapes {
 
 /// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: the places of its vertices in
 /// that file.
+///
+/// # Errors A file that cannot be read, or that has other positions than the mesh.
 pub fn read(
     mesh: &Mesh,
     path: &Path,
@@ -112,12 +114,12 @@ fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), Sce
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
 }
 
-/// Shapes, each once.
+/// Distinct shapes: equal ones are stored once.
 #[derive(Default)]
 struct Distinct {
     list: Vec<Vec<[f32; 3]>>,
     keys: Vec<(f64, u32)>,
-    /// Numbers by content.
+    /// Numbers of the shapes by digest of their content.
     known: HashMap<Digest, Vec<u32>>,
 }
 

@@ -9,7 +9,7 @@ use super::polygon::Cutter;
 /// Triangles of a file, in the order of its faces.
 #[derive(Debug, Default)]
 pub(super) struct Triangles {
-    /// Vertices of each.
+    /// Vertices of each triangle.
     pub corners: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material and group, as length and use; lengths are above
     /// 0.
@@ -27,7 +27,7 @@ struct Part {
     flat: usize,
 }
 
-/// Cuts all faces up. The corners are vertices by now.
+/// Cuts all faces into triangles. The corners are vertices by now.
 pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
     let parts: Vec<Part> = runs.into_par_iter().map(|run| Part::of(run, positions)).collect();
     let flat = parts.iter().map(|part| part.flat).sum();
@@ -110,7 +110,8 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Not finite counts as an area: the check of coordinates finds it.
+/// Returns true if a triangle has an area. One that is not finite counts as having one: the check of
+/// coordinates finds it.
 #[inline(always)]
 fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);

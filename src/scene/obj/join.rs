@@ -107,7 +107,7 @@ fn bases(pieces: &[Piece]) -> (Vec<[u64; 3]>, [u64; 3]) {
     (bases.collect(), sum)
 }
 
-/// One list of many, with room for one more (which a vertex buffer needs).
+/// Concatenates lists, with room for one more entry (which a vertex buffer needs).
 pub(super) fn concatenated<T: Copy + Default + Send + Sync>(lists: impl Iterator<Item = Vec<T>>) -> Vec<T> {
     let lists: Vec<Vec<T>> = lists.collect();
     let length = lists.iter().map(Vec::len).sum();
@@ -120,7 +120,7 @@ pub(super) fn concatenated<T: Copy + Default + Send + Sync>(lists: impl Iterator
     whole
 }
 
-/// Parts of so many entries, from the first on.
+/// Splits a list into parts of these lengths, from the first entry on.
 pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     let mut parts = Vec::new();
     for length in lengths {
@@ -132,8 +132,8 @@ pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>)
 }
 
 impl Joined {
-    /// Gives materials and groups their numbers in the file, and names their lines. For each piece, which of its faces have
-    /// which.
+    /// Numbers the materials and groups of the file, and sets the lines of their names. Returns the changes
+    /// of use among the faces of each piece.
     fn name(&mut self, pieces: &mut [Piece]) -> Vec<Vec<(u32, Use)>> {
         let named = |name: &str| Named { name: name.to_owned(), line: 0 };
         (self.materials, self.groups) = (vec![named("")], vec![named(NO_GROUP)]);
@@ -160,7 +160,8 @@ impl Joined {
     }
 }
 
-/// The numbers in the file of the names of a piece that begins with this line; `names` are those of the file so far.
+/// Looks up the file's numbers for the names of a piece that begins with this line; `names` are those of the
+/// file so far.
 fn numbers(
     of_piece: &mut Vec<Name>,
     line: usize,
@@ -181,7 +182,8 @@ fn named_at(name: &[u8], line: usize) -> Named {
 }
 
 impl Run {
-    /// So many entries are defined before the piece, and `counts` in the file.
+    /// Creates the run of a piece. `[bv, bvt, bvn]`: numbers of entries defined before the piece; `counts`:
+    /// those of the file.
     fn new(
         faces: Faces,
         uses: Vec<(u32, Use)>,

@@ -17,13 +17,13 @@ use super::column::Indices;
 use super::fault::Fault;
 use super::join::{Joined, Run, concatenated};
 
-/// Ends a list of variants.
+/// End of a list of variants.
 const NONE: u32 = u32::MAX;
 
-/// Most variants of a position that are looked through one by one.
+/// Maximum number of variants of a position that are searched one by one.
 const LONGEST_WALK: usize = 64;
 
-/// Blocks of positions for each thread: more than one, because they take different times.
+/// Number of blocks of positions for each thread: more than one, because they take different times.
 const BLOCKS_A_THREAD: usize = 4;
 
 /// Vertex data: lists of one entry a vertex, or empty.
@@ -73,7 +73,7 @@ struct Block {
     count: usize,
 }
 
-/// Makes vertices. The runs' `positions` become the corners' vertices, `uvs` and `normals` go.
+/// Makes vertices. The runs' `positions` become the corners' vertices; `uvs` and `normals` are dropped.
 pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
     let parts = [part(&joined.runs, |run| &run.uvs), part(&joined.runs, |run| &run.normals)];
     let is_long = |part: Part, entries: usize| part == Part::Absent || entries >= joined.positions.len();
@@ -167,7 +167,7 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
     })
 }
 
-/// Which positions a run asks for.
+/// Range of the positions that a run uses.
 fn extent(run: &Run) -> Range<u32> {
     let lowest = run.positions.iter().copied().min().unwrap_or(0);
     lowest..run.positions.iter().copied().max().map_or(0, |highest| highest + 1)
@@ -253,7 +253,7 @@ impl Block {
         }
     }
 
-    /// Position in the block and key of each vertex, in order.
+    /// Position in the block, and key, of each vertex, in order.
     fn vertices(&self) -> impl Iterator<Item = (usize, [u32; 2])> {
         let used = (0..self.positions).filter(|place| self.variants[*place].vertex != NONE);
         used.flat_map(|place| {
@@ -264,7 +264,7 @@ impl Block {
         })
     }
 
-    /// The vertex of a corner that was added.
+    /// Vertex of a corner that was added.
     #[inline(always)]
     fn vertex(&self, place: usize, key: [u32; 2]) -> u32 {
         let mut variant = &self.variants[place];

@@ -23,10 +23,10 @@ const REACH: f64 = 1e6;
 /// coordinates stay finite.
 const FARTHEST_RIM: f64 = 1e15;
 
-/// The mesh that `table` asks for, object space. A plane is drawn as far as 1: see [`spread`].
+/// Reads the mesh that `table` describes, object space. A plane is drawn as far as 1: see [`spread`].
 ///
-/// # Errors
-/// With line and column: values that make no sense, keys of another shape, or a material that is not there.
+/// # Errors With line and column: values that make no sense, keys of another shape, or a material that is not
+/// there.
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<QuadricTable>,
@@ -153,8 +153,8 @@ fn stretch(track: &TransformTrack) -> [f64; 2] {
     [of_scale[0] * of_matrix[0], of_scale[1] * of_matrix[1]]
 }
 
-/// `model`; if it is a plane, drawn as far as anything of the shot could show. `extent`: of all other models and the eye,
-/// in the space of the files; `frame`: the shot's first.
+/// Extends `model`, if it is a plane, as far as anything of the shot could show. `extent`: of all other
+/// models and the eye, in the space of the files; `frame`: the shot's first.
 pub fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) -> Model {
     if !is_endless(&model) {
         return model;

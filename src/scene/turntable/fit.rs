@@ -98,7 +98,7 @@ impl Fit {
     }
 }
 
-/// A point or direction of a file in which the axis `up` is up, as it lies where Y is.
+/// Turns a point or direction of a file in which the axis `up` points up, so that Y points up.
 fn upright(point: DVec3, up: Up) -> DVec3 {
     match up {
         Up::Y => point,
@@ -111,7 +111,8 @@ fn upright_bounds((low, high): (DVec3, DVec3), up: Up) -> (DVec3, DVec3) {
     (a.min(b), a.max(b))
 }
 
-/// The middle of the smallest circle around the model, seen from above; at the height of its box's middle.
+/// Finds the middle of the smallest circle around the model, seen from above; at the height of its box's
+/// middle.
 fn axis(corners: &Corners<'_>, up: Up, (low, high): (DVec3, DVec3)) -> DVec3 {
     let middle = (low + high) * 0.5;
     let directions: [DVec2; DIRECTIONS] =

@@ -19,7 +19,7 @@ pub use fit::Fit;
 pub use text::text;
 pub use up::Up;
 
-/// Frames of one turn.
+/// Number of frames of one turn.
 pub const FRAMES: i32 = 120;
 
 /// Choices of a turntable.
@@ -46,7 +46,7 @@ pub struct Look {
     pub up: Up,
     /// Size of the picture: width and height, pixels.
     pub size: [u32; 2],
-    /// Materials that are shown in light grey: all of the model's, if they are black throughout.
+    /// Names of materials that are shown in light grey: all of the model's, if they are black throughout.
     pub black: Vec<String>,
     /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
@@ -80,16 +80,15 @@ fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
     })
 }
 
-/// The turntable of the OBJ file at `path`.
+/// Loads the turntable of the OBJ file at `path`.
 ///
-/// # Errors
-/// Those of the OBJ and what belongs to it.
+/// # Errors Those of the OBJ and of its files.
 pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot, SceneError> {
     let model = ReadModel::at(path)?;
     let look = look_at(&model, options)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let text = text(&look, &name);
-    // a column is one of our text, which nobody has seen
+    // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
     let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model), MOST_ADDED)

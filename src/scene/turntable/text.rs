@@ -120,7 +120,7 @@ fn vector(vector: DVec3, size: f64) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// To a ten-thousandth of `size` or finer, as short as it goes.
+/// Formats a number to a ten-thousandth of `size` or finer, as short as it goes.
 pub(crate) fn number(value: f64, size: f64) -> String {
     let digits = (4.0 - size.log10().floor()).clamp(0.0, 60.0) as usize;
     let text = format!("{value:.digits$}");

@@ -6,13 +6,13 @@ use glam::{DVec3, Vec3A};
 
 use super::corners::Corners;
 
-/// The axis of a file that points up.
+/// Axis of a file that points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Up {
-    /// As in most OBJ files.
+    /// Y, as in most OBJ files.
     #[default]
     Y,
-    /// As some CAD and modelling programs write.
+    /// Z, as some CAD and modelling programs write.
     Z,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for Up {
 }
 
 impl Up {
-    /// The better guess.
+    /// Guesses the axis that points up.
     pub(super) fn guess(corners: &Corners<'_>) -> Self {
         let (low, high) = corners.bounds();
         let center = corners.center();
@@ -46,7 +46,7 @@ impl Up {
     }
 }
 
-/// Boxes around what is lowest and highest along Y, and along Z.
+/// Boxes around the lowest and the highest points along Y, and along Z.
 #[derive(Debug, Clone, Copy)]
 struct Contacts([[(Vec3A, Vec3A); 2]; 2]);
 
