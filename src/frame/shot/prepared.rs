@@ -43,7 +43,7 @@ pub struct Prepared<'s> {
     pub has_trees: bool,
     /// Moments of the shot.
     clock: Clock,
-    /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need
+    /// Motion of the whole shot. Empty until `look_ahead` builds it, unless samples need
     /// it from the start.
     pub motion: Motion,
     /// True once `motion` is built. It is built at once where samples gather light or compute their openness.
