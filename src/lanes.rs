@@ -182,8 +182,8 @@ impl F32x8 {
         Self(self.0.sin())
     }
 
-    /// Raises `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b).
-    /// The error is below 1e-6 and below 2e-6 of the result, whichever is more.
+    /// Raises `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b). The
+    /// error is below 1e-6, or below 2e-6 of the result if that is more.
     #[inline(always)]
     pub fn power(self, exponent: Self) -> Self {
         let none = self.lt(Self::splat(f32::MIN_POSITIVE));

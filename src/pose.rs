@@ -207,7 +207,8 @@ fn rotated(angles: DVec3) -> DMat3 {
 pub struct LightPose {
     /// Part of the light that visibility depends on.
     pub shape: LightShape,
-    /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along its axis). Linear RGB.
+    /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along
+    /// its axis). Linear RGB.
     pub strength: Vec3,
     /// Number of shadow rays that each sample sends to it: one to each of the points that stand for it, a
     /// grid of as many rows as columns.

@@ -13,10 +13,10 @@ const MOST_EQUAL: usize = 1_000_000;
 /// Direction of time in which one frame is inferred from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
-    /// To higher numbers.
+    /// Time runs to higher numbers.
     #[default]
     Forward,
-    /// To lower numbers.
+    /// Time runs to lower numbers.
     Backward,
 }
 

@@ -72,7 +72,7 @@ pub enum Shape {
     Plane {
         /// Coordinates x and z of the centre.
         center: [f64; 2],
-        /// Half of the edge of the square that is drawn of it.
+        /// Radius up to which it is drawn.
         reach: f64,
     },
 }
@@ -228,9 +228,9 @@ impl Quadric {
         (self.inverse.matrix3.transpose() * normal).normalize_or(DVec3::Y).as_vec3()
     }
 
-    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with 0.5 towards +Z,
-    /// and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show the square around them.
-    /// Planes have the object's x and -z.
+    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with
+    /// 0.5 towards +Z, and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show
+    /// the square around them. Planes have the object's x and -z.
     pub fn uv(&self, piece: u32, weights: [f32; 2]) -> Vec2 {
         let own = self.piece(piece);
         let point = own.point(weights.map(f64::from));

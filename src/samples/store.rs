@@ -73,7 +73,7 @@ pub struct Flags(u16);
 impl Flags {
     /// The eye sees the back of the triangle.
     pub const FROM_BEHIND: Self = Self(1);
-    /// It was not verified in the frame before that the eye sees the sample.
+    /// Visibility from the eye was not verified in the frame before.
     pub const UNSEEN: Self = Self(2);
     /// The stored light must be summed anew.
     pub const STALE: Self = Self(4);

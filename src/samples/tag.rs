@@ -234,7 +234,7 @@ impl Tags {
         }
     }
 
-    /// Mutable access to [`single`](Self::single).
+    /// Mutable access to the tags that `single` returns.
     #[inline]
     pub fn single_mut(&mut self, slot: TagSlot) -> &mut [Tag] {
         match slot {
@@ -267,7 +267,7 @@ impl Tags {
         }
     }
 
-    /// Mutable access to [`area`](Self::area).
+    /// Mutable access to the tags that `area` returns.
     #[inline]
     pub fn area_mut(&mut self, slot: TagSlot) -> &mut [AreaTag] {
         match slot {

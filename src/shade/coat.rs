@@ -1,13 +1,13 @@
 //! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](super::ggx), with the light
 //! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
-//! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so that a white metal
-//!   reflects all light however rough it is: Turquin, "Practical multiple scattering compensation for microfacet models",
-//!   2019.
-//! - *The surface beneath* scatters what the layer does not reflect: one less the layer's albedo in the direction of the ray
-//!   (albedo scaling, as the OpenPBR and MaterialX specifications have it). It is a factor for all light that was
-//!   scattered, wherever that came from. So the light that samples keep does not depend on the eye, and the factor is applied
-//!   when it is shown.
+//! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so
+//!   that a white metal reflects all light however rough it is: Turquin, "Practical multiple scattering
+//!   compensation for microfacet models", 2019.
+//! - *The surface beneath* scatters the light that the layer does not reflect: one less the layer's albedo in
+//!   the direction of the ray (albedo scaling, as the OpenPBR and MaterialX specifications have it). It is a
+//!   factor for all light that was scattered, wherever that came from. So the light that samples store does not
+//!   depend on the eye, and the factor is applied when it is shown.
 
 #[cfg(test)]
 mod furnace;

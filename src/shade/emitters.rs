@@ -178,8 +178,8 @@ impl Emitters {
         if transform.is_identity {
             return of_object;
         }
-        // a linear map M takes an area with the unit normal n to one that is |det M| / |transpose(M) n| times as large,
-        // where n is the normal of the result
+        // a linear map M takes an area with the unit normal n to one that is |det M| / |transpose(M) n| times
+        // as large, where n is the normal of the result
         let map = transform.to_world.matrix3;
         of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
     }

@@ -19,8 +19,8 @@ struct Paint {
     emission: Vec3,
     /// Ambient light where no texture colours it.
     plain_ambient: Vec3,
-    /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the ambient
-    /// one as well.
+    /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the
+    /// ambient one as well.
     ambient: Vec3,
     /// Diffuse reflectance, for each unit of reflectance: 1, or less where the ambient one is larger.
     diffuse: Vec3,

@@ -31,8 +31,8 @@ pub enum Coherence {
     Incoherent,
 }
 
-/// Sixteen rays in world space: points `origin + t * direction` for t above `near` and up to `far`. Directions
-/// have any length but zero.
+/// Sixteen rays in world space: points `origin + t * direction` for t above `near` and up to `far`.
+/// Directions have any length but zero.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct RayPacket {

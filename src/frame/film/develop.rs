@@ -348,8 +348,8 @@ mod tests {
                 assert_eq!(film.planes.iter().map(|plane| &*plane.name).collect::<String>(), "RGBA");
                 assert!(is_all(0, 0.75), "{width} x {height}, {samples}: {:?}", values(0));
                 assert!(is_all(2, 0.0) && is_all(3, 1.0));
-                // away from the rim, where pixels have samples on all sides: what one tile adds too little or twice
-                // would pull neighbours towards its own side
+                // away from the rim, where pixels have samples on all sides: what one tile adds too little or
+                // twice would pull neighbours towards its own side
                 let ramp = values(1);
                 for (y, x) in (2..height.max(2) - 2).flat_map(|y| (2..width.max(2) - 2).map(move |x| (y, x)))
                 {

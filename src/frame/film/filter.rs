@@ -1,7 +1,8 @@
 //! Filtering: samples to pixels (the paper's "Filtering").
 //!
 //! Each tile writes its own pixels into its [`Window`] of the film. Where the filter is wider than a pixel,
-//! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of them.
+//! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of
+//! them.
 //!
 //! Only colours are filtered here; values that must not be mixed are in [`pixels`](super::pixels).
 
@@ -102,7 +103,7 @@ pub fn sum(
 pub struct Shown<'a> {
     /// Light of its cells.
     pub radiance: &'a Radiance,
-    /// Its surfaces in world space.
+    /// Surfaces of its cells in world space.
     pub placed: &'a mut PlacedTile,
     /// Rays that each cell has cost.
     pub cell_rays: &'a CellRays,

@@ -1,4 +1,5 @@
-//! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other tiles included.
+//! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other
+//! tiles included.
 //!
 //! A tile's contribution to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds those of
 //! neighbours for each pixel.

@@ -43,7 +43,7 @@ impl PixelFlags {
     }
 
     /// Slices of the flags, one for each row of tiles of `grid`, from the first on: all pixel rows of these
-    /// tiles, each [`width`](Self::width) long.
+    /// tiles, each `width` long.
     pub fn rows_of_tiles<'f>(&'f mut self, grid: &Grid) -> Vec<&'f mut [bool]> {
         let mut left = &mut self.flags[..];
         let heights = (0..grid.axes[1].count()).map(|row| grid.axes[1].tile(row).len() * self.width);

@@ -177,8 +177,8 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
     }
 }
 
-/// Casts the current rays. Shortens the paths' validity by what the rays may be touched by; rays that escape
-/// bring the light of the sky.
+/// Casts the current rays. Rays that escape bring the light of the sky. The paths expire when something that
+/// moves touches these rays, if not before.
 fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, rays, hits, now, .. } = scratch;
     rays.clear();

@@ -1,5 +1,5 @@
-//! Reprojection: the samples of the frame before move with their models, are projected into this frame's picture, and
-//! serve its cells (the paper's "Reprojection Phase").
+//! Reprojection: the samples of the frame before move with their models, are projected into this frame's
+//! picture, and serve its cells (the paper's "Reprojection Phase").
 //!
 //! There are two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it
 //! falls into, and into those of adjacent tiles whose cells it may serve ([`Bins`]). [`resolve`] then finds

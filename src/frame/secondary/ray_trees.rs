@@ -1,5 +1,5 @@
-//! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera animations could use
-//! the information to reuse rays and colors to any depth").
+//! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera
+//! animations could use the information to reuse rays and colors to any depth").
 //!
 //! For the tree of rays that leaves a sample of mirrors or glass only its light is stored, and the first
 //! frame in which that may differ ([`tree_times`](super::tree_times)): 28 bytes, however many rays the tree

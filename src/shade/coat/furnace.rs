@@ -29,9 +29,9 @@ const FURNACE_BOUND: f64 = 5e-3;
 /// Model of how microfacets hide each other.
 #[derive(Clone, Copy)]
 enum Masking {
-    /// From the eye and from the light alike where they are high, as here.
+    /// Masking from eye and light is correlated by height, as here.
     Correlated,
-    /// From either independently (Mitsuba 3's `roughconductor`).
+    /// Masking from eye and light is independent (Mitsuba 3's `roughconductor`).
     Separable,
 }
 
