@@ -232,7 +232,7 @@ impl fmt::Display for UnknownLayer {
 
 impl std::error::Error for UnknownLayer {}
 
-/// What a layer of a file is selected as: the mattes of one kind are several layers, numbered.
+/// Name by which a layer of a file is selected: the mattes of one kind are several layers, numbered.
 fn selected_as(layer: &str) -> &str {
     group_of(layer).unwrap_or_else(|| layer.trim_end_matches(|last: char| last.is_ascii_digit()))
 }

@@ -159,7 +159,7 @@ impl std::fmt::Display for BudgetError {
 
 impl std::error::Error for BudgetError {}
 
-/// How the file of a frame is made. The values in it do not depend on that.
+/// Format of the file of a frame. The values in it do not depend on that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FileFormat {
     /// True for a part for each layer; otherwise files have one part.

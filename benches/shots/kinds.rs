@@ -59,13 +59,13 @@ pub enum Lights {
     Soft,
 }
 
-/// What a shot is measured with.
+/// Set-up with which a shot is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setup {
     pub lights: Lights,
-    /// Along a pixel's edge.
+    /// Samples along a pixel's edge.
     pub samples: u32,
-    /// Mirrors and panes that a ray may meet.
+    /// Number of mirrors and panes that a ray may meet.
     pub depth: u32,
 }
 

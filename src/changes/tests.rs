@@ -57,7 +57,7 @@ fn first_frame<T>(moved: &[(i32, Vec<T>)], segment: &Segment, touches: impl Fn(&
 
 /// A model at one of its places, world space.
 struct Placed {
-    /// Of the parts of its mesh.
+    /// Boxes of the parts of its mesh.
     boxes: Vec<Bounds>,
     triangles: Vec<[DVec3; 3]>,
     /// Around both.
@@ -77,13 +77,13 @@ impl Placed {
         Self { boxes, triangles, around }
     }
 
-    /// Whether a segment meets one of the boxes, which are larger by a share of its distance.
+    /// Returns true if a segment meets one of the boxes, which are larger by a share of its distance.
     fn is_met_in_a_box(&self, segment: &Segment, room: f64) -> bool {
         meets_box(&self.around, segment, room)
             && self.boxes.iter().any(|bounds| meets_box(bounds, segment, room))
     }
 
-    /// Whether a segment meets one of the triangles.
+    /// Returns true if a segment meets one of the triangles.
     fn is_met(&self, segment: &Segment) -> bool {
         meets_box(&self.around, segment, ROOM)
             && self.triangles.iter().any(|triangle| meets_triangle(*triangle, segment))
@@ -105,7 +105,7 @@ fn boxes(scene: &Scene) -> Vec<PartBoxes> {
     scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
 }
 
-/// Whether a segment meets a box that is larger by a share of its distance: in double precision.
+/// Returns true if a segment meets a box that is larger by a share of its distance: in double precision.
 fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     let (mut enter, mut leave) = (0.0, f64::from(segment.far));
     for axis in 0..3 {
@@ -152,7 +152,7 @@ fn rank(frame: Option<i32>) -> i32 {
     frame.unwrap_or(i32::MAX)
 }
 
-/// How answers compare with those of brute force.
+/// Comparison of answers with those of brute force.
 #[derive(Debug, Default)]
 struct Tally {
     asked: usize,
@@ -214,12 +214,12 @@ impl Tally {
         }
     }
 
-    /// Of many random scenes; `change` is done to each answer.
+    /// Compares answers in many random scenes; `change` is done to each.
     fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         Self::at_moments(limit, &Clock::FRAMES, direction, change)
     }
 
-    /// The same at the moments of `clock`.
+    /// Compares answers at the moments of `clock`.
     fn at_moments(limit: usize, clock: &Clock, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
         let scenes = if *clock == Clock::FRAMES { 200 } else { 30 };

@@ -18,7 +18,7 @@ use crate::scene::{CameraTrack, Scene};
 use crate::settings::{Mode, Settings};
 use crate::stereo::Eye;
 
-/// What is kept from one such picture to the next.
+/// Samples that such pictures pass on to the next one.
 pub struct Aside<'s> {
     prepared: Prepared<'s>,
     pictures: Pictures,

@@ -169,7 +169,7 @@ pub fn render(
     })
 }
 
-/// What of a picture's [`FrameView`] is made for it alone.
+/// Parts of a picture's [`FrameView`] that are made for it alone.
 struct Setup<'a> {
     /// One for each level of samples, as all that follows.
     views: Vec<View>,
@@ -224,7 +224,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// What the phases of the coarsest level read.
+    /// Makes the view that the phases of the coarsest level read.
     fn frame_view<'f>(
         &'f self,
         prepared: &'f Prepared,
@@ -284,7 +284,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// What the phases of level number `level` read, where `frame` is what those of the coarsest one do. `wanted`: of the
+    /// Makes the view that the phases of level number `level` read, from that of the coarsest level, `frame`. `wanted`: of the
     /// levels after it.
     fn of_level<'f>(&'f self, frame: &FrameView<'f>, level: usize, wanted: &'f [Wanted]) -> FrameView<'f> {
         FrameView {
@@ -319,7 +319,7 @@ fn light_changes(pose: &Pose, (motion, other_motion): (&Motion, Option<&Motion>)
     (0..pose.lights.len()).map(change).collect()
 }
 
-/// What the samples of all levels are found to be; and the pixels of `film`, if that may show something left from before.
+/// Audits the samples of all levels, and the pixels of `film`, if that may show something left from before.
 fn audit(levels: &[(FrameView, &SampleStore)], film: Option<&Film>) -> AuditCounts {
     let differs = film.map_or(Vec::new(), |film| audit::film::differing_pixels(levels, film));
     let mut counts = AuditCounts::default();
@@ -335,7 +335,7 @@ fn allow_trees(levels: &mut [Level], settings: &Settings, sharers: usize) {
     ray_trees::allow(&mut tiles, budget / sharers.max(1) as u64, ray_trees::bytes_of_tree(settings.layers));
 }
 
-/// Whether the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
+/// Decides if the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
 /// `--mode auto` not where that would not pay. And what it took to choose.
 fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, Estimate) {
     match store {

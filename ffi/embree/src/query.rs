@@ -230,7 +230,7 @@ impl Committed<'_> {
     }
 }
 
-/// What one ray hit.
+/// Hit of one ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneHit {
     /// Distance in lengths of the direction.

@@ -82,7 +82,7 @@ impl Grid {
         })
     }
 
-    /// The same with tiles for those pixels, too, that are within `reach` pixels of what is rendered.
+    /// Like [`new`](Self::new), with tiles also for pixels within `reach` pixels of what is rendered.
     pub fn reaching(settings: &Settings, reach: u32) -> Self {
         let Settings { width, height, samples, overscan, .. } = *settings;
         let tile_pixels = TILE as u32 / samples;

@@ -5,13 +5,13 @@ use super::channels::{Channel, Source, data};
 /// Rule by which a plane of several exposures becomes one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MixRule {
-    /// What the filter mixes, and shares: each exposure counts as much as any other.
+    /// Filtered values, and shares: the mean of all exposures.
     Mean,
-    /// Counts: all of them together.
+    /// Counts: their sum.
     Sum,
-    /// Distances: the nearest.
+    /// Distances: the least.
     Least,
-    /// What cannot be mixed: that of the exposure in the middle.
+    /// Values that cannot be mixed: those of the exposure in the middle.
     Middle,
     /// Shares of mattes: the mean of each matte's.
     Matte,

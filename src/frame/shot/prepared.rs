@@ -52,7 +52,7 @@ pub struct Prepared<'s> {
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
-    /// All that moves in the shot, once anybody asks when. Nothing before.
+    /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need it from the start.
     pub motion: Motion,
     /// True once `motion` is built. It is built at once where samples gather light or compute their openness.
     knows_motion: bool,

@@ -29,7 +29,7 @@ const NORMAL_COSINE: f32 = 0.906;
 /// Two colours below this, added up, are compared as if they added up to it: linear, where 1 is white.
 const DARK: f32 = 0.04;
 
-/// What the cells of a tile show, all layers of light together. Nothing before they were shown first.
+/// Colours of the cells of a tile, all layers of light together. Empty before they were shown first.
 pub type TileColors = Vec<HalfColor>;
 
 /// Notes what a tile shows.
@@ -50,7 +50,7 @@ pub fn note_colors(radiance: &Radiance, colors: &mut TileColors) {
     }
 }
 
-/// What a cell shows, as far as it is compared with others.
+/// Values of a cell that are compared with others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Look {
     /// [`EMPTY`] if there is nothing to compare.
@@ -88,7 +88,7 @@ impl Look {
         Self { model, normal, color: color.map(f16::to_f32), lit, hidden }
     }
 
-    /// Whether two neighbours differ by any criterion.
+    /// Returns true if two neighbours differ by any criterion.
     fn differs(&self, other: &Self, threshold: f32) -> bool {
         if self.model == EMPTY || other.model == EMPTY {
             return false;
@@ -125,7 +125,7 @@ const ACROSS: usize = TILE + 2;
 struct TileLooks([Look; ACROSS * ACROSS]);
 
 impl TileLooks {
-    /// Of tile number `number` of `store`, whose tiles show `colors`.
+    /// Collects tile number `number` of `store`, whose tiles show `colors`.
     fn of(frame: &FrameView, store: &SampleStore, colors: &[TileColors], number: usize) -> Self {
         let grid = &*frame.view.grid;
         let mut looks = [Look::nothing(); ACROSS * ACROSS];
@@ -147,7 +147,7 @@ impl TileLooks {
         Self(looks)
     }
 
-    /// Whether a cell of the tile differs from any of the four beside it.
+    /// Returns true if a cell of the tile differs from any of the four beside it.
     fn differs(&self, column: usize, row: usize, threshold: f32) -> bool {
         let at = (row + 1) * ACROSS + column + 1;
         let Self(looks) = self;

@@ -73,7 +73,7 @@ impl Level {
         self.buffers.forget();
     }
 
-    /// What later frames need of this one.
+    /// Samples that later frames need of this one.
     pub fn kept(&self) -> Option<LevelSamples<&SampleStore>> {
         let wanted = self.wanted.as_ref().map(Wanted::to_masks);
         self.store.as_ref().map(|store| LevelSamples { store, wanted })

@@ -39,15 +39,15 @@ pub enum Reused<'c> {
     Projected(OldStore<'c>, &'c Bins),
 }
 
-/// What a frame begins with.
+/// Input of a frame's tiles.
 pub struct Start<'c> {
-    /// Of the frame before.
+    /// Samples of the frame before.
     pub reused: Reused<'c>,
-    /// What it took to choose whether to reuse samples.
+    /// Costs of the choice to reuse samples or not.
     pub estimate: Estimate,
 }
 
-/// What the tiles of a frame add up to.
+/// Sums over the tiles of a frame.
 #[derive(Default)]
 pub struct TileSum {
     /// By status.
@@ -68,11 +68,11 @@ pub struct TileSum {
 pub struct FrameBuffers {
     /// Tiles for the store to grow out of.
     pub pool: TilePool,
-    /// Of their tags.
+    /// Layout of their tags.
     layout: TagLayout,
     /// One for each tile.
     pub states: Vec<TileState>,
-    /// What each tile shows, if that is noted.
+    /// Colours of each tile, if they are noted.
     pub colors: Vec<TileColors>,
 }
 
@@ -113,7 +113,7 @@ impl FrameBuffers {
     }
 }
 
-/// What a film shows when a level of a frame begins.
+/// Content of a film when a level of a frame begins.
 #[derive(Debug, Clone, Copy)]
 pub enum Shows<'a> {
     /// Nothing that is of use: all of it is written.
@@ -126,7 +126,7 @@ pub enum Shows<'a> {
 }
 
 impl Shows<'_> {
-    /// Whether it shows the frame before in tile number `number`.
+    /// Returns true if it shows the frame before in tile number `number`.
     fn is_last(self, number: usize) -> bool {
         match self {
             Self::Nothing => false,

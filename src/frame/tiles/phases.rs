@@ -36,7 +36,7 @@ use crate::settings::Reuse;
 use crate::stats::SampleCounts;
 use crate::trace::SceneSubset;
 
-/// What is to be done with every tile.
+/// Input that all tiles of a level share.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
     pub frame: &'a FrameView<'a>,
@@ -45,12 +45,12 @@ pub struct Work<'a> {
     pub picture: &'a Picture,
     /// Whose colours must be written.
     pub dirty: &'a DirtyTiles,
-    /// What the film shows: what stays the same need not be made again.
+    /// Content of the film: what stays the same need not be made again.
     pub shows: Shows<'a>,
 }
 
 impl Work<'_> {
-    /// What is known of tile number `number` before its samples are brought up to date.
+    /// Facts about tile number `number` before its samples are brought up to date.
     pub fn facts(&self, number: usize, state: &TileState) -> TileFacts {
         state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
     }
@@ -60,7 +60,7 @@ impl Work<'_> {
 pub struct TileParts<'a> {
     pub tile: &'a mut Tile,
     pub state: &'a mut TileState,
-    /// What it shows, for finer levels of samples.
+    /// Its colours, for finer levels of samples.
     pub colors: &'a mut TileColors,
     /// Sums of a wide filter.
     pub film: &'a mut TileFilm,

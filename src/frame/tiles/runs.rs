@@ -19,7 +19,7 @@ pub struct Run<'a> {
     pub window: Window<'a>,
 }
 
-/// What there is for each of some tiles.
+/// Parts of consecutive tiles, one of each kind a tile.
 pub struct Parts<'a> {
     pub tiles: &'a mut [Box<Tile>],
     pub states: &'a mut [TileState],
