@@ -69,7 +69,7 @@ fn shot(folder: &Path) -> (Scene, Settings) {
 
 /// Creates primary rays, in the renderer's order.
 fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
-    let view = View::new(&Grid::new(settings).into(), Pose::of(scene, 1).camera);
+    let view = View::new(&Grid::new(settings).into(), Pose::new(scene, 1).camera);
     let far = F32x8::splat(f32::INFINITY);
     let mut rays = RayBatch::default();
     for tile in 0..view.grid.tiles() {
@@ -108,7 +108,7 @@ fn trace_closest(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher
         .counter(ItemsCount::new(rays.len()))
@@ -121,7 +121,7 @@ fn trace_blocked(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let rays = rays(&scene, &settings);
     bencher
         .counter(ItemsCount::new(rays.len()))
@@ -138,10 +138,10 @@ fn push_and_block(bencher: Bencher, run: usize) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
     tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
-    let eye = Vec3x8::splat(Pose::of(&scene, 1).camera.eye);
+    let eye = Vec3x8::splat(Pose::new(&scene, 1).camera.eye);
     let segments: Vec<_> = primary
         .packets()
         .zip(hits.packets)
@@ -188,10 +188,10 @@ fn first_touch(bencher: Bencher) {
     scene.models.push(ball);
     let motion = Motion::of(&scene);
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false, true]).expect("nothing is out of reach");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false, true]).expect("nothing is out of reach");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
     tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
-    let eye = Pose::of(&scene, 1).camera.eye;
+    let eye = Pose::new(&scene, 1).camera.eye;
     let segments: Vec<(Vec3, f32)> = primary
         .packets()
         .enumerate()

@@ -110,7 +110,7 @@ impl<'s> Comparison<'s> {
         let references = Reference::of(&scene, &settings, frames, options.reference)?;
         let windows = || frames.iter().map(|frame| (frame - options.window + 1).max(1)..=*frame);
         let compared: BTreeSet<i32> = windows().flatten().chain(pop_frames()).collect();
-        let sequence = Sequence::of(&scene, &settings, compared, options.sequence)?;
+        let sequence = Sequence::new(&scene, &settings, compared, options.sequence)?;
         let tracks = windows().map(|window| sequence.tracks(window)).collect();
         Ok(Self { subject, flow, options, scene, references, sequence, tracks })
     }
@@ -131,7 +131,7 @@ impl<'s> Comparison<'s> {
         let row = |(number, frame): (usize, &i32)| {
             let (reference, tracks) = (&self.references[number], &self.tracks[number]);
             let (truth, area) = reference.whole();
-            let fresh = Jittered::of(reference, samples as usize, self.options.seeds);
+            let fresh = Jittered::new(reference, samples as usize, self.options.seeds);
             let error = fresh.rms(|(picture, _)| picture.rmse(&truth));
             let unit = self.subject.object.map(|unit| match unit {
                 Unit::Rim => reference.rim(OBJECT),
@@ -191,7 +191,7 @@ struct Jittered {
 }
 
 impl Jittered {
-    fn of(reference: &Reference, samples: usize, seeds: u64) -> Self {
+    fn new(reference: &Reference, samples: usize, seeds: u64) -> Self {
         let frames = (0..seeds).map(|seed| reference.jittered(samples, seed)).collect();
         Self { frames, bias: reference.bias(samples) }
     }

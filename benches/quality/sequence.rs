@@ -36,13 +36,13 @@ pub struct Tracks {
 
 impl Sequence {
     /// Renders `frames` with `side` x `side` samples a pixel.
-    pub fn of(
+    pub fn new(
         scene: &Scene,
         settings: &Settings,
         frames: impl IntoIterator<Item = i32>,
         side: u32,
     ) -> Result<Self, RenderError> {
-        let layers = Layers::of(["P", "Z", "object"]).expect("these are layers");
+        let layers = Layers::new(["P", "Z", "object"]).expect("these are layers");
         let mut renderer = Renderer::new(scene, &Settings { samples: side, layers, ..settings.clone() })?;
         let is_still = |id: f32| {
             let model = (id as usize).checked_sub(1).and_then(|number| scene.models.get(number));

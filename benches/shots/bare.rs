@@ -125,7 +125,7 @@ impl Bare {
         settings: &Settings,
         frame: i32,
     ) -> Result<TraceCost, embree::Error> {
-        let pose = Pose::of(scene, frame);
+        let pose = Pose::new(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
             self.movable.set_instance_transform(GeometryId(instance as u32), columns)?;
@@ -199,7 +199,7 @@ impl Parts {
                 (Some((_, packet)), at) => value(packet, at),
                 (None, _) => 0.0,
             };
-            F32x8::of(std::array::from_fn(value))
+            F32x8::new(std::array::from_fn(value))
         };
         let weights = [each(|packet, at| packet.hit.u[at]), each(|packet, at| packet.hit.v[at])];
         let (mut point, mut normal, mut geometric_normal) =
@@ -223,7 +223,7 @@ impl Parts {
             point,
             normal: behind.select3(-normal, normal),
             geometric_normal: behind.select3(-geometric_normal, geometric_normal),
-            is_surface: Mask::of(|lane| models[lane].is_some()).bits(),
+            is_surface: Mask::new(|lane| models[lane].is_some()).bits(),
         }
     }
 }
@@ -351,7 +351,7 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     for first in (0..CELLS).step_by(HALF) {
         let x = corner[0] + F32x8::load(&grid.place_x, first);
         let y = corner[1] + F32x8::load(&grid.place_y, first);
-        let wanted = Mask::of(|lane| holds(extent, first + lane)).bits();
+        let wanted = Mask::new(|lane| holds(extent, first + lane)).bits();
         let [origins, directions] = view.rays(x, y);
         rays.push_lanes(origins, directions, far, wanted);
     }

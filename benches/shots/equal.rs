@@ -156,7 +156,7 @@ impl Contestant {
             drop(finished);
             bytes_per_sample = renderer.memory().bytes_per_sample;
         }
-        let camera = Pose::of(scene, LAST[0]).camera;
+        let camera = Pose::new(scene, LAST[0]).camera;
         let errors_of = |colors: &dyn Fn(&Picture) -> Option<&Vec<Vec3>>| {
             let errors = pictures.iter().zip(reference).map(|(picture, reference)| {
                 colors(picture).map(|colors| reference.relative_error_of(colors))

@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 fn rates(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failable<Vec<Row>> {
     let sky = scene.environment.clone().ok_or("the sky that was just set")?;
     let mut backend = EmbreeBackend::new(scene, Build::Best)?;
-    let pose = Pose::of(scene, 1);
+    let pose = Pose::new(scene, 1);
     let tracer = backend.commit(&pose, &vec![true; scene.models.len()])?;
     let mut limit = Bare::new(scene)?;
     let width = limit.width();

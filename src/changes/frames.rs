@@ -101,7 +101,7 @@ pub fn of_light<'a>(
             tracks.push(target);
         }
     }
-    changes(tracks, clock, direction, |time| LightPose::of(light, time))
+    changes(tracks, clock, direction, |time| LightPose::new(light, time))
 }
 
 /// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the

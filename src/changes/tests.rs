@@ -95,14 +95,14 @@ fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
     let pose = |counted: i32| {
         let time = clock.time(count(direction, counted).into());
         let models = scene.models.iter().map(|model| model.track.at(time)).collect();
-        Pose { frame: counted, models, ..Pose::of(scene, 0) }
+        Pose { frame: counted, models, ..Pose::new(scene, 0) }
     };
     counts(clock, direction).into_iter().map(pose).collect()
 }
 
 /// Boxes of all models, object space.
 fn boxes(scene: &Scene) -> Vec<PartBoxes> {
-    scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
+    scene.models.iter().map(|model| PartBoxes::new(&model.mesh, MOST_BOXES)).collect()
 }
 
 /// Returns true if a segment meets a box that is larger by a share of its distance: in double precision.
@@ -542,7 +542,7 @@ fn speed_of_queries() {
             |segment: &Segment| motion.visits(segment.origin, segment.direction, segment.far, segment.after);
         let visits = segments.iter().map(visits).sum::<usize>() as f64 / segments.len() as f64;
         let touched = 100.0 * touched as f64 / segments.len() as f64;
-        let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::of(&scene, frame)).collect();
+        let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::new(&scene, frame)).collect();
         let moved: Vec<(i32, Vec<(usize, &Transform)>)> = moved(&poses).collect();
         let near = |place: &Transform, segment: &Segment| {
             let (line, to) = (segment.direction, place.point(Vec3::ZERO) - segment.origin);

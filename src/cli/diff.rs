@@ -104,7 +104,7 @@ fn check_memory(path: &Path) -> Result<(), Failure> {
     let head = whole_file::header(path).map_err(Failure::of)?;
     let part = Part::new("the channels of the first file", file_difference::bytes(&head), "smaller pictures");
     let error = |error| Failure::Failed(format!("{}: {error}", path.display()));
-    Need::of(part).check(&memory::left()).map_err(error)
+    Need::new(part).check(&memory::left()).map_err(error)
 }
 
 /// Finds the files that two names mean.

@@ -40,7 +40,7 @@ use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::film::Film;
 use crate::samples::SampleStore;
-use crate::samples::saved::{PictureName, PictureSamples, Shape};
+use crate::samples::saved::{PictureName, PictureSamples, StoreShape};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
@@ -130,7 +130,7 @@ impl<'s> Renderer<'s> {
 
     /// Number of tiles that a watcher is told of in each frame: those of all eyes, exposures and levels of samples.
     pub fn tiles_a_frame(&self) -> usize {
-        let Shape { tiles, eyes, exposures, .. } = self.shape();
+        let StoreShape { tiles, eyes, exposures, .. } = self.shape();
         tiles.iter().sum::<usize>() * eyes.len() * exposures
     }
 
@@ -243,7 +243,7 @@ impl<'s> Renderer<'s> {
     /// A copy of the samples of the frame rendered last, to [go on](Self::restore) from them later; none before the first frame.
     pub fn snapshot(&self) -> Option<Snapshot> {
         let (moment, pictures) = self.samples()?;
-        Some(Snapshot::of(moment, &pictures))
+        Some(Snapshot::new(moment, &pictures))
     }
 
     /// The samples of the frame rendered last: of each eye that has seen it, of its exposures, level by level.
@@ -253,8 +253,8 @@ impl<'s> Renderer<'s> {
     }
 
     /// Shape of this renderer's sample stores.
-    pub fn shape(&self) -> Shape<'_> {
-        Shape {
+    pub fn shape(&self) -> StoreShape<'_> {
+        StoreShape {
             tiles: self.prepared.grids.iter().map(|grid| grid.tiles()).collect(),
             layout: &self.prepared.layout,
             eyes: self.eyes(),

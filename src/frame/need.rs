@@ -209,7 +209,7 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
         eyes(settings) * pixels * bytes_of_pixel(scene, settings.layers),
         "a smaller --size, fewer --layers",
     );
-    let mut both = need.and(Need::of(film));
+    let mut both = need.and(Need::new(film));
     both.reserved[1] += THREAD_RESERVED;
     both
 }
@@ -231,7 +231,7 @@ pub fn with_kept(need: Need, shot: &Shot, settings: &Settings) -> Need {
     let grids = settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids.map(|grid| grid.tiles() as u64).sum();
     let bytes = eyes(settings) * stores_of_eye(shot, settings) * tiles * Tile::bytes_of_cells(&layout) as u64;
-    need.and(Need::of(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
+    need.and(Need::new(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
 }
 
 fn embree_threads(threads: usize) -> u64 {
@@ -241,7 +241,7 @@ fn embree_threads(threads: usize) -> u64 {
 
 /// Bytes of all planes in one pixel.
 fn bytes_of_pixel(scene: &Scene, layers: Layers) -> u64 {
-    channels(layers, &LightGroups::of(&scene.lights))
+    channels(layers, &LightGroups::new(&scene.lights))
         .map(|channel| if channel.is_float() { 4 } else { 2 })
         .sum()
 }
@@ -253,9 +253,9 @@ fn bytes_of_films(scene: &Scene, layers: Layers, is_mean: bool, stores: u64) -> 
     if !is_mean {
         return film;
     }
-    let groups = LightGroups::of(&scene.lights);
+    let groups = LightGroups::new(&scene.lights);
     let bytes = |channel: &Channel| if channel.is_float() { 4 } else { 2 };
-    let of_all = |channel: &Channel| MixRule::of(channel) != MixRule::Middle;
+    let of_all = |channel: &Channel| MixRule::new(channel) != MixRule::Middle;
     let mixed: u64 = channels(layers, &groups).filter(of_all).map(|channel| bytes(&channel)).sum();
     4 * channels(layers, &groups).count() as u64 + 2 * film + (stores - 1) * mixed
 }

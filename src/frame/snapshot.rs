@@ -29,7 +29,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// A copy.
-    pub fn of(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
+    pub fn new(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
         let copy = |LevelSamples { store, wanted }: &LevelSamples<&SampleStore>| {
             let tiles: Vec<Box<Tile>> = store.tiles.par_iter().cloned().collect();
             LevelSamples { store: SampleStore { tiles }, wanted: wanted.clone() }

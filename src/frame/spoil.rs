@@ -14,7 +14,7 @@ use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
-use crate::shade::surface::{There, reflectance, uv_at};
+use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
@@ -194,7 +194,8 @@ fn hide<'t>(
             let (origin, sight) = line_of_sight(tile.point(cell));
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
-            let There { weights, normal, geometric_normal, .. } = There::at(mesh, hit.triangle, point);
+            let SurfacePoint { weights, normal, geometric_normal, .. } =
+                SurfacePoint::at(mesh, hit.triangle, point);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
             let material = mesh.material_of[hit.triangle as usize];

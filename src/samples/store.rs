@@ -464,7 +464,7 @@ mod tests {
 
     #[test]
     fn a_sample_is_as_small_as_it_says() {
-        let [point, area] = [1, 16].map(|points| TagLayout::of(std::iter::once(points)));
+        let [point, area] = [1, 16].map(|points| TagLayout::new(std::iter::once(points)));
         assert_eq!(Tile::bytes_of_cells(&point) / CELLS, 49 + 1);
         assert_eq!(Tile::bytes_of_cells(&area) / CELLS, 49 + 4);
     }

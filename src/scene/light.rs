@@ -40,7 +40,7 @@ impl LightGroups {
     pub const OTHERS: &str = "others";
 
     /// Collects the groups of `lights`.
-    pub fn of(lights: &[Light]) -> Self {
+    pub fn new(lights: &[Light]) -> Self {
         let name = |light: &Light| light.group.clone().unwrap_or_else(|| Self::OTHERS.into());
         let (grouped, others): (Vec<_>, Vec<_>) = lights.iter().partition(|light| light.group.is_some());
         let mut names: Vec<String> = Vec::new();

@@ -44,7 +44,7 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     let unreadable =
         |error: InputError| SceneError::new(path, format!("the shot file cannot be read: {error}"));
     let input = input::open(path, Kind::Shot).map_err(unreadable)?;
-    let need = Need::of(Part::new("reading the shot file", READING_BYTES * input.length, "fewer keys"));
+    let need = Need::new(Part::new("reading the shot file", READING_BYTES * input.length, "fewer keys"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     let bytes = input.read_all().map_err(unreadable)?;
     String::from_utf8(bytes).map_err(|error| {

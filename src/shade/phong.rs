@@ -64,7 +64,7 @@ impl Palette {
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
-        Self { coats: Coats::of(&scene.materials), brightest, ..Self::new(paints) }
+        Self { coats: Coats::new(&scene.materials), brightest, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -157,7 +157,7 @@ impl Palette {
             specular.set_lane(lane, paint(lane).specular);
             shininess.set_lane(lane, paint(lane).shininess);
         }
-        let goes_on = Mask::of(|lane| paint(lane).goes_on);
+        let goes_on = Mask::new(|lane| paint(lane).goes_on);
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }
     }
 

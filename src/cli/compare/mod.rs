@@ -270,7 +270,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
 /// Denoiser, if it is asked for and the library is there. A missing library is no failure: the measurements
 /// need none.
 fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
-    Denoising::of(job).unwrap_or_else(|error| {
+    Denoising::new(job).unwrap_or_else(|error| {
         terminal.warn(&format!("pictures are shown as traced: {error}"));
         Denoising::default()
     })
@@ -315,15 +315,15 @@ impl Made {
     fn runs(&self, pairs: &[Pair]) -> Vec<BackendRun> {
         let runs = pairs.iter().zip(&self.frames).zip(&self.agreements).enumerate();
         runs.map(|(number, ((pair, frames), agreement))| {
-            let totals = BothTotals::of(frames);
+            let totals = BothTotals::new(frames);
             BackendRun {
                 backend: pair.kind.name(),
                 build_seconds: pair.ours.build_seconds(),
                 build_bytes: pair.build_bytes,
                 totals,
-                saved: Saving::of(frames),
-                speeds: RaySpeeds::of(&totals.reprojected),
-                full_speeds: RaySpeeds::of(&totals.full),
+                saved: Saving::new(frames),
+                speeds: RaySpeeds::new(&totals.reprojected),
+                full_speeds: RaySpeeds::new(&totals.full),
                 agreement: (number > 0).then_some(*agreement),
             }
         })
@@ -500,7 +500,7 @@ fn comparison(
         },
         reference: options.reference.map(|samples| Reference::of(samples, &frames)),
         frames,
-        totals: BothTotals::of(&[]),
+        totals: BothTotals::new(&[]),
         saved: Saving::default(),
         saved_inferred: Saving::default(),
         eyes: None,

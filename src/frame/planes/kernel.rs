@@ -20,7 +20,7 @@ pub struct Kernel {
 impl Kernel {
     /// Creates the kernel of a filter with that radius, in pixels. `None` for the box filter, which takes a
     /// pixel's own samples alone.
-    pub fn of(filter: Filter, radius: f32) -> Option<Self> {
+    pub fn new(filter: Filter, radius: f32) -> Option<Self> {
         (filter != Filter::Box).then_some(Self { shape: filter, radius })
     }
 
@@ -132,7 +132,7 @@ mod tests {
         [Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::BlackmanHarris, Filter::Lanczos];
 
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
-        let kernel = Kernel::of(filter, radius).expect("it is wide");
+        let kernel = Kernel::new(filter, radius).expect("it is wide");
         let lane = |weights: &[F32x8]| weights.iter().map(|weight| weight.lane(3)).collect();
         let beyond = F32x8::splat(beyond);
         match kernel.halo() {
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn values_are_those_of_the_formulas() {
         let at = |filter, radius, distance: f32| {
-            weights(filter, radius, distance)[Kernel::of(filter, radius).expect("wide").halo() as usize - 1]
+            weights(filter, radius, distance)[Kernel::new(filter, radius).expect("wide").halo() as usize - 1]
         };
         for (filter, radius, distance, wanted) in [
             (Filter::Tent, 1.0, 0.25, 0.75),

@@ -1,6 +1,6 @@
 //! Mixing: how the planes of exposures become those of a frame.
 
-use super::channels::{Channel, Source, data};
+use super::channels::{Channel, PlaneSource, data};
 
 /// Rule by which a plane of several exposures becomes one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,13 +19,13 @@ pub enum MixRule {
 
 impl MixRule {
     /// The rule for a plane.
-    pub fn of(channel: &Channel) -> Self {
+    pub fn new(channel: &Channel) -> Self {
         match channel.source {
-            Source::Filtered(_) | Source::Data(data::STATUS..data::RAYS) => Self::Mean,
-            Source::Data(data::RAYS..data::MATERIAL) => Self::Sum,
-            Source::Data(data::Z) => Self::Least,
-            Source::Data(_) => Self::Middle,
-            Source::Matte(_) => Self::Matte,
+            PlaneSource::Filtered(_) | PlaneSource::Data(data::STATUS..data::RAYS) => Self::Mean,
+            PlaneSource::Data(data::RAYS..data::MATERIAL) => Self::Sum,
+            PlaneSource::Data(data::Z) => Self::Least,
+            PlaneSource::Data(_) => Self::Middle,
+            PlaneSource::Matte(_) => Self::Matte,
         }
     }
 }

@@ -178,7 +178,7 @@ impl BinWriter {
             let end = extent.map(|cells| cells * STEPS);
             let (x, y) = (x.map(|x| x - origin[0]), y.map(|y| y - origin[1]));
             let is_inner = |at: i32, end: i32| (at >= 2 * STEPS) & (at < end);
-            let inner = Mask::of(|lane| is_inner(x[lane], end[0]) & is_inner(y[lane], end[1])).bits() & left;
+            let inner = Mask::new(|lane| is_inner(x[lane], end[0]) & is_inner(y[lane], end[1])).bits() & left;
             let new: [u64; LANES] =
                 std::array::from_fn(|lane| Binned::new(depth.lane(lane), [x[lane], y[lane]], slot + lane).0);
             if inner == u8::MAX {

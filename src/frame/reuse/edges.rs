@@ -13,7 +13,7 @@ use crate::samples::{BACKGROUND, TILE};
 #[derive(Debug, Default)]
 pub struct Edges {
     /// Surfaces and depths of the candidates in each cell in and around the tile.
-    shown: Vec<Shown>,
+    shown: Vec<SurfaceKey>,
     /// Bit masks of the quarters of each cell in and around the tile that have a candidate: 1 left above, 2
     /// right above, 4 left below, 8 right below.
     quarters: Vec<u8>,
@@ -23,31 +23,31 @@ pub struct Edges {
 
 /// Range of surfaces and depths of some candidates, four values of 16 bits: the least surface and the least
 /// depth, and the complements of the greatest. Two ranges are joined by the least of each value.
-type Shown = u64;
+type SurfaceKey = u64;
 
 /// Bit mask of all quarters of a cell.
 const ALL_QUARTERS: u8 = 15;
 
 /// Range of no candidates.
-const NOTHING: Shown = u64::MAX;
+const NOTHING: SurfaceKey = u64::MAX;
 
 #[inline(always)]
-fn shown(surface: u16, depth: u16) -> Shown {
+fn shown(surface: u16, depth: u16) -> SurfaceKey {
     let least = u64::from(depth) << 16 | u64::from(surface);
     !least << 32 | least
 }
 
 #[inline(always)]
-fn join(a: Shown, b: Shown) -> Shown {
+fn join(a: SurfaceKey, b: SurfaceKey) -> SurfaceKey {
     let [a, b]: [u16x8; 2] = [[a, 0], [b, 0]].map(bytemuck::cast);
-    let [least, _]: [Shown; 2] = bytemuck::cast(a.min(b));
+    let [least, _]: [SurfaceKey; 2] = bytemuck::cast(a.min(b));
     least
 }
 
 /// Returns true for each cell of the tile, in the middle one of three rows, around which all candidates may
 /// show one surface.
 #[inline(always)]
-fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
+fn one_surface(rows: [&[SurfaceKey]; 3]) -> [bool; TILE] {
     // largest difference of greatest and least; the first two of four values are compared
     const MOST: [u16; 4] = [0, DEPTH_STEPS - 1, u16::MAX, u16::MAX];
     let most: u16x16 = bytemuck::cast([MOST; 4]);
@@ -56,7 +56,7 @@ fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
         let mut joined = u16x16::splat(u16::MAX);
         for row in rows {
             for left in first..first + 3 {
-                let four: [Shown; 4] = std::array::from_fn(|cell| row[left + cell]);
+                let four: [SurfaceKey; 4] = std::array::from_fn(|cell| row[left + cell]);
                 joined = joined.min(bytemuck::cast(four));
             }
         }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn one_surface_has_one_material_and_one_depth() {
-        let is_one = |other: Shown| {
+        let is_one = |other: SurfaceKey| {
             let mut rows = [[shown(7, 1000); ROW]; 3];
             rows[2][17] = other;
             let is_one = one_surface(rows.each_ref().map(|row| &row[..]));
@@ -239,7 +239,7 @@ mod tests {
             .collect();
         let mut candidates = Candidates::default();
         candidates.add(0, &words, None);
-        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
         tile.model[0] = 0;
         let mut edges = Edges::default();
         let mut count = |unwanted: &[usize]| {

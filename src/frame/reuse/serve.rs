@@ -231,7 +231,7 @@ impl Serving {
         if self.candidates.len() == 0 {
             return CellSet::default();
         }
-        let reused = CellSet::of(|cell| tile.status[cell].is_reused());
+        let reused = CellSet::new(|cell| tile.status[cell].is_reused());
         self.edges.cells.and(&reused)
     }
 }

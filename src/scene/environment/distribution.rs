@@ -41,14 +41,14 @@ impl Distribution {
     /// Creates a density in proportion to a function that is not negative, given by its mean in each texel of
     /// a grid with this many columns and rows: `means` writes those of a row. Cells are the largest that
     /// follow the texels well enough: where neighbours are alike, one cell for all of them is found sooner.
-    pub fn of([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> Self {
+    pub fn new([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> Self {
         let block = largest_block([width, height], means);
         let texel_edges = edges(height);
         let (columns, sums): (Vec<Steps>, Vec<f64>) = (0..height / block)
             .into_par_iter()
             .map_init(Default::default, |(texels, weights), row| {
                 block_means(means, &texel_edges, block, texels, weights, row);
-                Steps::of(weights, EVEN_SHARE)
+                Steps::new(weights, EVEN_SHARE)
             })
             .unzip();
         let edges = edges(height / block);
@@ -60,7 +60,7 @@ impl Distribution {
             // black: sampled evenly over the sphere
             (weights, even_share) = (areas.collect(), 0.0);
         }
-        let (rows, _) = Steps::of(&weights, even_share);
+        let (rows, _) = Steps::new(&weights, even_share);
         Self { rows, columns, edges, block, integral }
     }
 
@@ -182,20 +182,20 @@ mod tests {
     fn cells_are_as_large_as_what_they_follow_is_smooth() {
         let size = [1024, 512];
         for (narrow, block) in [(1.0, 8), (20.0, 4), (40.0, 2), (300.0, 1)] {
-            assert_eq!(Distribution::of(size, &bell(512, narrow)).block, block, "{narrow}");
+            assert_eq!(Distribution::new(size, &bell(512, narrow)).block, block, "{narrow}");
         }
         // an odd number of columns: no larger cells
         let even = |_: usize, means: &mut Vec<f64>| {
             means.clear();
             means.resize(1023, 1.0);
         };
-        assert_eq!(Distribution::of([1023, 512], &even).block, 1);
+        assert_eq!(Distribution::new([1023, 512], &even).block, 1);
     }
 
     #[test]
     fn larger_cells_hold_as_much_as_their_texels() {
         let (size, means) = ([1024, 512], bell(512, 20.0));
-        let distribution = Distribution::of(size, &means);
+        let distribution = Distribution::new(size, &means);
         let edges = edges(512);
         let mut row_means = Vec::new();
         let (mut integral, mut total) = (0.0, 0.0);

@@ -33,7 +33,7 @@ impl Grid {
         check(width, height, &texels)?;
         let (width, height) = (width as usize, height as usize);
         let means = |row: usize, means: &mut Vec<f64>| interpolated_means(&texels, width, row, height, means);
-        let distribution = Distribution::of([width, height], &means);
+        let distribution = Distribution::new([width, height], &means);
         Ok(Self { width, height, texels, distribution })
     }
 

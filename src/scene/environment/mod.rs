@@ -96,7 +96,7 @@ impl Environment {
             let least = if grid.power() > 0.0 { LEAST_SHARE } else { 0.0 };
             (of_sun / (of_sun + grid.power())).clamp(least, 1.0 - least) as f32
         });
-        let (visible, grid, turn) = (true, Arc::new(grid), Turn::of(0.0));
+        let (visible, grid, turn) = (true, Arc::new(grid), Turn::new(0.0));
         Self { visible, samples: 1, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
     }
 
@@ -105,8 +105,8 @@ impl Environment {
     #[must_use]
     pub fn rotated(self, degrees: f64) -> Self {
         let rotation = (self.rotation + degrees) % 360.0;
-        let sun = self.sun.map(|sun| Sun { to_sun: Turn::of(degrees).apply(sun.to_sun), ..sun });
-        Self { rotation, turn: Turn::of(rotation), sun, ..self }
+        let sun = self.sun.map(|sun| Sun { to_sun: Turn::new(degrees).apply(sun.to_sun), ..sun });
+        Self { rotation, turn: Turn::new(rotation), sun, ..self }
     }
 
     /// Multiplies the radiance by `factor`, which is finite and not negative. Directions are sampled as
@@ -192,7 +192,7 @@ struct Turn {
 }
 
 impl Turn {
-    fn of(degrees: f64) -> Self {
+    fn new(degrees: f64) -> Self {
         // whole turns go first: they would cost digits
         let (sin, cos) = (degrees % 360.0).to_radians().sin_cos();
         Self { sin: sin as f32, cos: cos as f32 }

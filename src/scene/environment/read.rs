@@ -67,7 +67,7 @@ fn unreadable(error: &dyn Display) -> String {
 fn radiance(input: Input) -> Result<(u32, u32, Vec<f32>), String> {
     let Input { file, length: file_bytes, .. } = input;
     // a header may be as long as the file
-    let need = Need::of(Part::new("its file", file_bytes, "a smaller map"));
+    let need = Need::new(Part::new("its file", file_bytes, "a smaller map"));
     need.check(&memory::left()).map_err(|error| format!("does not fit: {error}"))?;
     // not strict: many writers call the format by another name than `RADIANCE`
     let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| unreadable(&error))?;
@@ -115,7 +115,7 @@ fn worded(error: &openexr::Error) -> String {
 
 /// Checks the size of a map before it is decoded: it has texels, no edge is too long, and it fits into the
 /// memory that is `left` with `decoded` bytes for each texel while it is decoded.
-fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) -> Result<(), String> {
+fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Headroom]) -> Result<(), String> {
     let texels = u64::from(width) * u64::from(height);
     if texels == 0 {
         return Err(format!("of {width}x{height} texels has none: check the file"));
@@ -125,7 +125,7 @@ fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) ->
             "of {width}x{height} texels is too large: an edge may have {LONGEST_EDGE}; scale it down"
         ));
     }
-    let need = Need::of(Part::new("the map", texels * decoded.max(TEXEL_BYTES), "a smaller map"));
+    let need = Need::new(Part::new("the map", texels * decoded.max(TEXEL_BYTES), "a smaller map"));
     need.check(left).map_err(|error| format!("of {width}x{height} texels does not fit: {error}"))
 }
 

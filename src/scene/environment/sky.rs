@@ -108,7 +108,7 @@ struct Perez([f64; 5]);
 
 impl Perez {
     /// Computes coefficients as linear functions of the turbidity: factor and constant.
-    fn of(turbidity: f64, coefficients: [[f64; 2]; 5]) -> Self {
+    fn new(turbidity: f64, coefficients: [[f64; 2]; 5]) -> Self {
         Self(coefficients.map(|[factor, constant]| factor * turbidity + constant))
     }
 
@@ -138,7 +138,7 @@ impl Model {
             chromaticity(&ZENITH_Y, turbidity, theta),
         ];
         let parts = std::array::from_fn(|part| {
-            let perez = Perez::of(turbidity, PEREZ[part]);
+            let perez = Perez::new(turbidity, PEREZ[part]);
             (perez, zenith[part] / perez.at(1.0, theta))
         });
         Self { to_sun: direction(elevation, sky.azimuth), parts }

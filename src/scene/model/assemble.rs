@@ -191,7 +191,7 @@ impl Assembly {
         };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
-        self.origins.insert(key.clone(), Arc::new(Origins::of(&obj)));
+        self.origins.insert(key.clone(), Arc::new(Origins::new(&obj)));
         if let Some(OddNormals { count, line }) = obj.odd_normals {
             let message = format!(
                 "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"

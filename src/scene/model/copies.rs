@@ -85,7 +85,7 @@ mod tests {
     use crate::animation::{Interpolation, Track, TransformTrack};
     use crate::changes::world::{Dice, bent, model};
     use crate::geometry::Quadric;
-    use crate::geometry::quadric::Shape;
+    use crate::geometry::quadric::QuadricShape;
 
     fn at(x: f64) -> TransformTrack {
         TransformTrack { translate: Track::constant(DVec3::X * x), ..TransformTrack::identity() }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(shared(&models, 0), [false; 3], "one alone is put elsewhere");
         let models = copies(10, [TransformTrack::identity(), at(1.0), moves, at(2.0)]);
         assert_eq!(shared(&models, 0), [false, true, false, true]);
-        let quadric = Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false);
+        let quadric = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
         let ball = model(Mesh::of_quadric(quadric, 0, true), at(1.0));
         assert_eq!(shared(&[ball.clone(), Model { track: at(2.0), ..ball }], 0), [false; 2]);
         let twins = [1, 2].map(|_| copies(10, [at(1.0)])).concat();

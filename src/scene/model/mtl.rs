@@ -71,10 +71,10 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
         |error: InputError| SceneError::new(path, format!("the MTL file cannot be read: {error}"));
     let input = input::open(path, Kind::Materials).map_err(unreadable)?;
     // the text of it, and what is read of it
-    let need = Need::of(Part::new("the MTL file", 2 * input.length, "fewer materials"));
+    let need = Need::new(Part::new("the MTL file", 2 * input.length, "fewer materials"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     let bytes = input.read_all().map_err(unreadable)?;
-    let digest = Digest::of(&bytes);
+    let digest = Digest::new(&bytes);
     Ok(MtlFile { digest, ..parse(&readable(bytes)) })
 }
 

@@ -113,7 +113,7 @@ fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let Input { file, length: file_bytes, .. } =
         input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
     // some decoders hold the file
-    let need = Need::of(Part::new("its file", file_bytes, "a smaller picture"));
+    let need = Need::new(Part::new("its file", file_bytes, "a smaller picture"));
     need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
     let mut reader = ImageReader::new(BufReader::new(file));
     // files of some kinds have no mark, and are known by their ending alone
@@ -139,7 +139,7 @@ fn check_size(
     [width, height]: [u32; 2],
     decoded: u64,
     file_bytes: u64,
-    left: &[memory::Left],
+    left: &[memory::Headroom],
 ) -> Result<(), Unusable> {
     let texels = u64::from(width) * u64::from(height);
     let of_size = |why: String| format!("of {width}x{height} texels {why}");
@@ -155,7 +155,7 @@ fn check_size(
     }
     // as decoded, then with four bytes a texel, and copied to where it stays
     let bytes = decoded.max(4 * texels) + 4 * texels;
-    let need = Need::of(Part::new("decoding it", bytes, "a smaller picture"));
+    let need = Need::new(Part::new("decoding it", bytes, "a smaller picture"));
     need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
 }
 

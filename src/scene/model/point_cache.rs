@@ -52,7 +52,7 @@ pub fn read(path: &Path) -> Result<PointCache, SceneError> {
         |error: InputError| SceneError::new(path, format!("the point cache cannot be read: {error}"));
     let input = input::open(path, Kind::PointCache).map_err(unreadable)?;
     // the text of it, and what is read of it
-    let need = Need::of(Part::new(
+    let need = Need::new(Part::new(
         "the point cache",
         input.length.saturating_mul(2),
         "fewer shapes, a smaller model",
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<PointCache, SceneError> {
     let positions = |sample: &[u8]| sample.chunks_exact(POINT).map(position).collect();
     let samples =
         bytes[begins as usize..].chunks_exact(points * POINT).take(samples).map(positions).collect();
-    Ok(PointCache { first, every, samples, digest: Digest::of(&bytes) })
+    Ok(PointCache { first, every, samples, digest: Digest::new(&bytes) })
 }
 
 fn layout_of(bytes: &[u8]) -> Result<Layout, String> {

@@ -29,7 +29,7 @@ pub(crate) struct Origins {
 
 impl Origins {
     /// Reads the origins from an OBJ file.
-    pub fn of(obj: &ObjFile) -> Self {
+    pub fn new(obj: &ObjFile) -> Self {
         let own = || (0..obj.positions.len() as u32).collect();
         let of_vertex = if obj.sources.is_empty() { own() } else { obj.sources.clone() };
         Self { of_vertex, count: obj.places }
@@ -86,7 +86,7 @@ pub fn read(
             check_memory(path, files.len(), origins)?;
             for Numbered { number, path: file } in files {
                 let (positions, digest) = obj::read_positions(file)?;
-                digests.extend([Digest::of(&number.to_le_bytes()), digest]);
+                digests.extend([Digest::new(&number.to_le_bytes()), digest]);
                 read.add(*number as f64, shape_of(file, &positions, path, origins)?);
             }
         }
@@ -110,7 +110,7 @@ pub fn read(
 
 fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), SceneError> {
     let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * origins.of_vertex.len() as u64;
-    let need = Need::of(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
+    let need = Need::new(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
 }
 
@@ -127,7 +127,7 @@ impl Distinct {
     /// Adds the shape of a time.
     fn add(&mut self, time: f64, shape: Vec<[f32; 3]>) {
         let Self { list, keys, known } = self;
-        let same = known.entry(Digest::of(bytemuck::cast_slice(&shape))).or_default();
+        let same = known.entry(Digest::new(bytemuck::cast_slice(&shape))).or_default();
         let before = same.iter().find(|number| list[**number as usize] == shape).copied();
         let number = before.unwrap_or(list.len() as u32);
         if before.is_none() {

@@ -18,7 +18,7 @@ pub(super) struct Joined {
     /// Normals (`vn`); of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
     /// Faces, by piece in the order of the file.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FaceRun>,
     /// Names of materials by first use; the first is no material.
     pub materials: Vec<Named>,
     /// Names of groups by first use; the first is [`NO_GROUP`].
@@ -52,7 +52,7 @@ pub struct Use {
 
 /// Faces of one piece; corners are in order.
 #[derive(Debug, Default)]
-pub(super) struct Run {
+pub(super) struct FaceRun {
     /// Indices of positions, from 0.
     pub positions: Vec<u32>,
     /// Indices of texture coordinates.
@@ -90,7 +90,7 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     joined.uvs = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.uvs)));
     joined.normals = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.normals)));
     let runs = pieces.into_par_iter().zip(uses).zip(bases);
-    let runs = runs.map(|((piece, uses), base)| Run::new(piece.faces, uses, base, counts));
+    let runs = runs.map(|((piece, uses), base)| FaceRun::new(piece.faces, uses, base, counts));
     joined.runs = runs.collect::<Result<_, _>>().map_err(|OutOfRange| Misfit::Somewhere)?;
     Ok(joined)
 }
@@ -181,7 +181,7 @@ fn named_at(name: &[u8], line: usize) -> Named {
     Named { name: String::from_utf8_lossy(name).into_owned(), line }
 }
 
-impl Run {
+impl FaceRun {
     /// Creates the run of a piece. `[bv, bvt, bvn]`: numbers of entries defined before the piece; `counts`:
     /// those of the file.
     fn new(

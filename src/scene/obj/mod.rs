@@ -11,7 +11,6 @@
 //! is read once more, in order, to say where (`fault`).
 
 mod column;
-mod cut;
 mod fault;
 mod join;
 pub mod lines;
@@ -22,9 +21,10 @@ mod piece;
 mod plain;
 pub mod polygon;
 mod positions;
-mod share;
 mod source;
 mod statement;
+mod triangulate;
+mod weld;
 
 use std::io;
 use std::path::Path;
@@ -43,8 +43,8 @@ use join::{Joined, Misfit};
 pub use join::{Named, Use};
 use piece::{Piece, Reader};
 pub use positions::{line_of_position, read_positions};
-use share::Vertices;
 use source::Source;
+use weld::Vertices;
 
 /// Bytes of a piece: its text and its content fit into a core's cache, and the overhead of ten thousand
 /// pieces is small.
@@ -112,9 +112,9 @@ fn open(path: &Path) -> Result<Source<'static>, SceneError> {
     let unreadable = |error: io::Error| unreadable(path, &error);
     let input = input::open(path, Kind::Model).map_err(|error| unreadable(error.into()))?;
     // the content takes about as much memory as the text
-    let need = Need::of(Part::new("the text of the model", input.length, "a smaller model"));
+    let need = Need::new(Part::new("the text of the model", input.length, "a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
-    let source = Source::of(input).map_err(unreadable)?;
+    let source = Source::new(input).map_err(unreadable)?;
     match not_a_model(&source).map_err(unreadable)? {
         Some(what) => Err(SceneError::new(path, what)),
         None => Ok(source),
@@ -168,7 +168,7 @@ fn pieces(source: &Source<'_>, size: u64) -> io::Result<(Vec<Piece>, Digest)> {
     let read = |(buffer, reader): &mut (Vec<u8>, Reader), (number, range)| {
         let text = source.read(range, buffer)?;
         // while the text is in the core's cache, where this takes a hundredth of the time of reading it
-        Ok((number, Digest::of(text), reader.read(text)))
+        Ok((number, Digest::new(text), reader.read(text)))
     };
     // each thread takes the next piece: ranges of them, handed out beforehand, would not end at the same time
     let pieces: io::Result<Vec<(usize, Digest, Piece)>> =
@@ -202,9 +202,9 @@ fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
 fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let mut joined = join::join(pieces)?;
     let places = joined.positions.len();
-    let Vertices { positions, sources, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
+    let Vertices { positions, sources, uvs, normals } = weld::weld(&mut joined).map_err(Misfit::Whole)?;
     let Joined { runs, materials, groups, libraries, too_small, .. } = joined;
-    let triangles = cut::cut(runs, &positions);
+    let triangles = triangulate::triangulate(runs, &positions);
     if !are_within_reach(&positions) {
         return Err(Misfit::Somewhere);
     }

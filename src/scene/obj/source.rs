@@ -29,7 +29,7 @@ pub(super) enum Source<'a> {
 
 impl Source<'_> {
     /// Creates the source of an OBJ file's text.
-    pub fn of(input: Input) -> io::Result<Self> {
+    pub fn new(input: Input) -> io::Result<Self> {
         let mut head = vec![0; input.length.min(WINDOW) as usize];
         read_at(&input.file, &mut head, 0)?;
         if head.contains(&b'\n') && !starts_with_mark(&head) {
@@ -146,7 +146,7 @@ mod tests {
         for text in [&b"v 1\nf 2\n# 3\n# 4\n"[..], b"\xEF\xBB\xBFv 1\nf 2", b"v 1\rf 2", b"", b"\xFF\xFEv\0"]
         {
             std::fs::write(&path, text).unwrap();
-            let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
+            let source = Source::new(open(&path, Kind::Model).unwrap()).unwrap();
             let mut buffer = Vec::new();
             assert_eq!(source.read(0..source.len(), &mut buffer).unwrap(), readable(text.to_vec()));
         }
@@ -157,7 +157,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("t.obj");
         std::fs::write(&path, "v 1\nv 2\n").unwrap();
-        let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
+        let source = Source::new(open(&path, Kind::Model).unwrap()).unwrap();
         std::fs::write(&path, "v").unwrap();
         let error = source.read(0..8, &mut Vec::new()).unwrap_err();
         assert!(error.to_string().contains("shorter"), "{error}");

@@ -244,7 +244,7 @@ fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     // of the settings, these alone are a part of what happens
     tables.extend(cuts.map(|cuts| (String::from("cuts"), cuts)));
     // keys are in order
-    Ok(Digest::of(tables.to_string().as_bytes()))
+    Ok(Digest::new(tables.to_string().as_bytes()))
 }
 
 fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {

@@ -187,7 +187,7 @@ fn filter_radius(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>,
 fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
     let Some(names) = &output.layers else { return Ok(Layers::USUAL) };
     names.iter().try_fold(Layers::NONE, |all, name| {
-        let known = Layers::of([name.get_ref().as_str()]);
+        let known = Layers::new([name.get_ref().as_str()]);
         let unknown =
             |name_of: &str| text.fault(name.span(), format!("`layers`: {}", UnknownLayer::new(name_of)));
         known.map(|layers| all.with(layers)).map_err(unknown)

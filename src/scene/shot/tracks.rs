@@ -333,7 +333,7 @@ pub(crate) fn check_groups(
     tables: &[At<LightTable>],
     lights: &[Light],
 ) -> Result<(), SceneError> {
-    let groups = LightGroups::of(lights);
+    let groups = LightGroups::new(lights);
     for (number, (table, light)) in tables.iter().zip(lights).enumerate() {
         let Some(group) = &light.group else { continue };
         if groups.of[number] >= LightGroups::MOST - 1 {

@@ -47,7 +47,7 @@ impl Fit {
     ///
     /// As the camera sees it, each corner of the model moves on a circle. The camera stands as near as
     /// possible with all of these circles inside the four planes of its picture.
-    pub(super) fn of(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
+    pub(super) fn new(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
         let (low, high) = upright_bounds(corners.bounds(), up);
         let axis = axis(corners, up, (low, high));
         // for the planes above, below and beside the picture: how much of a circle's radius and height their normals take
@@ -149,7 +149,7 @@ mod tests {
     /// edge.
     fn reach(points: &[[f32; 3]], up: Up, aspect: f64) -> DVec2 {
         let triangles: Vec<[u32; 3]> = (0..points.len() as u32 - 2).map(|i| [i, i + 1, i + 2]).collect();
-        let fit = Fit::of(&Corners { positions: points, triangles: &triangles }, up, aspect);
+        let fit = Fit::new(&Corners { positions: points, triangles: &triangles }, up, aspect);
         let tangent = (fit.fov * 0.5).to_radians().tan();
         let turns = (0..120).map(|i| DVec3::new(f64::from(i) * 3.0, fit.elevation, fit.distance));
         let seen = turns.flat_map(|turn| {

@@ -39,7 +39,7 @@ impl Default for Options {
 
 /// Presentation of a model.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Look {
+pub struct Presentation {
     /// Way of the camera.
     pub fit: Fit,
     /// Axis of the file that points up.
@@ -55,11 +55,11 @@ pub struct Look {
 /// Decides the presentation of the model at `path`.
 ///
 /// # Errors Those of the OBJ and of its MTL files.
-pub fn look(path: &Path, options: &Options) -> Result<Look, SceneError> {
+pub fn look(path: &Path, options: &Options) -> Result<Presentation, SceneError> {
     look_at(&ReadModel::at(path)?, options)
 }
 
-fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
+fn look_at(model: &ReadModel, options: &Options) -> Result<Presentation, SceneError> {
     let corners = Corners { positions: &model.obj.positions, triangles: &model.obj.triangles };
     let up = options.up.unwrap_or_else(|| Up::guess(&corners));
     let [width, height] = options.size.map(f64::from);
@@ -71,8 +71,8 @@ fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
         .then(|| format!("up is {up}, by what the model stands on (--up {other} if it lies on its side)"));
     let painted = (!black.is_empty())
         .then(|| String::from("all materials of the model are black: they are shown in light grey"));
-    Ok(Look {
-        fit: Fit::of(&corners, up, width / height),
+    Ok(Presentation {
+        fit: Fit::new(&corners, up, width / height),
         up,
         size: options.size,
         black,

@@ -40,7 +40,7 @@ impl Up {
     pub(super) fn guess(corners: &Corners<'_>) -> Self {
         let (low, high) = corners.bounds();
         let center = corners.center();
-        let contacts = Contacts::of(corners, (low, high));
+        let contacts = Contacts::new(corners, (low, high));
         let [y, z] = [1, 2].map(|axis| contacts.standing((low, high), center, axis));
         if z > LEAST && z > CLEARLY * y { Self::Z } else { Self::Y }
     }
@@ -51,7 +51,7 @@ impl Up {
 struct Contacts([[(Vec3A, Vec3A); 2]; 2]);
 
 impl Contacts {
-    fn of(corners: &Corners<'_>, (low, high): (DVec3, DVec3)) -> Self {
+    fn new(corners: &Corners<'_>, (low, high): (DVec3, DVec3)) -> Self {
         let (low, high) = (low.as_vec3a(), high.as_vec3a());
         let rim = (high - low) * CONTACT;
         let nothing = Self([[(Vec3A::INFINITY, Vec3A::NEG_INFINITY); 2]; 2]);

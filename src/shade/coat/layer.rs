@@ -60,7 +60,7 @@ impl Albedos {
     /// Number of directions by which each is measured: the error of an evenly spread sequence is below 1e-3.
     const SAMPLES: u32 = 1024;
 
-    pub fn of(alpha: f32) -> Self {
+    pub fn new(alpha: f32) -> Self {
         let random = |index| {
             let [along, above, ..] = PathRandom { seed: 0, index }.four(0);
             [along, above]
