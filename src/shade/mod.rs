@@ -7,6 +7,7 @@ pub mod emitters;
 pub mod ggx;
 pub mod light;
 mod light_sample;
+pub mod mis;
 pub mod optics;
 pub mod phong;
 pub mod sampling;

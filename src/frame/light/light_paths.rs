@@ -33,6 +33,7 @@ use crate::samples::Tag;
 use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
+use crate::shade::mis::mis_weight;
 use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::{off_surface, off_surfaces};
 use crate::shade::{Surface, phong};
@@ -463,10 +464,7 @@ impl Vertex {
         let (highlight, density) = coat.highlight(direction, irradiance);
         let by_path = self.goes_on(frame, bounce, Lobes::COAT) * density;
         let weight = match radiance {
-            Some(radiance) if by_path > 0.0 => {
-                let by_asking = density_of(radiance, irradiance);
-                by_asking / (by_asking + by_path)
-            }
+            Some(radiance) if by_path > 0.0 => mis_weight(density_of(radiance, irradiance), by_path),
             _ => 1.0,
         };
         highlight * weight

@@ -26,6 +26,7 @@ use crate::shade::Surface;
 use crate::shade::area::Glow;
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
+use crate::shade::mis::mis_weight;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -92,8 +93,7 @@ impl Pdfs {
     /// Weight of light that was asked for and arrives in `direction`, where asking chooses that direction
     /// with this `density`.
     pub fn of_asked_light(self, normal: Vec3, direction: Vec3, density: f32) -> f32 {
-        let by_asking = self.asks_light * density;
-        by_asking / (by_asking + self.goes_on * cosine_density(normal, direction))
+        mis_weight(self.asks_light * density, self.goes_on * cosine_density(normal, direction))
     }
 
     /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
@@ -118,9 +118,9 @@ impl Pdfs {
     }
 }
 
-/// Balance heuristic: weight of light that a path finds. 1 where that light is never asked for.
+/// Weight of light that a path finds. 1 where that light is never asked for.
 fn weight_of_path(by_path: f32, by_asking: f32) -> f32 {
-    if by_asking == 0.0 { 1.0 } else { by_path / (by_path + by_asking) }
+    if by_asking == 0.0 { 1.0 } else { mis_weight(by_path, by_asking) }
 }
 
 /// Density of directions by the cosine law about `normal`, in solid angle.

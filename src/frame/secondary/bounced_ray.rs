@@ -7,6 +7,7 @@ use crate::frame::light::lighting::lights_passed;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::Layer;
 use crate::shade::area::Glow;
+use crate::shade::mis::mis_weight;
 
 /// Least weight in the picture of a ray that is followed: half the step of an 8-bit picture at full
 /// brightness. Rays that are below it in all three channels end.
@@ -136,7 +137,7 @@ impl Bounce {
         match self.density.filter(|_| self.asked_sky) {
             Some(density) => {
                 let light = frame.sky.light(self.direction);
-                light.radiance * (density / (density + light.pdf))
+                light.radiance * mis_weight(density, light.pdf)
             }
             None => frame.sky.radiance(self.direction),
         }
@@ -152,8 +153,7 @@ impl Bounce {
     /// Weight of a light that it passes through.
     fn weight_of_light(&self, glow: &Glow) -> f32 {
         let Some(density) = self.density else { return 1.0 };
-        let by_rays = density * self.shared as f32;
-        by_rays / (by_rays + glow.density * glow.points as f32)
+        mis_weight(density * self.shared as f32, glow.density * glow.points as f32)
     }
 
     /// Its share of the limit for one ray that stands for all that left the sample.

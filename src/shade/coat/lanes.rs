@@ -8,6 +8,7 @@ use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
+use crate::shade::mis::mis_weight;
 
 /// Layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything
 /// through.
@@ -48,7 +49,7 @@ impl SeenCoats {
             // both densities times the irradiance: they would be infinite where it is next to nothing
             let by_points = F32x8::splat(density_of_points(radiance));
             let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
-            light = light * (by_points / (by_points + by_rays * brightest(irradiance)));
+            light = light * mis_weight(by_points, by_rays * brightest(irradiance));
         }
         let shows = match radiance {
             Some(_) => gain.is_some() & !self.is_followed_alone & irradiance.is_some(),
