@@ -14,7 +14,7 @@
 //!    [`output`] puts them into files, whole or not at all.
 //! 5. [`stats`] counts what a frame cost.
 //!
-//! ARCHITECTURE.md leads through the rest.
+//! ARCHITECTURE.md is a map of the rest, and docs/architecture/ has a page a concept.
 //!
 //! # As a library
 //! `default-features = false` leaves out the program and what only its command line needs.
